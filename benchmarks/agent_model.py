@@ -16,8 +16,8 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from cxbridge.clipstext.names import Name, NameKind
 from cxbridge_studio.agent.model import AgentModel
+from cxbridge_studio.agent.names import Name, NameKind
 
 ROUNDS = 3
 _FOLDERS = {"ROBOTINO_DIR": "src/clips-specs/**/*.clp", "FAWKES_DIR": "src/plugins/**/*.clp"}

@@ -8,10 +8,10 @@ from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.clipstext.named_files import Found, NamedFiles
-from cxbridge.clipstext.names import Name, NameKind, Use
 from cxbridge.executive.executive import action_mapping
 from cxbridge.suggestions import did_you_mean, nearest
+from cxbridge_studio.agent.named_files import Found, NamedFiles
+from cxbridge_studio.agent.names import Name, NameKind, Use
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -38,7 +38,7 @@ class AgentPlaces:
     @cached_property
     def named(self) -> NamedFiles:
         """The files, and the names in them."""
-        from cxbridge.clipstext.mentions import read_clips  # noqa: PLC0415 - a good run needs none
+        from cxbridge_studio.agent.clips import read_clips  # noqa: PLC0415 - a good run needs none
 
         paths, named = self._context.paths, NamedFiles()
         core = (paths.cx, paths.library, *paths.before)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from cxbridge.clipstext.names import (
+from cxbridge.clipstext.syntax import Lines
+from cxbridge.errors import InterfaceDefinitionError
+from cxbridge.interfaces.xml.tree import Element, read_tree
+from cxbridge_studio.agent.names import (
     Mention,
     Name,
     NameKind,
@@ -12,9 +15,6 @@ from cxbridge.clipstext.names import (
     SourceFile,
     Use,
 )
-from cxbridge.clipstext.syntax import Lines
-from cxbridge.errors import InterfaceDefinitionError
-from cxbridge.interfaces.xml.tree import Element, read_tree
 
 
 def read_interface(path: str, text: str) -> SourceFile:

@@ -9,10 +9,10 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.clipstext.names import Mention, NameKind, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read
 from cxbridge.config import Configuration, ConfigValue, Mark
 from cxbridge.file_access import is_readable_file
+from cxbridge_studio.agent.names import Mention, NameKind, SourceFile, Use
 
 _STAGES: Final = ("stage-1", "stage-2", "stage-3")
 _CORE_STAGE: Final = "stage-2"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from cxbridge.clipstext.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
+from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 
 _NAME: Final = re.compile(r"""^name\s*=\s*["']([\w-]+)["']""", re.MULTILINE)
 _NEEDS: Final = re.compile(r"^depends_skills\s*=\s*\{([^}]*)\}", re.MULTILINE)

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path, PurePath
 from typing import Final
 
-from cxbridge.clipstext.mentions import read_clips
-from cxbridge.clipstext.named_files import NamedFiles
-from cxbridge.clipstext.names import SourceFile
+from cxbridge_studio.agent.clips import read_clips
 from cxbridge_studio.agent.interface_xml import read_interface
 from cxbridge_studio.agent.lua import read_lua
+from cxbridge_studio.agent.named_files import NamedFiles
+from cxbridge_studio.agent.names import SourceFile
 from cxbridge_studio.agent.pddl import read_pddl
 from cxbridge_studio.agent.protobuf import read_proto
 from cxbridge_studio.agent.yaml import read_yaml

@@ -8,7 +8,11 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from cxbridge.clipstext.names import (
+from cxbridge.clipstext.syntax import Lines
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl.ast import Position
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
+from cxbridge_studio.agent.names import (
     Mention,
     Name,
     NameKind,
@@ -18,10 +22,6 @@ from cxbridge.clipstext.names import (
     SourceFile,
     Use,
 )
-from cxbridge.clipstext.syntax import Lines
-from cxbridge.errors import PddlError
-from cxbridge.executive.pddl.ast import Position
-from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
 _CONNECTIVES: Final = frozenset(

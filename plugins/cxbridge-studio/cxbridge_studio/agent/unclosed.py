@@ -9,7 +9,7 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge.clipstext.syntax import HIDDEN, Lines, read
-from cxbridge.clipstext.unclosed import unclosed_lists
+from cxbridge_studio.agent.unclosed_lists import unclosed_lists
 
 _BEGINNING: Final = re.compile(r"\((def\w+)\s+([^\s()\";]+)")
 

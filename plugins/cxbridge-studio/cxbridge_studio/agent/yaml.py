@@ -6,7 +6,10 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.names import (
+from cxbridge.clipstext.syntax import Lines
+from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
+from cxbridge.errors import ConfigError
+from cxbridge_studio.agent.names import (
     Mention,
     Name,
     NameKind,
@@ -16,9 +19,6 @@ from cxbridge.clipstext.names import (
     SourceFile,
     Use,
 )
-from cxbridge.clipstext.syntax import Lines
-from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
-from cxbridge.errors import ConfigError
 
 _SPECS: Final = ("clips-executive", "specs")
 _STAGE: Final = re.compile(r"stage-\d+")

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext import syntax
-from cxbridge.clipstext.names import NameKind, SourceFile
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
 from cxbridge.clock import VirtualClock
 from cxbridge.closing import Closing
@@ -34,6 +33,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.source import CLIPS_SUFFIX, source_of
 from cxbridge.run.specs import STAGES
 from cxbridge_studio.agent.model import AgentModel, read_source
+from cxbridge_studio.agent.names import NameKind, SourceFile
 from cxbridge_studio.check.findings import SourcePlace
 from cxbridge_studio.check.usage import Construct, Usage, constructs_of
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
-from cxbridge.clipstext.names import Name, NameKind, Use
+from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.usage import Construct, Usage
 
 _LISTED: Final = 5

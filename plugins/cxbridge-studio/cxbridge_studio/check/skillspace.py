@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
-from cxbridge.clipstext.names import NameKind
 from cxbridge.errors import SkillError
 from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge_studio.agent.lua import read_lua
+from cxbridge_studio.agent.names import NameKind
 
 _LEXEME: Final = re.compile(r"""--|\[=*\[|"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'""", re.DOTALL)
 _LONG: Final = re.compile(r"\[(=*)\[")

@@ -11,10 +11,10 @@ from math import inf
 from typing import Final
 
 from cxbridge.clipstext.condition import CE, OBJECT, PatternCE, condition_of, needed
-from cxbridge.clipstext.names import Name, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge.suggestions import nearest
 from cxbridge_studio.agent.model import AgentModel
+from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile, Use
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 _FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")

@@ -28,7 +28,7 @@ def format(  # noqa: A001 - the name of the command
 
     Example: cxbridge format --check agent
     """
-    from cxbridge.clipstext.layout import is_balanced, layout
+    from cxbridge_studio.agent.layout import is_balanced, layout
 
     changed = 0
     texts = {path: _read(path) for path in _clips_files(files)}  # all can be read before one is changed

@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
-from cxbridge.clipstext.mentions import ARGUMENTS, CONDITIONS, DEFINES, OF_FIELDS, SLOT_VALUES
-from cxbridge.clipstext.names import Name, NameKind, SourceFile, Use
 from cxbridge.clipstext.syntax import read
+from cxbridge_studio.agent.clips import ARGUMENTS, CONDITIONS, DEFINES, OF_FIELDS, SLOT_VALUES
+from cxbridge_studio.agent.names import Name, NameKind, SourceFile, Use
 from cxbridge_studio.agent.yaml import parents
 from cxbridge_studio.lsp.context import Context, context_at, message_type, template_of_fact
 from cxbridge_studio.lsp.session import Session

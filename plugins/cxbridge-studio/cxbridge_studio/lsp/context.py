@@ -6,10 +6,10 @@ import re
 
 from msgspec import Struct
 
-from cxbridge.clipstext.mentions import CONDITIONS
-from cxbridge.clipstext.names import SourceFile
-from cxbridge.clipstext.parts import open_lists
 from cxbridge.clipstext.syntax import HIDDEN, blank
+from cxbridge_studio.agent.clips import CONDITIONS
+from cxbridge_studio.agent.names import SourceFile
+from cxbridge_studio.agent.parts import open_lists
 
 _HEAD = re.compile(r"\(\s*([^\s()\";&|~]*)")
 _WORD = re.compile(r"[^\s()\"&|~]*\Z")

@@ -9,10 +9,10 @@ from pathlib import Path
 from textwrap import dedent
 from typing import Final
 
-from cxbridge.clipstext.named_files import Found
-from cxbridge.clipstext.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge_studio.agent.lua import skill_documentation
+from cxbridge_studio.agent.named_files import Found
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session, comment_above
 
 _MOST_ROWS: Final = 40

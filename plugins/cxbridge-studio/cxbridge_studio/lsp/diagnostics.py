@@ -8,8 +8,8 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.clipstext.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS
 from cxbridge_studio.check.checks.domain_doubts import EFFECT, OBJECT

@@ -10,10 +10,10 @@ from typing import Any, Final
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
 
-from cxbridge.clipstext.layout import layout
-from cxbridge.clipstext.named_files import Found
-from cxbridge.clipstext.names import Mention, NameKind, SourceFile
 from cxbridge.errors import CxbridgeError
+from cxbridge_studio.agent.layout import layout
+from cxbridge_studio.agent.named_files import Found
+from cxbridge_studio.agent.names import Mention, NameKind, SourceFile
 from cxbridge_studio.lsp import navigation
 from cxbridge_studio.lsp.completion import complete
 from cxbridge_studio.lsp.describe import describe

@@ -7,7 +7,7 @@ from typing import Final
 
 from lsprotocol import types as lsp
 
-from cxbridge.clipstext.names import NameKind
+from cxbridge_studio.agent.names import NameKind
 
 SYMBOL_KINDS: Final[Mapping[NameKind, lsp.SymbolKind]] = {
     NameKind.RULE: lsp.SymbolKind.Event,

@@ -6,9 +6,9 @@ import re
 from pathlib import Path
 from typing import Final
 
-from cxbridge.clipstext.named_files import Found
-from cxbridge.clipstext.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge.errors import CxbridgeError
+from cxbridge_studio.agent.named_files import Found
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session
 
 _NEW_NAME: Final = re.compile(r"[^\s()\"';&|~?*<:,=][^\s()\"';&|~?<:,=]*")

@@ -8,7 +8,7 @@ from lsprotocol.types import Location, Position, Range
 from pygls.uris import from_fs_path, to_fs_path
 from pygls.workspace import PositionCodec
 
-from cxbridge.clipstext.names import SourceFile
+from cxbridge_studio.agent.names import SourceFile
 
 
 class Positions:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from lsprotocol.types import Diagnostic, DiagnosticSeverity
 
-from cxbridge.clipstext.names import SourceFile
+from cxbridge_studio.agent.names import SourceFile
 from cxbridge_studio.lsp.diagnostics import LIVE, UNKNOWN_NAMES, live_findings
 from cxbridge_studio.lsp.positions import Positions
 from cxbridge_studio.lsp.session import Session

@@ -12,8 +12,8 @@ from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
 
 from cxbridge import __version__
-from cxbridge.clipstext.names import SourceFile
 from cxbridge.errors import CxbridgeError
+from cxbridge_studio.agent.names import SourceFile
 from cxbridge_studio.lsp.examination import Examinations
 from cxbridge_studio.lsp.knowledge import AgentKnowledge
 from cxbridge_studio.lsp.positions import Positions, path_of, uri_of

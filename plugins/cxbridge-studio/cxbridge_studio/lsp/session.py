@@ -8,9 +8,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-from cxbridge.clipstext.named_files import Found
-from cxbridge.clipstext.names import Name, NameKind, SourceFile
 from cxbridge_studio.agent.model import SUFFIXES, AgentModel
+from cxbridge_studio.agent.named_files import Found
+from cxbridge_studio.agent.names import Name, NameKind, SourceFile
 from cxbridge_studio.lsp.knowledge import NOTHING, AgentKnowledge, FunctionInfo
 
 _SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")

@@ -7,10 +7,10 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.clipstext.named_files import Found
-from cxbridge.clipstext.names import Mention, NameKind, PlacedPiece, SourceFile, Use
-from cxbridge.clipstext.parts import open_lists
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
+from cxbridge_studio.agent.named_files import Found
+from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
+from cxbridge_studio.agent.parts import open_lists
 from cxbridge_studio.lsp.session import Session
 
 _PARTS: Final = frozenset(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import literal, read
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 

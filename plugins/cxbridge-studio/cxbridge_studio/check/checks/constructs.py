@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from cxbridge.clipstext.condition import OBJECT, condition_of, patterns
-from cxbridge.clipstext.names import NameKind, Use
-from cxbridge.clipstext.parts import parts
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, read, without_module
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.names import NameKind, Use
+from cxbridge_studio.agent.parts import parts
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace

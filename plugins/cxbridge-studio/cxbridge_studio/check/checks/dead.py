@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.names import Name, NameKind, Use
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge_studio.check.usage import OF_PROGRAM, Construct, FactUse, Usage

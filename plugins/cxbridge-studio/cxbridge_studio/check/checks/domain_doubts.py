@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.names import NameKind, Use
 from cxbridge.clipstext.syntax import literal
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, load_domain, parse_formula
 from cxbridge.executive.pddl.ast import And
+from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.doubts import DoubtKind, doubts, unachieved
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.clipstext.names import NameKind, Use
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of, pairs_of
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge_studio.check.planned import WrittenAction, count, planned_actions

@@ -10,12 +10,12 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Final
 
-from cxbridge.clipstext.names import Name, NameKind, Use
 from cxbridge.clipstext.syntax import Lines, SyntaxNode, literal
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.host.shims import ADDED, OLD_NAMES
 from cxbridge.executive.pddl import load_domain
 from cxbridge.resources import shipped_dir
+from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
 

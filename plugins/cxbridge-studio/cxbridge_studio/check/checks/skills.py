@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-from cxbridge.clipstext.names import NameKind
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.lua_syntax import LuaCompiler
@@ -15,6 +14,7 @@ from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.make import DEFAULT_SPACE, SKILL_SPACE
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.lua import read_lua
+from cxbridge_studio.agent.names import NameKind
 from cxbridge_studio.check.agent import Agent, place_of
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
 from cxbridge_studio.check.skillspace import written_space

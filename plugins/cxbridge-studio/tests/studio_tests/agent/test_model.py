@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.clipstext.names import Name, NameKind, Use
-from cxbridge.clipstext.parts import open_lists, parts
 from cxbridge.config import Configuration
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge_studio.agent.loading import SpecLoading
 from cxbridge_studio.agent.model import AgentModel
+from cxbridge_studio.agent.names import Name, NameKind, Use
+from cxbridge_studio.agent.parts import open_lists, parts
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
 
 CLIPS = """\

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.clipstext.names import Name, NameKind, Use
 from cxbridge_studio.agent.model import AgentModel
+from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.agent.protobuf import read_proto
 from tests.support import ROOT
 

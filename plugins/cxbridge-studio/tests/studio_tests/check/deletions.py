@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from cxbridge.clipstext.parts import Part, open_lists, parts
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
-from cxbridge.clipstext.unclosed import unclosed_lists
 from cxbridge.run import RunOptions
+from cxbridge_studio.agent.parts import Part, open_lists, parts
+from cxbridge_studio.agent.unclosed_lists import unclosed_lists
 from cxbridge_studio.check.agent import Agent, agents
 from tests.support import ROOT
 

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from cxbridge.clipstext.mentions import read_clips
-from cxbridge.clipstext.names import NameKind, SourceFile, Use
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.run import RunOptions
+from cxbridge_studio.agent.clips import read_clips
+from cxbridge_studio.agent.names import NameKind, SourceFile, Use
 from cxbridge_studio.check.run import check
 from tests.support import ROOT
 

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.clipstext.layout import layout
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.executive.executive import BUILTIN_CX
+from cxbridge_studio.agent.layout import layout
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_fawkes, needs_robotino
 
 WRITTEN = """\

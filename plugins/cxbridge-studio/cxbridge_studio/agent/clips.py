@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
 from cxbridge.clipstext.condition import CE, GroupCE, TestCE, elements
-from cxbridge.clipstext.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
-from cxbridge.clipstext.parts import Part, parts
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
+from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
+from cxbridge_studio.agent.parts import Part, parts
 
 CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 """Conditional elements that have patterns in them."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
-from cxbridge.clipstext.names import Mention, Name, NameKind, SourceFile, Use
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 
 _AS_TEMPLATE: Final = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: NameKind.FIELD}
 

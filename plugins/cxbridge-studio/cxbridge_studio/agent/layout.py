@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from cxbridge.clipstext.parts import parts
 from cxbridge.clipstext.syntax import PARENTHESIS, TOKEN, blank
+from cxbridge_studio.agent.parts import parts
 
 _STEP: Final = 2
 _BLANKS: Final = frozenset(" \t\n\r\f\v")
