@@ -15,7 +15,7 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import ThinkingComponent
 from cxbridge.run.ending import stuck
 from cxbridge.run.ending.mistakes import known_skills
-from cxbridge.run.ending.places import AgentPlaces, UnexecutedActions
+from cxbridge.run.ending.places import UnexecutedActions, places_of
 from cxbridge.run.features import FEATURES, run_features
 from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
@@ -137,7 +137,7 @@ def make_executive(
         mapping = ActionSkillMapping(action_mapping(config, spec), mode=mode)
         files = source.core_files(context.paths, config)
         executive = source.make_executive(context, manager, mapping, files)
-        executive.place_of_action = AgentPlaces(context, executive).of_action
+        executive.place_of_action = lambda action: places_of(context, executive).of_action(action)
     except Exception:
         manager.close()
         raise

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.executive.executive import ACTIONS_OVER
 from cxbridge.executive.host.constructs import allowed_values
-from cxbridge.run.ending.places import AgentPlaces
+from cxbridge.run.ending.places import places_of
+from cxbridge.run.explainers import Places
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -79,7 +80,7 @@ def waits_for(agent: Run, failed_rules: Iterable[str]) -> str:
 
     :param failed_rules: the rules whose actions an error has ended.
     """
-    executive, places = agent.executive, AgentPlaces(agent, agent.executive)
+    executive, places = agent.executive, places_of(agent, agent.executive)
     if not executive.initialized:
         causes = [*_signals(agent)] or ["the initialisation has not ended"]
     elif executive.goals.open_roots:
@@ -119,7 +120,7 @@ def _at(place: str) -> str:
     return f" ({place})" if place else ""
 
 
-def _goals(agent: Run, places: AgentPlaces) -> Iterator[str]:
+def _goals(agent: Run, places: Places) -> Iterator[str]:
     """Yield the goals that are open, each with its plan-actions that are not over."""
     env, goals = agent.executive.env, agent.executive.goals
     modes = allowed_values(env, "goal", "mode")
@@ -163,7 +164,7 @@ def _empty(agent: Run) -> Iterator[str]:
             yield f"{file}:1: the file is empty"
 
 
-def _lacking(agent: Run, places: AgentPlaces) -> list[str]:
+def _lacking(agent: Run, places: Places) -> list[str]:
     """Return what a rule that makes goals lacks: the first whose facts are not all there."""
     from cxbridge.run.ending.timed_rules import lacking  # noqa: PLC0415 - for runs that are stuck
 
@@ -171,7 +172,7 @@ def _lacking(agent: Run, places: AgentPlaces) -> list[str]:
         template = lacking(agent.executive.env, rule)
         if template:
             hint = places.of_similar_fact(template)
-            text = f"rule {rule} lacks a fact ({template}){_at(places.of_rule(rule))}"
+            text = f"rule {rule} lacks a fact ({template}){_at(_place_of_rule(agent, rule))}"
             return [text, *([hint] if hint else [])]
     return []
 
@@ -198,14 +199,18 @@ def _definitions(file: Path, kind: str) -> Iterator[tuple[str, int]]:
     yield from ((each.name, each.line) for each in definitions(text) if each.kind == kind)
 
 
+def _place_of_rule(agent: Run, rule: str) -> str:
+    found = agent.executive.env.loader.place_of(rule)
+    return "" if found is None else f"{found[0]}:{found[1]}"
+
+
 def _failed_rules(agent: Run, rules: Iterable[str]) -> Iterator[str]:
     for rule in rules:
-        place = agent.executive.env.loader.place_of(rule)
-        if place is not None:
-            yield f"{place[0]}:{place[1]}: an error has ended the actions of rule {rule}"
+        if place := _place_of_rule(agent, rule):
+            yield f"{place}: an error has ended the actions of rule {rule}"
 
 
-def _unwritten(agent: Run, places: AgentPlaces) -> Iterator[str]:
+def _unwritten(agent: Run, places: Places) -> Iterator[str]:
     """Yield the interfaces that the rules read and nobody writes."""
     written = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in _read_interfaces(agent.executive.env):

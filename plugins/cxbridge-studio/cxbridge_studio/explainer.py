@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from cxbridge.errors import BrokenAgentError
+from cxbridge.run.explainers import Places
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.base import Run
 
@@ -22,3 +24,10 @@ def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
     from cxbridge_studio.check.broken import with_findings  # noqa: PLC0415 - as above
 
     return with_findings(error, options)
+
+
+def places(files: Sequence[Path]) -> Places:
+    """Return what finds names in the CLIPS files of an agent."""
+    from cxbridge_studio.explain.places import WrittenPlaces  # noqa: PLC0415 - as above
+
+    return WrittenPlaces(files)

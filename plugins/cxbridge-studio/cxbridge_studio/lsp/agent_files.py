@@ -1,4 +1,4 @@
-"""The files of the agent that the options name: where they are, and which of them the spec loads."""
+"""The files of the agent that the options name."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
-from cxbridge_studio.agent.loading import SpecLoading
-from cxbridge_studio.lsp.session import Session, files_below
+from cxbridge_studio.lsp.session import files_below
 
 _PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
 _HOST_FOLDERS: Final = ("host", "features", "planner")
@@ -59,17 +58,6 @@ class AgentFiles(Struct, frozen=True):
         for text in self.config.get_strings(_PROTO_DIRS, default=[]):
             for folder in self.paths.expand(text):
                 yield from files_below(folder, (".proto",))
-
-    def loaded(self, session: Session) -> set[str]:
-        """Return the files that the spec loads; files that are new to the session are read."""
-        paths = self.paths
-        loading = SpecLoading(
-            (*paths.before, paths.cx, *paths.clips_dirs, paths.library),
-            paths.cx,
-            lambda path: session.model.file(str(path.resolve())) or session.read(path.resolve()),
-        )
-        files = loading.files(self.config, self.spec)
-        return {str(file.path.resolve()) for file in files if file.path is not None}
 
 
 def _library(paths: RunPaths) -> Iterator[Path]:

@@ -11,7 +11,7 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge_studio.agent.lua import skill_documentation
-from cxbridge_studio.agent.named_files import Found
+from cxbridge_studio.agent.model import Found
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session, comment_above
 

@@ -52,10 +52,11 @@ def examine(options: RunOptions) -> AgentKnowledge:
         with Agent(replace(options, agent=name)) as agent:
             templates = dict(_templates(agent))
             functions = dict(_functions(agent))
+            loaded = [str(file.path.resolve()) for file in agent.files]
             as_fawkes = reads_as_fawkes(agent.config)
     except CxbridgeError as error:
         return AgentKnowledge(error=str(error))
-    return AgentKnowledge(functions, templates, findings, reads_as_fawkes=as_fawkes)
+    return AgentKnowledge(functions, templates, findings, loaded, reads_as_fawkes=as_fawkes)
 
 
 def firings(run: Path) -> dict[str, int]:

@@ -12,7 +12,7 @@ from pygls.exceptions import JsonRpcInvalidParams
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.agent.layout import layout
-from cxbridge_studio.agent.named_files import Found
+from cxbridge_studio.agent.model import Found
 from cxbridge_studio.agent.names import Mention, NameKind, SourceFile
 from cxbridge_studio.lsp import navigation
 from cxbridge_studio.lsp.completion import complete

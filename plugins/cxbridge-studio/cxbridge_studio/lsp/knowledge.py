@@ -41,6 +41,7 @@ class AgentKnowledge(Struct, frozen=True):
 
     :param templates: the slots of the deftemplates that CLIPS has.
     :param findings: those of ``cxbridge check``, as its JSON has them.
+    :param loaded: the CLIPS files that the spec loads.
     :param firings: how often each rule fired in the last recording.
     :param recording: its name; empty when there is none.
     :param reads_as_fawkes: whether the agent reads PDDL as Fawkes does.
@@ -50,6 +51,7 @@ class AgentKnowledge(Struct, frozen=True):
     functions: dict[str, FunctionInfo] = field(default_factory=dict)
     templates: dict[str, list[str]] = field(default_factory=dict)
     findings: list[dict[str, Any]] = field(default_factory=list)
+    loaded: list[str] = field(default_factory=list)
     firings: dict[str, int] = field(default_factory=dict)
     recording: str = ""
     reads_as_fawkes: bool = False

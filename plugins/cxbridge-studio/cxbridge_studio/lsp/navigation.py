@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_studio.agent.named_files import Found
+from cxbridge_studio.agent.model import Found
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session
 

@@ -132,8 +132,6 @@ class AgentServer(LanguageServer):
         else:
             await self._read((*agent.library, *agent.clips()))
             self.session.library = {str(path.resolve()) for path in agent.library}
-            loaded = agent.loaded(self.session)
-            self.session.loaded = loaded if self._has_agent else set()
             await self._read(agent.others())
         self.session.is_indexed = True
         self.publish()
@@ -219,7 +217,7 @@ class AgentServer(LanguageServer):
                 knowledge.functions, firings=knowledge.firings, recording=knowledge.recording
             )
         if knowledge.is_complete or knowledge.findings:
-            self.session.knowledge = knowledge
+            self.session.know(knowledge)
             self.findings.finish(self._unsaved)
         self.publish()
         capabilities = self.client_capabilities.workspace

@@ -8,8 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-from cxbridge_studio.agent.model import SUFFIXES, AgentModel
-from cxbridge_studio.agent.named_files import Found
+from cxbridge_studio.agent.model import SUFFIXES, AgentModel, Found
 from cxbridge_studio.agent.names import Name, NameKind, SourceFile
 from cxbridge_studio.lsp.knowledge import NOTHING, AgentKnowledge, FunctionInfo
 
@@ -53,6 +52,11 @@ class Session:
         """Take note that a file is gone."""
         self._revision += 1
         self.model.remove(path)
+
+    def know(self, knowledge: AgentKnowledge) -> None:
+        """Take the result of an examination."""
+        self._revision += 1
+        self.knowledge, self.loaded = knowledge, set(knowledge.loaded)
 
     def is_of_agent(self, path: str) -> bool:
         """Whether the spec loads a file, or every agent has it."""

@@ -6,9 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.config import Configuration
-from cxbridge.executive.executive import BUILTIN_CX
-from cxbridge_studio.agent.loading import SpecLoading
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.agent.parts import open_lists, parts
@@ -228,24 +225,6 @@ def test_the_name_at_a_place():
     assert at is not None
     assert at.name == Name(NameKind.PARAMETER, "what", "pour")
     assert file.mention_at(YAML.index("drink: >") - 1) is None
-
-
-def test_what_a_spec_loads(tmp_path):
-    (tmp_path / "tea.clp").write_text('(path-load "more.clp")\n(path-load "gone.clp")\n')
-    (tmp_path / "more.clp").write_text("(defrule r =>)\n")
-    (tmp_path / "s.yaml").write_text(YAML)
-    config = Configuration.load(tmp_path / "s.yaml")
-    loading = SpecLoading((BUILTIN_CX, tmp_path), BUILTIN_CX, AgentModel().read)
-    files = loading.files(config, "tea")
-    own = [(f.name, f.path is not None, Path(f.asked_by).name, f.line) for f in files if f.asked_by]
-    assert own[-4:] == [
-        ("tea.clp", True, "s.yaml", 11),
-        ("more.clp", True, "tea.clp", 1),
-        ("gone.clp", False, "tea.clp", 2),
-        ("cups.clp", False, "s.yaml", 11),
-    ]
-    core = {file.name for file in files if file.path and file.path.is_relative_to(BUILTIN_CX)}
-    assert core >= {"init.clp", "goal.clp", "domain-effects.clp", "skills.clp", "plan.clp"}
 
 
 @needs_fawkes

@@ -177,10 +177,10 @@ def fawkes_agent(request) -> tuple[Session, str]:
     if FAWKES_DIR is None:
         pytest.skip("FAWKES_DIR names no Fawkes checkout")
     options = run_options({"fawkes_dir": str(FAWKES_DIR), "spec": request.param})
-    agent, session = AgentFiles.find(options), Session(knowledge=examine(options), is_indexed=True)
+    agent, session = AgentFiles.find(options), Session(is_indexed=True)
     for path in (*agent.library, *agent.clips(), *agent.others()):
         session.read(path.resolve())
     session.library = {str(path.resolve()) for path in agent.library}
-    session.loaded = agent.loaded(session)
+    session.know(examine(options))
     assert len(session.loaded) > 20
     return session, request.param
