@@ -271,53 +271,6 @@ CE = PatternCE | TestCE | GroupCE
 """A conditional element."""
 
 
-class Prefix:
-    """The CEs at the start of a condition; each pattern's fact has a variable.
-
-    :ivar texts: the CEs.
-    :ivar facts: the variables of the patterns' facts.
-    """
-
-    def __init__(self, ces: Sequence[CE]) -> None:
-        self.texts: list[str] = []
-        self.facts: list[str] = []
-        self._first: dict[str, int] = {}
-        for number, ce in enumerate(ces, 1):
-            if not isinstance(ce, PatternCE):
-                self.texts.append(ce.text)
-                continue
-            variable = ce.variable or f"cx-why-{number}"
-            self.texts.append(f"?{variable} <- {ce.bare()}")
-            self.facts.append(variable)
-            for name in [*sorted(ce.binds), *([ce.variable] if ce.variable else [])]:
-                self._first.setdefault(name, number)
-
-    @property
-    def binds(self) -> frozenset[str]:
-        """The variables that have a value after them."""
-        return frozenset(self._first)
-
-    def origin(self, name: str) -> int:
-        """Return the number of the CE that binds a variable."""
-        return self._first[name]
-
-
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """The left-hand side of a rule.
-
-    :param salience: the expression of its salience, empty when it has none.
-    :param functions: what is called in it.
-    :param globals: the global variables in it, without ``?*`` and ``*``.
-    """
-
-    rule: str
-    salience: str
-    ces: tuple[CE, ...]
-    functions: frozenset[str]
-    globals: frozenset[str]
-
-
 def patterns(ces: Sequence[CE]) -> Iterator[PatternCE]:
     """Yield all patterns, those within groups, too."""
     for ce in ces:
@@ -336,12 +289,16 @@ def needed(ces: Sequence[CE]) -> Iterator[PatternCE]:
             yield from needed(ce.items)
 
 
+def sides(rule: SyntaxNode) -> tuple[Sequence[SyntaxNode], Sequence[SyntaxNode]]:
+    """Return the nodes of a rule before its arrow, without its name, and those behind it."""
+    items = rule.arguments[1:]
+    arrow = next((place for place, item in enumerate(items) if item.text == "=>"), len(items))
+    return items[:arrow], items[arrow + 1 :]
+
+
 def condition_of(rule: SyntaxNode) -> tuple[CE, ...]:
     """Return the CEs of a rule, those before its arrow; none of another construct."""
-    if rule.head != "defrule":
-        return ()
-    arrow = next((place for place, item in enumerate(rule.arguments) if item.text == "=>"), None)
-    return tuple(elements(rule.arguments[1:arrow]))
+    return tuple(elements(sides(rule)[0])) if rule.head == "defrule" else ()
 
 
 def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, FieldConstraint, GroupCE, PatternCE
-from cxbridge.clipstext.rule import parse_rule
-from cxbridge.errors import ClipsError
+from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, condition_of
+from cxbridge.clipstext.syntax import read
 from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
@@ -34,26 +33,24 @@ def timed_rules(env: ClipsEnvironment, skillers: Collection[str]) -> Iterator[st
             continue
         if name == _CONTROL and not _can_get_control(env, skillers):
             continue
-        try:
-            ces = parse_rule(text).ces
-        except ClipsError:
-            yield name
-            continue
-        if all(_may_hold(env, each) for each in ces):
+        if all(_may_hold(env, each) for each in _condition(text)):
             yield name
 
 
 def lacking(env: ClipsEnvironment, rule: str) -> str:
     """Return the deftemplate of the first fact that a rule lacks; empty when it lacks none that is sure."""
-    text = rule_texts(env).get(rule, "")
-    try:
-        ces = parse_rule(text).ces if text else ()
-    except ClipsError:
-        return ""
-    for each in ces:
+    for each in _condition(rule_texts(env).get(rule, "")):
         if isinstance(each, PatternCE) and not _may_hold(env, each):
             return each.template
     return ""
+
+
+def _condition(text: str) -> tuple[CE, ...]:
+    """Return the condition of a rule; nothing of it when it is nested too deep to be read."""
+    try:
+        return tuple(ce for rule in read(text) for ce in condition_of(rule))
+    except RecursionError:
+        return ()
 
 
 def _can_get_control(env: ClipsEnvironment, skillers: Collection[str]) -> bool:
@@ -73,30 +70,17 @@ def _may_hold(env: ClipsEnvironment, element: CE) -> bool:
         return element.kind != "or" or any(_may_hold(env, each) for each in element.items)
     if not isinstance(element, PatternCE) or element.template == TIME:
         return True
-    wanted = dict(_literals(element))
+    wanted = _literals(element)
     return any(_fits(slots, wanted) for _, _, slots in env.facts(element.template))
 
 
-def _literals(pattern: PatternCE) -> Iterator[tuple[str, frozenset[str]]]:
-    """Yield the slots whose values are written out, with these values."""
-    for part in pattern.parts:
-        if part.slot and len(part.fields) == 1 and (values := _words(part.fields[0])):
-            yield part.slot, values
-
-
-def _words(field: FieldConstraint) -> frozenset[str]:
-    """Return the symbols and strings, one of which a field must have; empty when it may have others."""
-    if field.binder not in ("", "?"):
-        return frozenset()
-    words = set()
-    for terms in field.alternatives:
-        if len(terms) != 1 or len(terms[0]) != 1:
-            return frozenset()
-        word = terms[0][0].text
-        if not word.startswith('"') and not word[0].isalpha():
-            return frozenset()
-        words.add(word.strip('"'))
-    return frozenset(words)
+def _literals(pattern: PatternCE) -> dict[str, frozenset[str]]:
+    """Return the slots whose values are words that are written out, with these words."""
+    return {
+        slot: words
+        for slot, words in pattern.slots.items()
+        if all(word[0].isalpha() for word in words)  # a number may be written in several ways
+    }
 
 
 def _fits(slots: Mapping[str, Value], wanted: Mapping[str, frozenset[str]]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, GroupCE, TestCE, elements
+from cxbridge.clipstext.condition import CE, GroupCE, TestCE, elements, sides
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.parts import Part, parts
@@ -181,13 +181,14 @@ class _Reader:
         return tuple(rest)
 
     def _rule(self, node: SyntaxNode) -> None:
-        rest = self._define(node)
-        arrow = next((at for at, item in enumerate(rest) if item.text == "=>"), len(rest))
-        for declared in rest[0].arguments if rest and rest[0].head == "declare" else ():
-            for item in declared.arguments:
+        self._define(node)
+        condition, actions = sides(node)
+        declared = (entry for item in condition if item.head == "declare" for entry in item.arguments)
+        for entry in declared:
+            for item in entry.arguments:
                 self._expression(item)
-        self._conditions(elements(rest[:arrow]))
-        for item in rest[arrow + 1 :]:
+        self._conditions(elements(condition))
+        for item in actions:
             self._expression(item)
 
     def _template(self, node: SyntaxNode) -> None:

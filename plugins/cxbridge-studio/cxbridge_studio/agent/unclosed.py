@@ -1,17 +1,273 @@
-"""Says in words which list of a construct was not closed; for the check and for editors."""
+"""Finds the list of a construct that was not closed, by its indentation and by what lists are made of.
+
+A reader knows only that the construct is still open at its end: the parenthesis that is missing may belong
+to any list in it. Here each place is tried where one could be missing, and the text that then fits best is
+taken: lines that are indented no deeper than the list they are in, slots within slots, an arrow within a
+pattern and the like count against it.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.clipstext.syntax import HIDDEN, Lines, read
-from cxbridge_studio.agent.unclosed_lists import unclosed_lists
+from cxbridge.clipstext.syntax import HIDDEN, TOKEN, Lines, read
+
+_TAB: Final = 2
+"""Fawkes' files count a tab as two columns."""
+_MOST_TRIED: Final = 1500
+"""Of a longer construct only the ends of its lines are tried."""
+_MOST_MISSING: Final = 3
+
+_HARD: Final = 3.0
+_STRUCTURE: Final = 2.0
+_SOFT: Final = 1.0
+_BROKEN: Final = 10.0
+
+_CHANGES: Final = frozenset({"modify", "duplicate"})
+_COMPARE: Final = frozenset({"eq", "neq", "=", "<>", "<", ">", "<=", ">=", "and", "or"})
+_COMPARED: Final = 2
+_NEVER_NESTED: Final = _COMPARE | {"create$"}
+_NO_STATEMENTS: Final = _COMPARE | {"assert", "retract", "modify", "duplicate", "printout", "return", "not"}
+_STATEMENTS: Final = frozenset(
+    {
+        *("do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts"),
+        *("assert", "retract", "modify", "duplicate", "printout", "bind", "return"),
+        *("if", "while", "foreach", "progn$", "loop-for-count"),
+    }
+)
+_ONE_PART: Final = frozenset({"not", "test"})
+_ARGUMENTS: Final = {
+    **dict.fromkeys(("length$", "first$", "rest$", "fact-existp", "fact-relation", "str-length", "abs"), 1),
+    **dict.fromkeys(("nth$", "member$", "subsetp", "fact-slot-value", "str-index", "mod"), 2),
+    **dict.fromkeys(("subseq$", "sub-string"), 3),
+}
+"""Functions of CLIPS that take so many arguments, no more and no less."""
+_FACETS: Final = frozenset({"type", "default", "default-dynamic", "range", "cardinality", "allowed-values"})
+_KEYWORDS: Final = {"then": "if", "else": "if"}
+_SLOT: Final = frozenset({"slot", "multislot", "field", "multifield"})
+_PATTERNS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
+
 
 _BEGINNING: Final = re.compile(r"\((def\w+)\s+([^\s()\";]+)")
+
+
+class _Token(Struct, frozen=True):
+    """A token of a construct.
+
+    :param column: counted with tabs; ``indent`` is the column of the first token of its line.
+    :param is_first: whether it is that one.
+    """
+
+    text: str
+    start: int
+    end: int
+    column: int
+    indent: int
+    is_first: bool
+
+
+class _List(Struct, frozen=True):
+    """A list that is open.
+
+    :param children: how many things are in it so far, its head not counted.
+    """
+
+    token: _Token
+    head: str = ""
+    children: int = 0
+
+
+def unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None = None) -> list[int]:
+    """Return where the lists begin that were not closed, in the order of the text; empty when all are.
+
+    :param text: of one construct, up to where the next one begins.
+    :param slots: those of the deftemplates that are known.
+    """
+    tokens = list(_tokens(text))
+    missing = sum((token.text == "(") - (token.text == ")") for token in tokens)
+    names = _Names(slots or {})
+    found: list[int] = []
+    for _ in range(min(missing, _MOST_MISSING)):
+        place, opened = _best(tokens, names)
+        found.append(opened.start)
+        last = tokens[place - 1]
+        tokens.insert(place, _Token(")", last.end, last.end, last.column, last.indent, is_first=False))
+    return sorted(found)
+
+
+def _best(tokens: list[_Token], names: _Names) -> tuple[int, _Token]:
+    """Return before which token a parenthesis is missing, and the list that it closes.
+
+    Of places that fit as well, it is the last: the outermost of the lists that could end there.
+    """
+    places, states = set(_places(tokens)), list[tuple[int, _Reading]]()
+    reading = _Reading(tokens, names)
+    for at in range(len(tokens)):
+        if at in places and reading.stack:
+            states.append((at, reading.copy()))
+        reading.step(at)
+    states.append((len(tokens), reading))
+    best, least = (len(tokens), tokens[0]), float("inf")
+    for place, state in reversed(states):
+        opened = state.stack[-1].token if state.stack else tokens[0]
+        cost = state.cost_with(place, least)
+        if cost < least:
+            best, least = (place, opened), cost
+    return best
+
+
+def _tokens(text: str) -> Iterator[_Token]:
+    line = begin = column = indent = 0
+    is_first = True
+    for match in TOKEN.finditer(text):
+        token = match.group()
+        if match.lastgroup == "blank":
+            if "\n" in token:
+                begin, is_first = match.start() + token.rindex("\n") + 1, True
+                line += 1
+            continue
+        column = len(text[begin : match.start()].expandtabs(_TAB))
+        if is_first:
+            indent = column
+        yield _Token(token, match.start(), match.end(), column, indent, is_first)
+        is_first = False
+
+
+def _places(tokens: list[_Token]) -> list[int]:
+    """Return before which tokens a parenthesis may be missing: never within a run of them."""
+    ends = range(2, len(tokens) + 1)
+    found = [at for at in ends if at == len(tokens) or tokens[at].text != ")"]
+    if len(found) > _MOST_TRIED:
+        found = [at for at in found if at == len(tokens) or tokens[at].is_first]
+    return found
+
+
+class _Names:
+    """The deftemplates that are known."""
+
+    def __init__(self, slots: Mapping[str, Collection[str]]) -> None:
+        self.slots = slots
+        self.all = frozenset(name for names in slots.values() for name in names)
+
+    def opening(self, stack: list[_List], head: str) -> float:
+        """Return the cost of a list where it begins."""
+        parent = stack[-1].head
+        above = stack[-2].head if len(stack) > 1 else ""
+        slots = self.slots.get(parent, ())
+        is_odd = (
+            (head in _STATEMENTS and (parent in _NO_STATEMENTS or parent in self.slots)),
+            (slots and head not in slots),
+            (parent in self.all and head in self.all and (above in self.slots or above in _CHANGES)),
+            (parent in _SLOT and head in _SLOT),
+            (parent in _FACETS and head in _FACETS and above in _SLOT),
+            (parent == "deftemplate" and head not in _SLOT),
+        )
+        return _STRUCTURE * sum(map(bool, is_odd)) + _SOFT * (parent == head and head in _NEVER_NESTED)
+
+
+class _Reading:
+    """Reads a construct and counts what does not fit."""
+
+    def __init__(self, tokens: list[_Token], names: _Names) -> None:
+        self.stack: list[_List] = []
+        self.cost = 0.0
+        self._tokens = tokens
+        self._names = names
+
+    def copy(self) -> _Reading:
+        """Return a reading in the same place."""
+        other = _Reading(self._tokens, self._names)
+        other.stack, other.cost = [*self.stack], self.cost
+        return other
+
+    def cost_with(self, place: int, limit: float) -> float:
+        """Return the cost of the whole construct with a parenthesis more in this place.
+
+        :param limit: a higher cost is not counted to its end.
+        """
+        if self.cost < limit:
+            self._close()
+            for at in range(place, len(self._tokens)):
+                self.step(at)
+                if self.cost >= limit:
+                    break
+        return self.cost + _BROKEN * len(self.stack)
+
+    def step(self, at: int) -> None:
+        """Read a token."""
+        token = self._tokens[at]
+        if token.text == ")":
+            if token.is_first:
+                self.cost += self._layout_of_end(at)
+            self._close()
+            return
+        if not self.stack and at:
+            self.cost += _BROKEN
+        if token.is_first:
+            self.cost += _layout(token, self.stack)
+        if token.text == "(":
+            self._open(token, at)
+        elif self.stack:
+            self._word(token, is_head=self._tokens[at - 1].text == "(")
+
+    def _open(self, token: _Token, at: int) -> None:
+        head = self._tokens[at + 1].text if at + 1 < len(self._tokens) else ""
+        if self.stack:
+            self.cost += self._names.opening(self.stack, head)
+            self._count()
+        self.stack.append(_List(token))
+
+    def _word(self, token: _Token, *, is_head: bool) -> None:
+        inner = self.stack[-1]
+        if is_head:
+            self.stack[-1] = _List(inner.token, token.text)
+            return
+        self._count()
+        if token.text == "=>":
+            self.cost += _BROKEN * (len(self.stack) - 1)
+        elif token.text in _KEYWORDS:
+            self.cost += _HARD * (inner.head != _KEYWORDS[token.text])
+        elif token.text == "<-":
+            self.cost += _HARD * (len(self.stack) > 1 and inner.head not in _PATTERNS)
+
+    def _count(self) -> None:
+        inner = self.stack[-1]
+        self.stack[-1] = _List(inner.token, inner.head, inner.children + 1)
+
+    def _close(self) -> None:
+        if not self.stack:
+            return
+        closed = self.stack.pop()
+        if closed.head in _ONE_PART and closed.children != 1:
+            self.cost += _STRUCTURE
+        elif closed.children != _ARGUMENTS.get(closed.head, closed.children) or (
+            closed.head in _COMPARE and closed.children < _COMPARED
+        ):
+            self.cost += _SOFT
+
+    def _layout_of_end(self, at: int) -> float:
+        """Return the cost of parentheses that begin a line: they should be below what they close."""
+        token, closed = self._tokens[at], 0
+        while at + closed < len(self._tokens) and self._tokens[at + closed].text == ")":
+            closed += 1
+        lists = [each.token for each in self.stack[-closed:]]
+        below = {each.indent for each in lists} | {each.column for each in lists}
+        return 0.0 if token.column in below else _SOFT
+
+
+def _layout(token: _Token, stack: list[_List]) -> float:
+    """Return the cost of a line that begins in lists that are open: it should be deeper than they are."""
+    cost = 0.0
+    for each in stack[1:]:
+        if token.column <= each.token.indent:
+            cost += _HARD
+        elif token.column <= each.token.column:
+            cost += _SOFT
+    return cost
 
 
 class Unclosed(Struct, frozen=True):

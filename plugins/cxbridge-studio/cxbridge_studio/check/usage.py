@@ -10,7 +10,7 @@ from functools import cached_property
 from math import inf
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, OBJECT, PatternCE, condition_of, needed
+from cxbridge.clipstext.condition import CE, OBJECT, PatternCE, condition_of, needed, sides
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge.suggestions import nearest
 from cxbridge_studio.agent.model import AgentModel
@@ -113,8 +113,7 @@ class Construct:
         if not self.placed.piece.closed:
             return items
         if self.keyword == "defrule":
-            arrow = next((n for n, item in enumerate(items) if item.text == "=>"), len(items))
-            return items[arrow + 1 :]
+            return tuple(sides(self.node)[1])
         return items[1:] if self.keyword.startswith("def") else (self.node,)
 
     @cached_property

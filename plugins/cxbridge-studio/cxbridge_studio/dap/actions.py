@@ -6,10 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, GroupCE, PatternCE
-from cxbridge.clipstext.rule import parse_rule
+from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, condition_of, sides
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
-from cxbridge.errors import ClipsError
 
 _BODIES: Final = {"progn": 0, "while": 1, "loop-for-count": 1, "progn$": 1, "foreach": 2}
 """Functions whose arguments from this one on are actions."""
@@ -56,15 +54,11 @@ def rules_of(text: str) -> Iterator[FileRule]:
 
 
 def _actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
-    items = rule.node.arguments
-    arrow = next((place for place, node in enumerate(items) if node.text == "=>"), None)
-    if arrow is None:
-        return
     try:
-        names = bound(parse_rule(rule.node.text).ces)
-    except ClipsError:
+        names = bound(condition_of(rule.node))
+    except RecursionError:
         return
-    yield from _sequence(items[arrow + 1 :], names, lines)
+    yield from _sequence(sides(rule.node)[1], names, lines)
 
 
 def bound(ces: Sequence[CE]) -> tuple[str, ...]:

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from cxbridge.clipstext.condition import patterns
-from cxbridge.clipstext.rule import parse_rule
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.history.model import GoalRecord, PlanActionRecord
 from cxbridge.suggestions import nearest, or_similar
+from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.action_look import ActionLook, look_at_action
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_rules import lost_rule_for, misspelt_for, values_of
+from cxbridge_studio.explain.goal_rules import lost_rule_for, misspelt_for
 from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.rules.lost import LostRule, refused, unloaded
 from cxbridge_studio.explain.rules.snapshot import Rulebook
@@ -152,8 +152,8 @@ def _rules_of_actions(texts: Mapping[str, str], state: str, sets: re.Pattern[str
         except ClipsError:
             continue
         for pattern in inner:
-            if pattern.template == _ACTION and state in values_of(pattern, "state"):
-                found[name] = values_of(pattern, "action-name")
+            if pattern.template == _ACTION and state in pattern.slots.get("state", ()):
+                found[name] = sorted(pattern.slots.get("action-name", ()))
     return found
 
 
@@ -201,7 +201,7 @@ def _selection(texts: Mapping[str, str], look: ActionLook) -> str:
 def _plan_types(text: str) -> list[str]:
     """Return the types of plans that a rule names; none when it is for all."""
     plans = (pattern for pattern in patterns(parse_rule(text).ces) if pattern.template == "plan")
-    return [kind for pattern in plans for kind in values_of(pattern, "type")]
+    return [kind for pattern in plans for kind in sorted(pattern.slots.get("type", ()))]
 
 
 def _execution(texts: Mapping[str, str], look: ActionLook) -> str:

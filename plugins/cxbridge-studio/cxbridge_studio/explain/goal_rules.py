@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Final
 
 from cxbridge.clipstext.condition import FieldConstraint, PatternCE, patterns
-from cxbridge.clipstext.rule import parse_rule
 from cxbridge.errors import ClipsError
 from cxbridge.suggestions import likeness
+from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.lost import LostRule
 
 MOST_RULES: Final = 5
@@ -72,7 +72,7 @@ def misspelt_for(
             continue
         for pattern in _patterns(text):
             if _names(pattern, "mode", slots["mode"]) and not _names(pattern, "class", slots["class"]):
-                for other in values_of(pattern, "class"):
+                for other in sorted(pattern.slots.get("class", ())):
                     if other not in classes and _is_like(other, slots["class"]):
                         return name, other
     return None
@@ -91,21 +91,8 @@ def makers(texts: Mapping[str, str], name: str) -> list[str]:
     ]
 
 
-def values_of(pattern: PatternCE, slot: str) -> list[str]:
-    """Return the symbols that a pattern allows in a slot; none when it does not name any."""
-    return [
-        word
-        for part in pattern.parts
-        if part.slot == slot
-        for field in part.fields
-        for terms in field.alternatives
-        for term in terms
-        if not (word := "".join(node.text for node in term)).startswith(("~", ":", "=", "?", "$"))
-    ]
-
-
 def _names(pattern: PatternCE, slot: str, value: str) -> bool:
-    return value in values_of(pattern, slot)
+    return value in pattern.slots.get(slot, ())
 
 
 def _is_like(one: str, other: str) -> bool:

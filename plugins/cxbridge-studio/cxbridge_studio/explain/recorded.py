@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Protocol
 
 from cxbridge.clipstext.condition import patterns
-from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import (
@@ -28,6 +27,7 @@ from cxbridge.history.state import EnvironmentFacts
 from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import building_steps
+from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.recorded_mistakes import Refusals, agent_folders
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from cxbridge.clipstext.rule import dependencies, parse_rule
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, definitions, one_line
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.loading import Diagnostic
+from cxbridge_studio.agent.rule import dependencies, parse_rule
 from cxbridge_studio.explain.rules.snapshot import FactTemplate, Rulebook, Snapshot
 
 _MULTI = ("multislot", "multifield")

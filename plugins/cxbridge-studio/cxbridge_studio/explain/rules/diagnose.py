@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.clipstext.condition import CE, Condition, GroupCE, PatternCE, Prefix, TestCE
-from cxbridge.clipstext.rule import parse_rule
+from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, TestCE
 from cxbridge.clipstext.values import show, show_alone
 from cxbridge.errors import ClipsError
+from cxbridge_studio.agent.rule import Condition, Prefix, parse_rule
 from cxbridge_studio.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
 from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.near_misses import find_nearest

@@ -9,7 +9,6 @@ from typing import Final
 from clips._clips import ffi, lib
 
 from cxbridge.clipstext.condition import patterns
-from cxbridge.clipstext.rule import dependencies, parse_rule
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
@@ -19,6 +18,7 @@ from cxbridge.executive.host.constructs import defrules
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.values import FactAddress, show
+from cxbridge_studio.agent.rule import dependencies, parse_rule
 from cxbridge_studio.explain.rules import snapshot as model
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot, Waiting
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge_studio.agent.unclosed_lists import unclosed_lists
+from cxbridge_studio.agent.unclosed import unclosed_lists
 from studio_tests.check.deletions import SCENARIOS, figure
 
 GOAL = {"goal": {"id", "class", "mode", "params"}}

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from cxbridge.clipstext import condition
 from cxbridge.clipstext.condition import GroupCE, PatternCE
-from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.syntax import one_line, read
 from cxbridge.errors import ClipsError
+from cxbridge_studio.agent.rule import parse_rule
 from tests.support import many
 
 

@@ -3,16 +3,63 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from cxbridge.clipstext.condition import Condition, elements
+from cxbridge.clipstext.condition import CE, PatternCE, elements
 from cxbridge.clipstext.syntax import SyntaxNode, one_line, read, without_module
 from cxbridge.errors import ClipsError
 
 _GLOBAL = re.compile(r"\?\*(.+)\*\Z")
 _QUERIES = ("do-for-", "delayed-do-for-", "find-fact", "find-all-facts", "any-factp", "get-fact-list")
 """How functions begin that ask for facts of any template."""
+
+
+class Prefix:
+    """The CEs at the start of a condition; each pattern's fact has a variable.
+
+    :ivar texts: the CEs.
+    :ivar facts: the variables of the patterns' facts.
+    """
+
+    def __init__(self, ces: Sequence[CE]) -> None:
+        self.texts: list[str] = []
+        self.facts: list[str] = []
+        self._first: dict[str, int] = {}
+        for number, ce in enumerate(ces, 1):
+            if not isinstance(ce, PatternCE):
+                self.texts.append(ce.text)
+                continue
+            variable = ce.variable or f"cx-why-{number}"
+            self.texts.append(f"?{variable} <- {ce.bare()}")
+            self.facts.append(variable)
+            for name in [*sorted(ce.binds), *([ce.variable] if ce.variable else [])]:
+                self._first.setdefault(name, number)
+
+    @property
+    def binds(self) -> frozenset[str]:
+        """The variables that have a value after them."""
+        return frozenset(self._first)
+
+    def origin(self, name: str) -> int:
+        """Return the number of the CE that binds a variable."""
+        return self._first[name]
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """The left-hand side of a rule.
+
+    :param salience: the expression of its salience, empty when it has none.
+    :param functions: what is called in it.
+    :param globals: the global variables in it, without ``?*`` and ``*``.
+    """
+
+    rule: str
+    salience: str
+    ces: tuple[CE, ...]
+    functions: frozenset[str]
+    globals: frozenset[str]
 
 
 def parse_rule(text: str) -> Condition:
