@@ -21,7 +21,7 @@ DEV_PLUGINS := $(patsubst %/cxbridge-web,%/cxbridge-web[foxglove],$(patsubst %/c
 CONTAINER_PLUGINS := plugins/cxbridge-protobuf plugins/cxbridge-web
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help setup locked run run-pddl test test-core lint ruff checks prose page-lint editor types platforms win32 darwin unit docs package bench lock doctor clean
+.PHONY: help setup locked run run-pddl test test-core lint ruff checks prose page-lint editor types platforms win32 darwin proto unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -127,6 +127,11 @@ docs: setup
 package: setup
 	$(BIN)/python -m hatchling build
 	for each in $(PLUGINS); do (cd $$each && $(abspath $(BIN))/python -m hatchling build -d $(CURDIR)/dist) || exit 1; done
+
+# the envelope of the ZeroMQ protocol, compiled
+WIRE := cxbridge/blackboard/zmq/wire
+proto: setup
+	$(BIN)/python -m grpc_tools.protoc -I$(WIRE) --descriptor_set_out=$(WIRE)/envelope.binpb envelope.proto
 
 unit: setup
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -26,8 +28,8 @@ from cxbridge.blackboard.zmq.wire.dataframes import (
     pack_update,
     pack_write,
 )
-from cxbridge.blackboard.zmq.wire.protofile import describe
 from fuzz.targets import repack
+from tests.support import ROOT
 
 SERIAL = bytes(range(16))
 NUMBERS = st.integers(0, 2**64 - 1)
@@ -94,12 +96,20 @@ def test_the_bytes_on_the_wire_stay_as_they_are():
     )
 
 
-def test_numbers_of_fields_are_unique():
-    file = describe(Path(codec.__file__).with_name("envelope.proto"))
-    assert len(file.message_type) == 17
-    for message in file.message_type:
-        numbers = [field.number for field in message.field]
-        assert len(set(numbers)) == len(numbers), message.name
+def test_the_compiled_envelope_is_that_of_the_file(tmp_path):
+    """``make proto`` compiles it."""
+    protoc = pytest.importorskip("grpc_tools.protoc")
+    source, out = Path(codec.__file__).with_name("envelope.proto"), tmp_path / "envelope.binpb"
+    assert protoc.main(["", f"-I{source.parent}", f"--descriptor_set_out={out}", source.name]) == 0
+    compiled = FileDescriptorSet.FromString(source.with_suffix(".binpb").read_bytes())
+    assert compiled == FileDescriptorSet.FromString(out.read_bytes())
+
+
+def test_the_manual_has_the_numbers_of_codes_and_kinds():
+    page = (ROOT / "docs" / "protocol-zmq.md").read_text()
+    numbers = " ".join(page[page.index("Numbers of codes:") : page.index("## Data")].split())
+    for member in (*codec.ResultCode, *codec.ChangeKind, *codec.Stamp):
+        assert re.search(rf"\b{member.name} {member.value}[,.]", numbers), member
 
 
 @given(st.lists(st.binary(max_size=300), max_size=4))

@@ -11,7 +11,10 @@ from enum import IntEnum
 from pathlib import Path
 from typing import Any, Final
 
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import DecodeError
+from google.protobuf.message_factory import GetMessageClass
 
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq.wire.dataframes import (
@@ -22,7 +25,6 @@ from cxbridge.blackboard.zmq.wire.dataframes import (
     other_version,
     unpack,
 )
-from cxbridge.blackboard.zmq.wire.protofile import load
 
 MAX_FRAME: Final = 1 << 20
 """Bytes of a frame that a server takes."""
@@ -36,12 +38,20 @@ MAX_REPLY: Final = 64 << 20
 SESSION_SIZE: Final = 16
 """Bytes of a session, an epoch, an instance's serial."""
 
-_CLASSES, _ENUMS = load(Path(__file__).with_name("envelope.proto"))
 
-Envelope: Final[Any] = _CLASSES["Envelope"]
+def _load() -> Any:
+    """Return the class that protobuf makes of the compiled envelope.proto.
+
+    A generated Python module would bind us to one major version of protobuf: it warns on the next one.
+    """
+    pool = DescriptorPool()
+    files = FileDescriptorSet.FromString(Path(__file__).with_name("envelope.binpb").read_bytes())
+    pool.AddSerializedFile(files.file[0].SerializeToString())
+    return GetMessageClass(pool.FindMessageTypeByName("cxbridge.blackboard.Envelope"))
+
+
+Envelope: Final[Any] = _load()
 """The protobuf class of the envelope."""
-
-# Spelt out for type checkers; compared with the file below.
 
 
 class ResultCode(IntEnum):
@@ -84,11 +94,6 @@ class ChangeKind(IntEnum):
     READER_REMOVED = 2
     WRITER_ADDED = 3
     WRITER_REMOVED = 4
-
-
-for _name, _enum in (("Code", ResultCode), ("Stamp", Stamp), ("Kind", ChangeKind)):
-    if _ENUMS[_name] != {member.name: member.value for member in _enum}:
-        raise ImportError(f"{_name} is another one in envelope.proto")
 
 
 _MAY_HAVE_BLOCK: Final = frozenset({"reply"})
