@@ -6,7 +6,6 @@ import os
 import shutil
 import stat
 import struct
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,9 +13,8 @@ from pathlib import Path
 from cxbridge.errors import TraceError
 from cxbridge.file_access import replacing
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.bblogger.header import LAYOUTS, Header
+from cxbridge.trace.formats.bblogger.header import Header
 from cxbridge.trace.formats.bblogger.reader import BBLoggerFile
-from cxbridge.trace.formats.csv.reader import CsvFile
 from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
 
@@ -87,17 +85,14 @@ class Mending:
                 file.write(data)
 
 
-def examine(path: Path, *, exact: bool = False) -> Mending:
+def examine(path: Path) -> Mending:
     """Return what is wrong with a recorded run, without touching it.
 
-    :param exact: do what ``ffbblog repair`` does, with its faults; for bblogger files only.
     :raises TraceError: when it is not a recorded run, or cannot be read, or mended.
     """
     run = open_run(path)
     if isinstance(run, BBLoggerFile):
-        return _as_ffbblog(run) if exact else _bblogger(run)
-    if exact:
-        raise TraceError(f"ffbblog repairs bblogger files only, this is {run.format}", file=path)
+        return _bblogger(run)
     if path.is_dir():
         raise TraceError("this is a folder", file=path, hint="repair its files")
     if run.format == "mcap":
@@ -152,26 +147,6 @@ def _bblogger(run: BBLoggerFile) -> Mending:
     return Mending(run.path, run.format, actions, size - extra, tuple(patches))
 
 
-def _as_ffbblog(run: BBLoggerFile) -> Mending:
-    """Do what ``ffbblog repair`` does: it knows one layout and byte order, and sets a count of 0 to 0."""
-    header = run.header
-    if header.flag & 0x01:
-        raise TraceError(f"File {run.path} has incompatible endianess. Cannot repair.", file=run.path)
-    if header.layout is not LAYOUTS[0] or header.order != ("<" if sys.byteorder == "little" else ">"):
-        raise TraceError(
-            "ffbblog takes this file for another, and would destroy it",
-            file=run.path,
-            hint=f"a header as of {header.layout.since}; repair it without --exact",
-        )
-    size = _size(run.path)
-    count, extra = divmod(size - header.layout.size, header.entry_size)
-    actions = _truncated(extra)
-    if header.count == 0 or header.count != count:
-        actions.append(_count_action(run.path, header, count))
-    patch = (header.layout.count_offset, struct.pack("=I", count & _UINT32))
-    return Mending(run.path, run.format, actions, size - extra, (patch,))
-
-
 def _truncated(extra: int) -> list[str]:
     return [f"FIXING: errorneous bytes at end of file, truncating by {extra} b"] if extra else []
 
@@ -183,13 +158,10 @@ def _count_action(path: Path, header: Header, count: int) -> str:
 
 
 def _text(run: Run) -> Mending:
-    """Drop a last line that has no end; of CSV a last row that is not whole."""
+    """Drop a last line that has no end."""
     size = _size(run.path)
     end = _end_of_lines(run.path, size)
     actions = _truncated(size - end)
-    if isinstance(run, CsvFile) and (start := run.broken_end()) is not None:
-        actions = _truncated(size - start)
-        end = start
     if not end and size:
         raise TraceError("not one line of it is whole", file=run.path)
     return Mending(run.path, run.format, actions, end)

@@ -21,8 +21,8 @@ from tests.trace.bblog_files import make
 from tests.trace.runs import NAMES, RECORDINGS, family
 
 
-def mend(path: Path, *, exact: bool = False) -> tuple[bytes, list[str]]:
-    mending = examine(path, exact=exact)
+def mend(path: Path) -> tuple[bytes, list[str]]:
+    mending = examine(path)
     target = path.with_name("mended")
     mending.write_copy(target)
     return target.read_bytes(), mending.actions
@@ -69,28 +69,8 @@ def test_cut_off_anywhere_it_has_its_whole_entries(tmp_path: Path) -> None:
         data, actions = mend(path)
         count = (length - LAYOUTS[0].size) // entry
         assert data == make("<", [(1, 0), (2, 0)][:count], flag=0, count=count)
-        assert data == mend(path, exact=True)[0]
         assert bool(actions) == bool(length > LAYOUTS[0].size)
     assert entry > ENTRY_HEADER_SIZE
-
-
-def test_exact_is_as_ffbblog(tmp_path: Path) -> None:
-    """It refuses the flag that Fawkes writes, and says that it sets a count of 0 to 0."""
-    path = tmp_path / "a.log"
-    path.write_bytes(make("<", []))
-    with pytest.raises(TraceError, match=r"File .*a.log has incompatible endianess. Cannot repair."):
-        examine(path, exact=True)
-    path.write_bytes(make("<", [], flag=0))
-    assert examine(path, exact=True).actions == [
-        f"FIXING: header of file {path} has 0 data items, setting to 0."
-    ]
-    assert not examine(path).actions
-    path.write_bytes(make(">", [(1, 0)], flag=0))
-    with pytest.raises(TraceError, match="would destroy it"):
-        examine(path, exact=True)
-    path.write_text("I 01:00:00.000000 A: b\n")
-    with pytest.raises(TraceError, match="ffbblog repairs bblogger files only"):
-        examine(path, exact=True)
 
 
 def test_a_text_log_loses_its_half_line(tmp_path: Path) -> None:
@@ -115,17 +95,6 @@ def _log(folder: Path) -> Path:
     path = folder / "source"
     path.write_text("I 01:00:00.000000 A: b\nW 01:00:01.000000 A: two\nlines\nD 01:00:02.000000 B: end\n")
     return path
-
-
-def test_a_csv_loses_its_half_row(tmp_path: Path) -> None:
-    path = tmp_path / "s-SpeechSynthInterface-a-2014-05-13-16-53-20.csv"
-    heading = "# Time relative to beginning (in sec);text (string[1024])\n"
-    path.write_text(f"{heading}1.000000;a\n2.000000;b\nc")
-    data, actions = mend(path)
-    assert data.decode() == f"{heading}1.000000;a\n"
-    assert actions == ["FIXING: errorneous bytes at end of file, truncating by 12 b"]
-    path.write_bytes(data)
-    assert not examine(path).actions
 
 
 def mcap(path: Path) -> bytes:

@@ -204,7 +204,8 @@ class Format(Struct, frozen=True):
     :param rank: formats are asked in this order whether a file is theirs, the surest to recognise first.
     :param recognises: whether a file or folder is of this format, by its path and its first
         :data:`HEAD_SIZE` bytes (none for a folder).
-    :param reader: ``module:class`` of the :class:`Run`; called with the path and the registry of interfaces.
+    :param reader: ``module:class`` of the :class:`Run`, or a function that returns one or refuses the file;
+        called with the path and the registry of interfaces.
     """
 
     name: str

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from pkgutil import resolve_name
@@ -60,13 +61,13 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
         head = _head(path)
         found = next((each for each in formats() if each.recognises(path, head)), None)
     if found is not None:
-        reader: type[Run] = resolve_name(found.reader)
+        reader: Callable[[Path, InterfaceRegistry | None], Run] = resolve_name(found.reader)
         return reader(path, registry)
     raise TraceError(
         "not a recorded run" if head or path.is_dir() else "the file is empty",
         file=path,
         hint="expected an mcap file, a text log of Fawkes, a transitions text, CLIPS' watch items as text,"
-        " bblogger files or their CSV, or a bag of ROS 2",
+        " bblogger files, or a bag of ROS 2",
     )
 
 

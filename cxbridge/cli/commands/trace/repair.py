@@ -29,9 +29,6 @@ def repair(
     ] = None,
     in_place: Annotated[bool, typer.Option("--in-place", help="mend FILE without keeping a backup")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="report the damage and write nothing")] = False,
-    exact: Annotated[
-        bool, typer.Option("--exact", help="mend bblogger files as 'ffbblog repair' does, with its faults")
-    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
 ) -> int:
     """Mend a recording: bblogger's wrong header, an mcap file without its end, a half line at the end.
@@ -60,7 +57,7 @@ def repair(
     for path in files:
         target = output / path.name if output is not None and file.is_dir() else output
         try:
-            results.append(_repair(path, target, in_place=in_place, dry_run=dry_run, exact=exact))
+            results.append(_repair(path, target, in_place=in_place, dry_run=dry_run))
         except CxbridgeError as error:
             if not file.is_dir():
                 raise
@@ -75,15 +72,15 @@ def repair(
     return status
 
 
-def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool, exact: bool) -> dict[str, Any]:
+def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -> dict[str, Any]:
     """Mend one file, and return what was done."""
     from cxbridge.trace.repair import examine, read_whole
 
-    mending = examine(path, exact=exact)
+    mending = examine(path)
     if not mending.actions:
         read_whole(path)
     written, backup = (None, None) if dry_run else _write(mending, output, in_place=in_place)
-    if written is not None and not exact:
+    if written is not None:
         read_whole(written)
     return {
         "path": str(path),

@@ -1,22 +1,47 @@
-"""The CSV files that ``ffbblog convert`` writes, one for each interface, and folders of them."""
+"""The CSV files that ``ffbblog convert`` writes, one for each interface.
+
+They quote nothing, so a text with semicolons cannot be told from two texts: they are written, not read.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Final, NoReturn
+
+from cxbridge.errors import TraceError
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import CopyFormat, Format
-from cxbridge.trace.formats.csv.columns import csv_files, starts_well
+from cxbridge.trace.formats.files import files_starting
+
+TITLE: Final = "# Time relative to beginning (in sec)"
+"""The name of the first column, and the start of these files."""
+
+
+def refuse(path: Path, _registry: InterfaceRegistry | None) -> NoReturn:
+    """Refuse to read such a file, or a folder of them.
+
+    :raises TraceError: always.
+    """
+    raise TraceError(
+        "CSV is written, not read: nothing in it is quoted, so texts with semicolons are lost",
+        file=path,
+        hint="give the bblogger file (.log) or the recording that it was made of",
+    )
+
+
+def _starts_well(head: bytes) -> bool:
+    title = TITLE.encode()
+    return head.startswith((title + b";", title + b"\n"))
+
 
 FORMATS = (
     Format(
         "csv",
-        40,
-        recognises=lambda _, head: starts_well(head),
-        reader="cxbridge.trace.formats.csv.reader:CsvFile",
-    ),
-    Format(
-        "csv",
         50,
-        recognises=lambda path, _: bool(csv_files(path)),
-        reader="cxbridge.trace.formats.csv.reader:CsvFolder",
+        recognises=lambda path, head: (
+            _starts_well(head) or bool(files_starting(path, "*.csv", len(TITLE) + 1, _starts_well))
+        ),
+        reader=f"{__name__}:refuse",
     ),
 )
 COPIES = (

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path, PurePath
-from typing import IO, Any
+from typing import IO, Any, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.interfaces.accessors import fit_text
+from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.interfaces.schema import FieldSchema
+from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.trace.formats.base import Run, RunWriter
 from cxbridge.trace.formats.bblogger.header import file_name
 from cxbridge.trace.formats.bblogger.reader import BBLoggerFile, BBLoggerFolder
 from cxbridge.trace.formats.blocks import BlockDecoder, item_names
-from cxbridge.trace.formats.csv.columns import columns_of, formatter, heading
+from cxbridge.trace.formats.csv import TITLE
 from cxbridge.trace.formats.files import writing
+
+_UNKNOWN_ITEM: Final = "UNKNOWN"
+"""What stands for a number that is not an item of an enum."""
 
 _SUFFIX = ".csv"
 _SCENARIO_FILE = "scenario.yaml"
@@ -109,9 +114,9 @@ class CsvWriter(RunWriter):
         if self._single:
             if self._files:
                 raise _several(self._path)
-            return _CsvFile(self._path, schema.fields, heading(columns_of(schema)))
+            return _CsvFile(self._path, schema.fields, heading(schema))
         name = Path(file_name(self._scenario, uid, self._start_us or 0)).with_suffix(_SUFFIX)
-        return _CsvFile(self._path / name, schema.fields, heading(columns_of(schema)))
+        return _CsvFile(self._path / name, schema.fields, heading(schema))
 
     def flush(self) -> None:
         """Bring all rows into the files."""
@@ -176,7 +181,7 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
     raw = BlockDecoder(header.schema, header.order, header.packing).raw
     cells = [_cell(field, first) for field, first in _elements(header.schema.fields)]
     with writing(path), path.open("wb") as file:
-        file.write(f"{heading(columns_of(header.schema))}\n".encode())
+        file.write(f"{heading(header.schema)}\n".encode())
         for since_us, block in run.entries():
             values = raw(block)
             file.write(b";".join([_time(since_us), *(cell(values) for cell in cells)]) + b"\n")
@@ -241,3 +246,28 @@ def _several(path: Path) -> TraceError:
     return TraceError(
         "the run has several interfaces, or none", file=path, hint="name a folder: each gets a file in it"
     )
+
+
+# --- columns ----------------------------------------------------------------------------------------------
+
+
+def heading(schema: InterfaceSchema) -> str:
+    """Return the first line of a file, without its end."""
+    columns = (f";{each.name} ({each.runtime_type}[{each.runtime_length}])" for each in schema.fields)
+    return "".join([TITLE, *columns])
+
+
+def formatter(kind: str) -> Callable[[Any], str]:
+    """Return the writer of one element of a type other than ``string``."""
+    if kind == "bool":
+        return lambda value: "true" if value else "false"
+    if kind in ("float", "double"):
+        return _format_float
+    if kind in TYPES:
+        return str
+    return lambda value: value if isinstance(value, str) else _UNKNOWN_ITEM
+
+
+def _format_float(value: float) -> str:
+    """Return a number as C prints it, which prints the sign of a NaN, too."""
+    return "-nan" if math.isnan(value) and math.copysign(1, value) < 0 else f"{value:f}"

@@ -83,17 +83,17 @@ def test_what_we_write_it_reads_and_converts_as_we_do(files: list[Path], tmp_pat
 
 def test_we_repair_as_it_does(files: list[Path], tmp_path: Path) -> None:
     random = Random(8)
-    path, default, exact = (tmp_path / name for name in ("a.log", "default", "exact"))
+    path, ours = tmp_path / "a.log", tmp_path / "ours"
     for _ in range(200):
         data = random.choice(files).read_bytes()
         damaged = bytearray(data[: random.randrange(LAYOUTS[0].size, len(data))])
         struct.pack_into("=I", damaged, LAYOUTS[0].count_offset, random.choice([0, 3, COUNT, 1 << 31]))
         path.write_bytes(damaged)
-        mending = examine(path, exact=True)
-        mending.write_copy(exact)
-        examine(path).write_copy(default)
+        mending = examine(path)
+        mending.write_copy(ours)
         result = ffbblog("repair", path)
         assert result.returncode == 0
-        assert path.read_bytes() == exact.read_bytes() == default.read_bytes()
+        assert path.read_bytes() == ours.read_bytes()
         said = [line for line in result.stderr.decode().splitlines() if line.startswith("FIXING")]
-        assert said == mending.actions
+        # of a count of 0 that is right ffbblog tells each time that it sets it
+        assert [line for line in said if "setting to 0." not in line] == mending.actions
