@@ -17,6 +17,7 @@ _DEVELOPERS = "dev"
 PURPOSES: Final[Mapping[str, str]] = {
     "test": "pytest, which the plug-in for tests needs; `make run` installs it",
     "planners": "temporal and other planners by unified-planning; the scenario `temporal`",
+    "mongodb": "a robot memory on MongoDB, and files of mongodump; the one in this process needs nothing",
     "zstd": "recordings that another program has packed with zstd; cxbridge writes none",
     "all": "all plug-ins of this repository, `planners` and `test`",
     _DEVELOPERS: "everything that the tests and the manual need",

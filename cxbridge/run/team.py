@@ -200,7 +200,7 @@ class SharedMemory:
 
         :raises CxbridgeError: when a file cannot be used.
         """
-        # bson takes a tenth of a second to import, and most runs have no robot memory
+        # most runs have no robot memory
         from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
         from cxbridge.executive.robmem.split import SplitStore  # noqa: PLC0415
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from datetime import datetime
 from typing import Any
-
-from bson import Int64, ObjectId, Regex, Timestamp
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
@@ -14,7 +13,16 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.executive.robmem import jsontext
 from cxbridge.executive.robmem.errors import RobotMemoryError
-from cxbridge.executive.robmem.values import MISSING, Document, copy, encode, from_ms, to_ms
+from cxbridge.executive.robmem.values import (
+    MISSING,
+    Document,
+    ObjectId,
+    Regex,
+    Timestamp,
+    copy,
+    from_ms,
+    to_ms,
+)
 
 _INVALID = Symbol("INVALID_VALUE_TYPE")
 
@@ -142,11 +150,9 @@ class DocumentFunctions:
         if value is MISSING:
             return
         try:
-            encode({field: value})
+            document[str(field)] = copy({field: value})[field]
         except RobotMemoryError as error:
             self._log.error(f"Failed to append value to field {field}: {error}")
-            return
-        document[str(field)] = value
 
     def _to_bson(self, value: Value, where: str) -> Any:
         """Return a value for a document; :data:`MISSING` after a warning when there is none like it."""
@@ -155,10 +161,10 @@ class DocumentFunctions:
         if isinstance(value, float):
             return value
         if isinstance(value, int):
-            return Int64(value)
+            return int(value)
         if isinstance(value, ExternalAddress):
             document = self._document(value, where)
-            return MISSING if document is None else copy(document)
+            return MISSING if document is None else dict(document)
         self._log.warn(f"{where}: tried to add unknown type to BSON")
         return MISSING
 
@@ -238,7 +244,7 @@ class DocumentFunctions:
         if isinstance(value, int):
             return int(value)
         if isinstance(value, dict):
-            return self._handles.add(copy(value))
+            return self._handles.add(deepcopy(value))
         if isinstance(value, ObjectId):
             return str(value)
         raise Unsupported

@@ -7,16 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cxbridge.config import substitute_path
 from cxbridge.errors import ClipsError
 from cxbridge.executive.feature import Feature
+from cxbridge.executive.features.robmem_collections import CollectionFunctions
+from cxbridge.executive.features.robmem_context import RobotMemoryContext
+from cxbridge.executive.features.robmem_documents import DocumentFunctions
+from cxbridge.executive.features.robmem_handles import Trigger
+from cxbridge.executive.features.robmem_mutexes import MutexFunctions
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
-
-if TYPE_CHECKING:
-    from cxbridge.executive.features.robmem_context import RobotMemoryContext
-    from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge.executive.robmem.memory import RobotMemory
 
 LIBRARY = CORE_DIR / "cx" / "robot-memory.clp"
 """Our own helpers in CLIPS."""
@@ -46,12 +47,6 @@ class RobotMemoryFeature(Feature):
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions and load the helpers."""
-        # bson is imported on request only: start-up time is a feature
-        from cxbridge.executive.features.robmem_collections import CollectionFunctions  # noqa: PLC0415
-        from cxbridge.executive.features.robmem_context import RobotMemoryContext  # noqa: PLC0415
-        from cxbridge.executive.features.robmem_documents import DocumentFunctions  # noqa: PLC0415
-        from cxbridge.executive.features.robmem_mutexes import MutexFunctions  # noqa: PLC0415
-
         context = RobotMemoryContext(env, self._memory)
         self._contexts[env.name] = context
         DocumentFunctions(env, context.handles, context.log)
@@ -68,8 +63,6 @@ class RobotMemoryFeature(Feature):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Unregister the triggers, and wait for calls under way."""
-        from cxbridge.executive.features.robmem_handles import Trigger  # noqa: PLC0415
-
         context = self._contexts.pop(env.name)
         context.close()
         for trigger in context.handles.of_kind(Trigger):

@@ -137,9 +137,7 @@ class PddlRobotMemory:
             self._log.info(f"Finished generation of problem {self._output.name}")
 
     def _find_documents(self, queries: dict[str, dict[str, Any]]) -> Mapping[str, list[dict[str, Any]]]:
-        facets = {name: [{"$match": query}] for name, query in queries.items()}
-        (found,) = self._store.aggregate(self._collection, [{"$facet": facets}])
-        return found
+        return {name: self._store.find(self._collection, query) for name, query in queries.items()}
 
     def close(self) -> None:
         """Close the interface."""

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.executive.planning.errors import PlanningError
+from cxbridge.executive.robmem.values import ObjectId
 
 Find = Callable[[dict[str, dict[str, Any]]], Mapping[str, list[dict[str, Any]]]]
 """Finds the documents of several queries at once, by the names of their sections."""
@@ -148,5 +149,4 @@ def _text(value: Any) -> str:
         return f"{value:f}"
     if isinstance(value, (str, int)):
         return str(value)
-    # bson is only imported where there is a robot memory
-    return str(value) if type(value).__name__ == "ObjectId" else _UNPRINTABLE
+    return str(value) if isinstance(value, ObjectId) else _UNPRINTABLE

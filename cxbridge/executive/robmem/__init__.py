@@ -1,6 +1,5 @@
 """The robot memory: documents in collections, changes as events, mutexes.
 
-`memory` is what an application holds; `store` says what a store can do, `embedded` is the one in this
-process, `mongo` the one on MongoDB. See docs/robot-memory.md. Nothing is imported here: `bson` takes its
-time, and most runs have no robot memory.
+`memory` is the entry of an application; `store` is the interface of stores, `embedded` the one in this
+process, `mongodb` the one on MongoDB (the extra `mongodb`). See docs/robot-memory.md.
 """

@@ -8,10 +8,8 @@ from datetime import datetime
 from typing import Any
 
 from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.queries.paths import index_keys, leaves
-from cxbridge.executive.robmem.queries.query import compile_query, equalities
-from cxbridge.executive.robmem.queries.sorting import order_of
-from cxbridge.executive.robmem.values import Document, Key, key, to_ms
+from cxbridge.executive.robmem.query import compile_query, equalities, leaves, needs_mongodb, order_of
+from cxbridge.executive.robmem.values import MISSING, Document, Key, key, to_ms
 
 _SCANNED = 32
 """So few documents are faster looked through than looked up."""
@@ -41,11 +39,6 @@ class IndexSpec:
 
         :raises QueryError: when it is none, or not supported here.
         """
-        if not keys:
-            raise QueryError("an index needs a key")
-        for path, kind in keys.items():
-            if isinstance(kind, str) or "$**" in path:
-                raise QueryError(f"there is no index '{kind if isinstance(kind, str) else path}' here")
         if expire_after_s is not None and (len(keys) != 1 or not 0 <= expire_after_s < 2**31):
             raise QueryError("documents expire by one field, after 0 seconds at least")
         if expire_after_s is not None and "_id" in keys:
@@ -66,8 +59,8 @@ class _Unique:
     owners: dict[Hashable, Hashable] = field(default_factory=dict)
 
     def keys(self, document: Document) -> set[tuple[Key, ...]]:
-        """Return what the index knows a document by."""
-        return set(index_keys(document, self.paths))
+        """Return the values of a document in the index."""
+        return {tuple(key(_single(document, path)) for path in self.paths)}
 
 
 class Collection:
@@ -218,6 +211,19 @@ class Collection:
                 if any(isinstance(time, datetime) and to_ms(time) < limit_ms for time in times(document))
             }
         return list(found.values())
+
+
+def _single(document: Document, path: str) -> Any:
+    """Return the value at a path.
+
+    :raises QueryError: when there is an array on the way.
+    """
+    value: Any = document
+    for part in path.split("."):
+        value = value.get(part, MISSING) if isinstance(value, dict) else MISSING
+        if isinstance(value, list):
+            raise needs_mongodb(f"a unique index on '{path}', an array,")
+    return value
 
 
 def _leaf_keys(document: Document, path: str) -> set[Hashable]:

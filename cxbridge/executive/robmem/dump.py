@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-
-import bson
+from types import ModuleType
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.robmem.errors import RobotMemoryError
+from cxbridge.executive.robmem.errors import QueryError, RobotMemoryError
 from cxbridge.executive.robmem.store import Store, split_name
-from cxbridge.executive.robmem.values import Document, decode, encode
+from cxbridge.extras import install_command
 from cxbridge.file_access import replacing
 
 
@@ -21,14 +20,14 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
     :raises RobotMemoryError: when it cannot be written.
     """
     file = _file(collection, folder)
-    documents = store.find(collection)
+    data = _bsonvalues(file).dumped(store.find(collection))
     description = json.dumps(
         {"indexes": [], "collectionName": split_name(collection)[1], "type": "collection"}
     )
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         _replace(file.with_suffix(".metadata.json"), description.encode())
-        _replace(file, b"".join(encode(document) for document in documents))
+        _replace(file, data)
     except OSError as error:
         raise RobotMemoryError(f"cannot dump {collection}: {error.strerror}", file=file) from None
     except CxbridgeError as error:
@@ -49,7 +48,10 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
         data = file.read_bytes()
     except OSError as error:
         raise RobotMemoryError(f"cannot restore {collection}: {error.strerror}", file=file) from None
-    documents = _documents(data, file)
+    try:
+        documents = _bsonvalues(file).restored(data)
+    except QueryError as error:
+        raise RobotMemoryError(f"this is not a dump of a collection: {error}", file=file) from None
     into = target or collection
     store.drop(into)
     for document in documents:
@@ -57,22 +59,16 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
     return len(documents)
 
 
-def _documents(data: bytes, file: Path) -> list[Document]:
-    """Return the documents of a dump.
-
-    :raises RobotMemoryError: when it is none.
-    """
-    documents, at = [], 0
-    while at < len(data):
-        size = int.from_bytes(data[at : at + 4], "little")
-        try:
-            if not 5 <= size <= len(data) - at:  # noqa: PLR2004  the smallest document: size and end
-                raise bson.errors.InvalidBSON(f"a document of {size} bytes at byte {at}")
-            documents.append(decode(data[at : at + size]))
-        except (bson.errors.BSONError, RobotMemoryError) as error:
-            raise RobotMemoryError(f"this is not a dump of a collection: {error}", file=file) from None
-        at += size
-    return documents
+def _bsonvalues(file: Path) -> ModuleType:
+    try:
+        from cxbridge.executive.robmem.mongodb import bsonvalues  # noqa: PLC0415 - an extra
+    except ModuleNotFoundError:
+        raise RobotMemoryError(
+            "files of mongodump need the package pymongo",
+            file=file,
+            hint=f"pip install 'cxbridge[mongodb]', here {install_command('mongodb')}",
+        ) from None
+    return bsonvalues
 
 
 def _file(collection: str, folder: Path) -> Path:

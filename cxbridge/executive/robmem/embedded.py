@@ -4,38 +4,27 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from bson import ObjectId, Regex, Timestamp
-
 from cxbridge.clock import Clock
 from cxbridge.executive.robmem.collection import Collection, IndexSpec
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.journal import Journal
-from cxbridge.executive.robmem.queries.aggregate import aggregate
-from cxbridge.executive.robmem.queries.query import compile_query
-from cxbridge.executive.robmem.queries.sorting import order_of, sort_documents
+from cxbridge.executive.robmem.query import Test, compile_query, order_of, sort_documents
 from cxbridge.executive.robmem.store import Change, OnChange, Store, Watch, split_name
-from cxbridge.executive.robmem.updates.modifiers import UpdateMoment
-from cxbridge.executive.robmem.updates.update import Changed, Update, with_id
-from cxbridge.executive.robmem.values import Document, copy, encode_stored, from_ms
+from cxbridge.executive.robmem.update import Changed, Update
+from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms
 
 _SWEEP_US = 60_000_000
 """How often documents are looked for whose time is over; MongoDB's own period."""
 
 
-_NO_TIMESTAMP = Timestamp(0, 0)
-"""What an insertion makes the time of, as MongoDB does; not below the top."""
-
-
 class _LocalWatch(Watch):
-    def __init__(
-        self, fits: Callable[[Document], bool], on_change: OnChange, closed: Callable[[_LocalWatch], None]
-    ) -> None:
+    def __init__(self, fits: Test, on_change: OnChange, closed: Callable[[_LocalWatch], None]) -> None:
         self.fits = fits
         self.on_change = on_change
         self._closed = closed
@@ -59,7 +48,7 @@ class EmbeddedStore(Store):
         self._lock = threading.RLock()
         self._collections: dict[str, Collection] = {}
         self._watches: dict[str, list[_LocalWatch]] = {}
-        self._machine = bytes(5) if clock.is_virtual else os.urandom(5)
+        self._machine = (bytes(5) if clock.is_virtual else os.urandom(5)).hex()
         self._ids = 0
         self._last_stamp = Timestamp(0, 0)
         self._next_sweep_us = 0
@@ -90,12 +79,6 @@ class EmbeddedStore(Store):
             if order is not None:
                 found = sort_documents(found, order)
             return [copy(document) for document in (found[:limit] if limit else found)]
-
-    def aggregate(self, collection: str, pipeline: Sequence[Mapping[str, Any]]) -> list[Document]:
-        """Send the documents of a collection through a pipeline."""
-        stages = copy({"stages": list(pipeline)})["stages"]
-        with self._lock:
-            return [copy(each) for each in aggregate(list(self._of(collection).all()), stages)]
 
     def collections(self) -> list[str]:
         """Return the names of the collections that have documents."""
@@ -211,31 +194,30 @@ class EmbeddedStore(Store):
 
     def _insert(self, collection: str, document: Document) -> Document:
         known = self._of(collection)
-        document = with_id(document, self._new_id())
-        _check_id(document["_id"])
-        for name, value in document.items():
-            if value == _NO_TIMESTAMP and name != "_id":
-                document[name] = self._next_stamp()
-        data = encode_stored(document)
+        made = self._new_id()
+        document = {"_id": document.pop("_id", made), **document}
+        if isinstance(document["_id"], list | Regex):
+            raise QueryError("the '_id' of a document is neither an array nor a regular expression")
+        _refuse_dollars(document)
         known.check(document)
         if self._journal is not None:
-            self._journal.put(collection, document["_id"], data)
+            self._journal.put(collection, document)
         known.put(document)
         self._notify(collection, "insert", document)
         return document
 
     def _upsert(self, collection: str, query: Document, changes: Update) -> Document:
-        return self._insert(collection, changes.new_document(query, self._moment()))
+        return self._insert(collection, changes.new_document(query, self._now()))
 
     def _change(self, collection: str, document: Document, changes: Update) -> Document:
-        changed = changes.apply(document, self._moment())
+        changed = changes.apply(document, self._now())
         if not changed.anything:
             return document
         known = self._of(collection)
-        data = encode_stored(changed.document)
+        _refuse_dollars(changed.fields)
         known.check(changed.document, document)
         if self._journal is not None:
-            self._journal.put(collection, document["_id"], data)
+            self._journal.put(collection, changed.document)
         known.put(changed.document, document)
         self._notify(collection, "update", changed.document, changed)
         return changed.document
@@ -249,13 +231,10 @@ class EmbeddedStore(Store):
     def _new_id(self) -> ObjectId:
         self._ids = (self._ids + 1) % (1 << 24)
         seconds = self._clock.now_us() // 1_000_000 & 0xFFFFFFFF
-        return ObjectId(seconds.to_bytes(4, "big") + self._machine + self._ids.to_bytes(3, "big"))
+        return ObjectId(f"{seconds:08x}{self._machine}{self._ids:06x}")
 
     def _now(self) -> datetime:
         return from_ms(self._clock.now_us() // 1000)
-
-    def _moment(self) -> UpdateMoment:
-        return UpdateMoment(self._now(), self._next_stamp)
 
     def _next_stamp(self) -> Timestamp:
         """Return a timestamp behind all before."""
@@ -293,10 +272,13 @@ class EmbeddedStore(Store):
                 watch.on_change(copy(change))
 
 
-def _check_id(identity: Any) -> None:
-    """Raise an error when a document cannot have this `_id`."""
-    if isinstance(identity, list | Regex):
-        kind = "an array" if isinstance(identity, list) else "a regular expression"
-        raise QueryError(f"the '_id' of a document cannot be {kind}")
-    if isinstance(identity, dict) and any(name.startswith("$") for name in identity):
-        raise QueryError("the '_id' of a document cannot have fields that begin with a dollar")
+def _refuse_dollars(value: Any) -> None:
+    """Raise an error when a document has the name of an operator: extended JSON gives it a meaning."""
+    if isinstance(value, dict):
+        for name, item in value.items():
+            if name.startswith("$"):
+                raise QueryError(f"'{name}': fields of documents do not begin with a dollar")
+            _refuse_dollars(item)
+    elif isinstance(value, list):
+        for item in value:
+            _refuse_dollars(item)

@@ -10,7 +10,7 @@ class RobotMemoryError(ExecutiveError):
 
 
 class QueryError(RobotMemoryError):
-    """A query, an update or a pipeline is not written as MongoDB reads it, or asks for what is not here."""
+    """A query or an update is not written as MongoDB reads it, or needs a MongoDB."""
 
 
 class DuplicateKeyError(RobotMemoryError):

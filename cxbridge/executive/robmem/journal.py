@@ -1,7 +1,8 @@
 """A file that the embedded store survives in: an SQLite database, each change there whole or not at all.
 
-Two tables: collection, ``_id`` and document as BSON, whose ``rowid`` keeps the order of insertion; and the
-indexes that somebody asked for. One process at a time: SQLite's exclusive lock sees to it.
+Two tables: collection, ``_id`` and document as extended JSON, whose ``rowid`` keeps the order of insertion;
+and the indexes of :meth:`.store.Store.create_index`. One process at a time: SQLite's exclusive lock sees
+to it.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ from typing import Any
 
 from cxbridge.executive.robmem.collection import IndexSpec
 from cxbridge.executive.robmem.errors import RobotMemoryError
+from cxbridge.executive.robmem.jsontext import parse, to_text
 from cxbridge.executive.robmem.store import split_name
-from cxbridge.executive.robmem.values import Document, decode, encode
+from cxbridge.executive.robmem.values import Document
 
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS documents (
@@ -26,6 +28,8 @@ CREATE TABLE IF NOT EXISTS indexes (
 );
 """
 _APPLICATION = 0x43585242
+_VERSION = 2
+"""Of the layout; 0 had BSON in place of JSON."""
 
 
 class Journal:
@@ -48,7 +52,8 @@ class Journal:
             self._db.execute("PRAGMA synchronous = NORMAL")
             self._check_owner()
             self._db.executescript(
-                f"BEGIN EXCLUSIVE; {_SCHEMA} PRAGMA application_id = {_APPLICATION}; COMMIT;"
+                f"BEGIN EXCLUSIVE; {_SCHEMA} PRAGMA application_id = {_APPLICATION}; "
+                f"PRAGMA user_version = {_VERSION}; COMMIT;"
             )
         except sqlite3.Error as error:
             self._db.close()
@@ -62,6 +67,14 @@ class Journal:
             raise RobotMemoryError(
                 "this database is not a robot memory", file=self._file, hint="name another file"
             )
+        (version,) = self._db.execute("PRAGMA user_version").fetchone()
+        if tables and version != _VERSION:
+            self._db.close()
+            raise RobotMemoryError(
+                "this robot memory was written by another version of cxbridge",
+                file=self._file,
+                hint="dump its collections with that version (robmem-dump-collection) and restore them here",
+            )
 
     def _refused(self, error: Exception) -> RobotMemoryError:
         hint = "another process has it open" if "locked" in str(error) else "name another file"
@@ -74,7 +87,7 @@ class Journal:
         """
         query = "SELECT collection, id, document FROM documents ORDER BY rowid"
         for collection, identity, data in self._select(query):
-            document = decode(data)
+            document = _decode(data)
             split_name(collection)
             if _id(document["_id"]) != identity:
                 raise self._damaged("a document has another '_id' than its row")
@@ -86,7 +99,7 @@ class Journal:
         :raises RobotMemoryError: when the file is damaged.
         """
         for collection, data in self._select("SELECT collection, spec FROM indexes ORDER BY rowid"):
-            spec = decode(data)
+            spec = _decode(data)
             yield (
                 collection,
                 IndexSpec.read(spec["key"], unique=spec["unique"], expire_after_s=spec["expireAfterSeconds"]),
@@ -100,7 +113,7 @@ class Journal:
             if found != "ok":
                 raise self._damaged(found)
             yield
-        except (sqlite3.Error, RobotMemoryError, KeyError, TypeError) as error:
+        except (sqlite3.Error, RobotMemoryError, UnicodeError, KeyError, TypeError, AttributeError) as error:
             self._db.close()
             if isinstance(error, RobotMemoryError) and error.file == str(self._file):
                 raise
@@ -122,18 +135,17 @@ class Journal:
         :raises RobotMemoryError: as in :meth:`put`.
         """
         kept = {"key": dict(spec.keys), "unique": spec.unique, "expireAfterSeconds": spec.expire_after_s}
-        self._write("INSERT INTO indexes (collection, spec) VALUES (?, ?)", (collection, encode(kept)))
+        self._write("INSERT INTO indexes (collection, spec) VALUES (?, ?)", (collection, _encode(kept)))
 
-    def put(self, collection: str, identity: Any, data: bytes) -> None:
+    def put(self, collection: str, document: Document) -> None:
         """Keep a document, in place of one with its `_id`.
 
-        :param data: the document as BSON.
         :raises RobotMemoryError: when it cannot be written, e.g. on a full disk.
         """
         self._write(
             "INSERT INTO documents (collection, id, document) VALUES (?, ?, ?) "
             "ON CONFLICT (collection, id) DO UPDATE SET document = excluded.document",
-            (collection, _id(identity), data),
+            (collection, _id(document["_id"]), _encode(document)),
         )
 
     def delete(self, collection: str, identity: Any) -> None:
@@ -163,4 +175,13 @@ class Journal:
 
 
 def _id(identity: Any) -> bytes:
-    return encode({"_id": identity})
+    return _encode({"_id": identity})
+
+
+# strings of CLIPS may have bytes that are no UTF-8
+def _encode(document: Document) -> bytes:
+    return to_text(document).encode(errors="surrogatepass")
+
+
+def _decode(data: bytes) -> Document:
+    return parse(data.decode(errors="surrogatepass"))

@@ -1,24 +1,27 @@
-"""Documents as text: MongoDB's extended JSON."""
+"""Documents as text: MongoDB's extended JSON, which the file of the embedded store has, too."""
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 from collections.abc import Callable
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Any
 
-import bson
-from bson import ObjectId, Regex, Timestamp, json_util
-from bson.json_util import DatetimeRepresentation, JSONMode, JSONOptions
-
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.values import Document, copy, to_ms
+from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms, to_ms
 
-_OPTIONS: JSONOptions = JSONOptions(
-    json_mode=JSONMode.RELAXED, tz_aware=True, datetime_representation=DatetimeRepresentation.ISO8601
-)
-_LETTERS = ((2, "i"), (8, "m"), (16, "s"), (64, "x"))
+_MONGODB_ONLY = {
+    "$numberDecimal",
+    "$minKey",
+    "$maxKey",
+    "$code",
+    "$symbol",
+    "$dbPointer",
+    "$undefined",
+    "$uuid",
+}
 
 
 def parse(text: str) -> Document:
@@ -27,12 +30,54 @@ def parse(text: str) -> Document:
     :raises QueryError: when it describes none.
     """
     try:
-        document = json_util.loads(text, json_options=_OPTIONS)
-    except (ValueError, TypeError, KeyError, RecursionError, bson.errors.BSONError) as error:
+        document = json.loads(text, object_hook=_value)
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise QueryError(f"not a JSON document: {error}") from None
     if not isinstance(document, dict):
         raise QueryError("a document in JSON is an object, in braces")
     return copy(document)
+
+
+def _value(fields: dict[str, Any]) -> Any:
+    """Return the value that an object stands for; the object itself, when it stands for none."""
+    name = next(iter(fields), "")
+    if not name.startswith("$"):
+        return fields
+    if name in _MONGODB_ONLY:
+        raise QueryError(f"not a JSON document here: {name} needs a MongoDB")
+    if fields.keys() in ({"$regex"}, {"$regex", "$options"}) and isinstance(fields["$regex"], str):
+        return Regex(fields["$regex"], _options(fields.get("$options", "")))
+    read = _READERS.get(name) if len(fields) == 1 else None
+    return fields if read is None else read(fields[name])
+
+
+def _options(letters: Any) -> str:
+    return "".join(sorted(str(letters)))
+
+
+def _date(value: Any) -> datetime:
+    if isinstance(value, str):
+        time = datetime.fromisoformat(value)
+        return time if time.tzinfo else time.replace(tzinfo=UTC)
+    return from_ms(int(value))
+
+
+def _object_id(digits: Any) -> ObjectId:
+    if not isinstance(digits, str) or len(bytes.fromhex(digits)) != 12:  # noqa: PLR2004
+        raise QueryError(f"not a JSON document: $oid has 24 hexadecimal digits, not {digits!r}")
+    return ObjectId(digits.lower())
+
+
+_READERS: dict[str, Callable[[Any], Any]] = {
+    "$oid": _object_id,
+    "$date": _date,
+    "$numberInt": int,
+    "$numberLong": int,
+    "$numberDouble": float,
+    "$timestamp": lambda value: Timestamp(int(value["t"]), int(value["i"])),
+    "$regularExpression": lambda value: Regex(str(value["pattern"]), _options(value["options"])),
+    "$binary": lambda value: base64.b64decode(value["base64"], validate=True),
+}
 
 
 def to_text(value: Any) -> str:
@@ -44,9 +89,7 @@ def to_text(value: Any) -> str:
         items = ", ".join(map(to_text, value))
         return f"[ {items} ]" if items else "[  ]"
     make = next((make for kinds, make in _TEXTS if isinstance(value, kinds)), None)
-    if make is None:
-        return json_util.dumps(value, json_options=_OPTIONS)
-    return make(value)
+    return _quoted(str(value)) if make is None else make(value)
 
 
 def _quoted(text: str) -> str:
@@ -55,11 +98,6 @@ def _quoted(text: str) -> str:
 
 def _double(value: float) -> str:
     return repr(value) if math.isfinite(value) else f'{{ "$numberDouble" : "{value}" }}'
-
-
-def _regex(value: Regex[str]) -> str:
-    letters = "".join(letter for flag, letter in _LETTERS if value.flags & flag)
-    return f'{{ "$regex" : {_quoted(str(value.pattern))}, "$options" : "{letters}" }}'
 
 
 _TEXTS: tuple[tuple[type, Callable[[Any], str]], ...] = (
@@ -71,5 +109,11 @@ _TEXTS: tuple[tuple[type, Callable[[Any], str]], ...] = (
     (ObjectId, lambda value: f'{{ "$oid" : "{value}" }}'),
     (datetime, lambda value: f'{{ "$date" : {to_ms(value)} }}'),
     (Timestamp, lambda value: f'{{ "$timestamp" : {{ "t" : {value.time}, "i" : {value.inc} }} }}'),
-    (Regex, _regex),
+    (Regex, lambda value: f'{{ "$regex" : {_quoted(value.pattern)}, "$options" : "{value.options}" }}'),
+    (
+        bytes,
+        lambda value: (
+            f'{{ "$binary" : {{ "base64" : "{base64.b64encode(value).decode()}", "subType" : "00" }} }}'
+        ),
+    ),
 )

@@ -16,8 +16,9 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, Logger
 from cxbridge.executive.robmem.errors import RobotMemoryError
-from cxbridge.executive.robmem.mongodb.status_writer import SetKeeper
 from cxbridge.executive.robmem.settings import Settings
+from cxbridge.executive.robmem.status_writer import SetKeeper
+from cxbridge.extras import install_command
 
 if TYPE_CHECKING:
     from cxbridge.executive.robmem.store import Store
@@ -103,7 +104,7 @@ class RobotMemory:
                 self._sets.append(SetKeeper(interface, self._store))
 
     def _open_store(self) -> Store:
-        # bson takes a tenth of a second to import, pymongo a second, and most runs have no robot memory
+        # pymongo takes a second to import
         settings = self.settings
         if settings.backend == "embedded":
             if self._embedded is not None:
@@ -116,7 +117,13 @@ class RobotMemory:
                 "a robot memory on MongoDB cannot go with --clock virtual",
                 hint="events come in real time: use --clock real",
             )
-        from cxbridge.executive.robmem.mongodb.store import MongoStore  # noqa: PLC0415
+        try:
+            from cxbridge.executive.robmem.mongodb.store import MongoStore  # noqa: PLC0415
+        except ModuleNotFoundError:
+            raise ConfigError(
+                "a robot memory on MongoDB needs the package pymongo",
+                hint=f"pip install 'cxbridge[mongodb]', here {install_command('mongodb')}",
+            ) from None
 
         return MongoStore(settings.uri, settings.distributed_uri, settings.distributed, warn=self.log.warn)
 

@@ -58,10 +58,6 @@ class SplitStore(Store):
         """Remove all documents that fit."""
         return self._of(collection).remove(collection, query)
 
-    def aggregate(self, collection: str, pipeline: Sequence[Mapping[str, Any]]) -> list[Document]:
-        """Send the documents of a collection through a pipeline."""
-        return self._of(collection).aggregate(collection, pipeline)
-
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
         """Report each change of a collection from now on."""
         return self._of(collection).watch(collection, query, on_change)

@@ -6,11 +6,12 @@ Collections are named as in Fawkes: ``DATABASE.COLLECTION``. Documents go in and
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
+from msgspec import Struct
+
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.mongodb.status import SetStatus
 from cxbridge.executive.robmem.values import Document
 
 Change = Document
@@ -36,6 +37,19 @@ def split_name(collection: str) -> tuple[str, str]:
     return database, name
 
 
+class SetStatus(Struct, frozen=True):
+    """How a replica set stands, in the words of MongoDBManagedReplicaSetInterface.
+
+    :param member: what the server is that we work with.
+    :param primary: whether there is one that can be written to.
+    :param error: what is wrong, in words.
+    """
+
+    member: str
+    primary: str
+    error: str
+
+
 class Watch(ABC):
     """Changes of a collection are reported until this is closed."""
 
@@ -48,7 +62,7 @@ class Store(ABC):
     """Documents in collections.
 
     All methods may be called from any thread. All of them raise :class:`QueryError` for a document, query,
-    update or pipeline that is not one, and :class:`AwayError` when the database cannot be reached.
+    or update that is not one, and :class:`AwayError` when the database cannot be reached.
     """
 
     is_local: bool
@@ -99,10 +113,6 @@ class Store(ABC):
     @abstractmethod
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
         """Remove all documents that fit; returns how many."""
-
-    @abstractmethod
-    def aggregate(self, collection: str, pipeline: Sequence[Mapping[str, Any]]) -> list[Document]:
-        """Send the documents of a collection through a pipeline, e.g. ``[{"$facet": {...}}]``."""
 
     @abstractmethod
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from bson import Int64, ObjectId
 
 from cxbridge.executive.planning import PlanningError
 from cxbridge.executive.planning.templates import PlannerTemplate
+from cxbridge.executive.robmem.values import ObjectId
 from tests.support import SHARED, needs_shared
 
 DOCUMENTS = {
@@ -39,7 +39,7 @@ def test_an_array_has_a_blank_before_each_element():
 
 def test_values_of_every_kind():
     document = {
-        "whole": Int64(3),
+        "whole": 3,
         "real": 1.5,
         "yes": True,
         "id": ObjectId("0123456789abcdef01234567"),

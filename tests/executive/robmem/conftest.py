@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.mongodb.store import MongoStore
 from cxbridge.executive.robmem.split import SplitStore
 from cxbridge.executive.robmem.store import Store
-from tests.executive.robmem.mongo_server import MongoServer
+
+if TYPE_CHECKING:
+    from tests.executive.robmem.mongo_server import MongoServer
 
 REAL = os.environ.get("CXBRIDGE_TEST_MONGODB", "")
 """The URI of a real replica set; its database `robmem` is emptied by the tests."""
@@ -38,6 +40,9 @@ def clock() -> VirtualClock:
 @pytest.fixture(scope="session")
 def server() -> Iterator[MongoServer]:
     """A server that speaks MongoDB's protocol."""
+    pytest.importorskip("pymongo")
+    from tests.executive.robmem.mongo_server import MongoServer
+
     with MongoServer() as server:
         yield server
 
@@ -49,6 +54,9 @@ def store(request: pytest.FixtureRequest, clock: VirtualClock) -> Iterator[Store
     elif request.param == "split":
         store = SplitStore(EmbeddedStore(clock), EmbeddedStore(clock), ["robmem_coordination"])
     else:
+        pytest.importorskip("pymongo")
+        from cxbridge.executive.robmem.mongodb.store import MongoStore
+
         store = MongoStore(REAL if request.param == "mongodb" else request.getfixturevalue("server").uri)
         for name in store.collections():
             if name.split(".")[0] in DATABASES:

@@ -16,11 +16,11 @@ from datetime import UTC, datetime
 from typing import Any, Self
 
 import bson
-from bson.codec_options import CodecOptions
 
 from cxbridge.clock import RealClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
+from cxbridge.executive.robmem.mongodb.bsonvalues import CODEC, from_bson, to_bson
 
 Document = dict[str, Any]
 
@@ -28,7 +28,6 @@ _OP_MSG = 2013
 _OP_QUERY = 2004
 _OP_REPLY = 1
 _HEADER = struct.Struct("<iiii")
-_CODEC: CodecOptions[Document] = CodecOptions(tz_aware=True, tzinfo=UTC)
 
 
 class _Stream:
@@ -111,7 +110,9 @@ class MongoServer:
                 (flags,) = struct.unpack_from("<I", body)
                 reply = self._answer(_read_sections(body))
                 if not flags & 2:
-                    self._send(connection, request, _OP_MSG, struct.pack("<IB", 0, 0) + bson.encode(reply))
+                    self._send(
+                        connection, request, _OP_MSG, struct.pack("<IB", 0, 0) + bson.encode(to_bson(reply))
+                    )
             elif code == _OP_QUERY:
                 data = struct.pack("<iqii", 8, 0, 0, 1) + bson.encode(self._hello())
                 self._send(connection, request, _OP_REPLY, data)
@@ -215,8 +216,6 @@ class MongoServer:
 
     def do_aggregate(self, command: Document) -> Document:
         name, pipeline = self._name(command), command["pipeline"]
-        if not pipeline or "$changeStream" not in pipeline[0]:
-            return _batch(name, self.store.aggregate(name, pipeline))
         return self._watch(name, pipeline)
 
     def _watch(self, name: str, pipeline: list[Document]) -> Document:
@@ -298,13 +297,13 @@ def _read_sections(body: bytes) -> Document:
         kind, at = body[at], at + 1
         (size,) = struct.unpack_from("<i", body, at)
         if kind == 0:
-            command = {**bson.decode(body[at : at + size], _CODEC), **command}
+            command = {**from_bson(bson.decode(body[at : at + size], CODEC)), **command}
         else:
             end = body.index(0, at + 4)
             name, documents, place = body[at + 4 : end].decode(), [], end + 1
             while place < at + size:
                 (length,) = struct.unpack_from("<i", body, place)
-                documents.append(bson.decode(body[place : place + length], _CODEC))
+                documents.append(from_bson(bson.decode(body[place : place + length], CODEC)))
                 place += length
             command[name] = documents
         at += size

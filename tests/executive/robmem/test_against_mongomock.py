@@ -24,17 +24,11 @@ C = "robmem.test"
 KNOWN_QUERIES = [
     # document, query, whether it fits by the manual; mongomock says otherwise or raises an error
     ({"a": 1}, {"a": True}, False),
-    ({"a": 4}, {"a": {"$mod": [2, 0]}}, True),
-    ({"a": None}, {"a": {"$type": "null"}}, True),
     ({}, {"a": {}}, False),
-    ({"a": 1}, {"a": {"$all": []}}, False),
     ({"a": 1}, {"a.0": None}, True),
     ({}, {"a": {"$gte": None}}, True),
-    ({"a": {"x": 1}}, {"a": {"$size": 1}}, False),
-    ({"a": [[[5]]]}, {"a.0": {"$elemMatch": {"$lte": 5}}}, False),
     ({"a": None}, {"a.b": None}, True),
     ({"a": [{"b": 1}, {}]}, {"a.b": {"$exists": False}}, False),
-    ({"a": [{"b": []}, {"b": None}]}, {"a.b": {"$not": {"$all": [0]}}}, True),
     ({"a": [[]]}, {"a": {"$lte": []}}, True),
     ({"a": [True]}, {"a": {"$gt": [1]}}, True),
     ({"a": [2, [[1]]]}, {"a.a": {"$not": {"$eq": {}}}}, True),
@@ -42,14 +36,8 @@ KNOWN_QUERIES = [
 
 KNOWN_UPDATES: list[tuple[dict[str, Any], dict[str, Any], dict[str, Any] | None]] = [
     # document, update, what the manual has it become; None: it is refused
-    ({}, {"$mul": {"a": 2}}, {"a": 0}),
-    ({"a": 1}, {"$pull": {"a": 1}}, None),
     ({"a": 1}, {"$set": {"a.b": 1}}, None),
     ({}, {"$set": {"b": 1, "a": 1}}, {"a": 1, "b": 1}),
-    ({"a": ["x"]}, {"$push": {"a": {"$each": [1], "$sort": 1}}}, {"a": [1, "x"]}),
-    ({"a": "x"}, {"$min": {"a": 1}}, {"a": 1}),
-    ({"a": {"b": 1}}, {"$rename": {"a.b": "c"}}, {"a": {}, "c": 1}),
-    ({"a": [1]}, {"$addToSet": {"a": {"$each": [2, 2]}}}, {"a": [1, 2]}),
     ({"a": []}, {"$unset": {"a.1.c": 1}}, {"a": []}),
     ({"a": 1}, {"$set": {"a": 2}, "$inc": {"a": 1}}, None),
 ]
@@ -123,7 +111,6 @@ def operators() -> st.SearchStrategy[Any]:
         one_of("$in $nin", st.lists(SCALARS, max_size=3)),
         one_of("$exists", st.booleans()),
         one_of("$regex", st.sampled_from(["^a", "b$", "."])),
-        one_of("$elemMatch", one_of("$gte", COMPARABLE)),
     )
 
 
@@ -134,7 +121,7 @@ CONDITIONS = (
     | operators().map(lambda condition: {"$not": condition})
 )
 FIELDS = st.dictionaries(PATHS, CONDITIONS, min_size=1, max_size=2)
-LOGICAL = st.tuples(st.sampled_from(["$or", "$and", "$nor"]), st.lists(FIELDS, min_size=1, max_size=2))
+LOGICAL = st.tuples(st.sampled_from(["$or", "$and"]), st.lists(FIELDS, min_size=1, max_size=2))
 QUERIES = FIELDS | LOGICAL.map(lambda parts: {parts[0]: parts[1]})
 
 
@@ -145,30 +132,24 @@ def test_queries_find_the_same(document, query):
 
 
 ARRAYS = st.dictionaries(st.sampled_from("ab"), st.lists(COMPARABLE, max_size=3), min_size=2, max_size=2)
-EACH = st.lists(COMPARABLE, max_size=3)
-ARRAY_UPDATES = st.one_of(
+UPDATES = st.one_of(
     COMPARABLE.map(lambda value: {"$push": {"a": value}}),
-    st.tuples(EACH, st.integers(-3, 3)).map(lambda p: {"$push": {"a": {"$each": p[0], "$slice": p[1]}}}),
-    st.tuples(EACH, st.integers(0, 3)).map(lambda p: {"$push": {"a": {"$each": p[0], "$position": p[1]}}}),
-    COMPARABLE.map(lambda value: {"$addToSet": {"a": value}}),
-    COMPARABLE.map(lambda value: {"$pull": {"a": value}}),
-    COMPARABLE.map(lambda value: {"$pull": {"a": {"$gte": value}}}),
-    EACH.map(lambda value: {"$pullAll": {"a": value}}),
-    st.sampled_from([1, -1]).map(lambda value: {"$pop": {"a": value}}),
     COMPARABLE.map(lambda value: {"$set": {"b": value}}),
+    st.integers(0, 2).map(lambda index: {"$set": {f"a.{index}": "set"}}),
     st.just({"$unset": {"b": 1}}),
-    st.just({"$rename": {"b": "c"}}),
+    st.sampled_from([1, -1, 0.5]).map(lambda value: {"$inc": {"n": value, "c.d": value}}),
+    COMPARABLE.map(lambda value: {"$set": {"e.f": value}, "$unset": {"b": 1}}),
 )
 
 
 @settings(max_examples=many(200, 50), deadline=None)
-@given(ARRAYS, st.lists(ARRAY_UPDATES, min_size=1, max_size=3))
+@given(ARRAYS, st.lists(UPDATES, min_size=1, max_size=3))
 def test_updates_make_the_same(document, updates):
     store, collection = ours(document), theirs(document)
     for update in updates:
         (known,) = store.find(C)
-        if not isinstance(known.get("b", []), list) and "$rename" in update:
-            continue
+        if any(path.startswith("a.") and int(path[2:]) > len(known["a"]) for path in update.get("$set", ())):
+            continue  # behind the end
         store.update(C, {}, update)
         collection.update_one({}, update)
         assert store.find(C) == [collection.find_one({})]

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import RobotMemoryError
-from cxbridge.executive.robmem.queries.query import compile_query
-from cxbridge.executive.robmem.values import Document, encode
+from cxbridge.executive.robmem.query import compile_query
+from cxbridge.executive.robmem.values import Document
 from tests.support import ROOT
 
 C = "robmem.test"
@@ -173,10 +173,22 @@ def test_a_document_under_another_id_is_damage(clock, tmp_path):
     store.insert(C, {"_id": 1})
     store.close()
     with sqlite3.connect(file) as database:
-        database.execute("UPDATE documents SET document = ?", (encode({"_id": 2}),))
+        database.execute("UPDATE documents SET document = ?", (b'{"_id": 2}',))
     database.close()
     with pytest.raises(RobotMemoryError, match=r"(?s)memory\.db: .*damaged.*move it away"):
         EmbeddedStore(clock, file)
+
+
+def test_a_file_of_another_version_is_refused_and_left_alone(clock, tmp_path):
+    file = tmp_path / "memory.db"
+    EmbeddedStore(clock, file).close()
+    with sqlite3.connect(file) as database:
+        database.execute("PRAGMA user_version = 0")
+    database.close()
+    before = file.read_bytes()
+    with pytest.raises(RobotMemoryError, match=r"(?s)another version of cxbridge.*robmem-dump-collection"):
+        EmbeddedStore(clock, file)
+    assert file.read_bytes() == before
 
 
 def test_one_file_is_for_one_process(clock, tmp_path):

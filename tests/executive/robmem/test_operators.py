@@ -6,14 +6,12 @@ import re
 from typing import Any
 
 import pytest
-from bson import Timestamp
 
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.updates.modifiers import UpdateMoment
-from cxbridge.executive.robmem.updates.update import Update
-from cxbridge.executive.robmem.values import copy, encode
+from cxbridge.executive.robmem.update import Update
+from cxbridge.executive.robmem.values import copy, same
 from tests.executive.robmem import mongodb_cases as mongodb
 from tests.executive.robmem import mongodb_names as names
 
@@ -56,16 +54,15 @@ def test_a_query_that_mongodb_refuses_is_refused(embedded, query, named):
 
 @pytest.mark.parametrize(("_name", "document", "update", "expected"), cases(mongodb.UPDATE_CASES), ids=brief)
 def test_an_update_makes_what_mongodb_documents(_name, document, update, expected):
-    moment = UpdateMoment(mongodb.NOW, lambda: Timestamp(7, 1))
     before = {"_id": 1, **document}
     if isinstance(expected, str):
         with pytest.raises(QueryError, match=re.escape(expected)):
-            Update(copy(update)).apply(copy(before), moment)
+            Update(copy(update)).apply(copy(before), mongodb.NOW)
         return
-    changed = Update(copy(update)).apply(copy(before), moment)
+    changed = Update(copy(update)).apply(copy(before), mongodb.NOW)
     # to the byte: types of numbers and the order of fields count
-    assert encode(changed.document) == encode({"_id": 1, **expected})
-    assert changed.anything == (encode(before) != encode({"_id": 1, **expected}))
+    assert same(changed.document, {"_id": 1, **expected})
+    assert changed.anything != same(before, {"_id": 1, **expected})
 
 
 @pytest.mark.parametrize(("query", "update", "expected"), mongodb.UPSERTS, ids=brief)
@@ -79,23 +76,7 @@ def test_an_upsert_inserts_what_mongodb_documents(embedded, query, update, expec
     (found,) = embedded.find(C)
     assert next(iter(found)) == "_id"
     del found["_id"]
-    assert encode(found) == encode(expected)
-
-
-@pytest.mark.parametrize(("_name", "stage", "expected"), cases(mongodb.STAGE_CASES), ids=brief)
-def test_a_stage_makes_what_mongodb_documents(embedded, _name, stage, expected):
-    embedded.insert(C, mongodb.ONE)
-    embedded.insert(C, {"_id": 2, "a": 5})
-    if isinstance(expected, str):
-        with pytest.raises(QueryError, match=re.escape(expected)):
-            embedded.aggregate(C, [stage])
-        return
-    found = embedded.aggregate(C, [stage])
-    if expected is None:
-        assert found == [{"x": [{"n": 2}], "y": [mongodb.ONE, {"_id": 2, "a": 5}]}]
-    else:
-        ids = all(isinstance(each, int) for each in expected)
-        assert ([each["_id"] for each in found] if ids else found) == expected
+    assert same(found, expected)
 
 
 # --- or refused by name -----------------------------------------------------------------------------------
@@ -106,7 +87,7 @@ def refuses(name: str, operation: Any) -> bool:
     try:
         operation()
     except QueryError as error:
-        return f"'{name}'" in str(error) or f"{name} " in str(error)
+        return name in str(error) and "needs a MongoDB" in str(error)
     return False
 
 
@@ -117,7 +98,7 @@ def test_each_query_operator_of_the_manual_has_cases_or_is_refused_by_name(embed
         assert True in fitting
     else:
         assert refuses(name, lambda: embedded.find(C, {"a": {name: 1}}))
-        assert refuses(name, lambda: embedded.find(C, {"a": {"$elemMatch": {name: 1}}}))
+        assert refuses(name, lambda: embedded.find(C, {"a": {"$not": {name: 1}}}))
 
 
 @pytest.mark.parametrize("name", names.TOP_QUERY_OPERATORS)
@@ -133,25 +114,13 @@ def test_each_update_operator_of_the_manual_has_cases_or_is_refused_by_name(embe
         assert any(not isinstance(expected, str) for *_, expected in mongodb.UPDATE_CASES[name])
     else:
         assert refuses(name, lambda: embedded.update(C, {}, {name: {"a": 1}}))
-        assert refuses(name, lambda: embedded.update(C, {}, {"$push": {"a": {"$each": [], name: 1}}}))
+        assert refuses(name, lambda: embedded.update(C, {}, {"$push": {"a": {name: 1}}}))
 
 
 @pytest.mark.parametrize("name", names.POSITIONAL_OPERATORS)
 def test_positional_operators_are_refused_by_name(embedded, name):
     assert refuses(name, lambda: embedded.update(C, {"a": 1}, {"$set": {f"a.{name}": 1}}))
     assert refuses(name, lambda: embedded.update(C, {"a": 1}, {"$set": {f"a.{name}.b": 1}}))
-
-
-@pytest.mark.parametrize("name", names.STAGES)
-def test_each_stage_of_the_manual_has_cases_or_is_refused_by_name(embedded, name):
-    if name not in mongodb.STAGE_CASES:
-        assert refuses(name, lambda: embedded.aggregate(C, [{name: {}}]))
-        assert refuses(name, lambda: embedded.aggregate(C, [{"$facet": {"x": [{name: {}}]}}]))
-
-
-@pytest.mark.parametrize("name", names.EXPRESSIONS)
-def test_each_expression_of_the_manual_is_refused_by_name(embedded, name):
-    assert refuses(name, lambda: embedded.aggregate(C, [{"$project": {"x": {name: "$a"}}}]))
 
 
 @pytest.mark.parametrize("kind", names.INDEX_KINDS)
@@ -161,22 +130,3 @@ def test_each_kind_of_index_is_refused_by_name(embedded, kind):
 
 def test_a_wildcard_index_is_refused(embedded):
     assert refuses("$**", lambda: embedded.create_index(C, {"$**": 1}))
-    assert refuses("a.$**", lambda: embedded.create_index(C, {"a.$**": 1}))
-
-
-@pytest.mark.parametrize("option", names.FIND_OPTIONS)
-def test_a_store_has_no_other_options_of_find(embedded, option):
-    with pytest.raises(TypeError, match=option):
-        embedded.find(C, {}, **{option: 1})
-
-
-@pytest.mark.parametrize("option", names.FIND_AND_MODIFY_OPTIONS)
-def test_a_store_has_no_other_options_of_find_and_modify(embedded, option):
-    with pytest.raises(TypeError, match=option):
-        embedded.find_one_and_update(C, {}, {"a": 1}, **{option: 1})
-
-
-@pytest.mark.parametrize("option", names.INDEX_OPTIONS)
-def test_a_store_has_no_other_options_of_indexes(embedded, option):
-    with pytest.raises(TypeError, match=option):
-        embedded.create_index(C, {"a": 1}, **{option: 1})

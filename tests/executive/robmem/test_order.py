@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import itertools
+import re
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
-from bson import Binary, Code, DBRef, Decimal128, Int64, MaxKey, MinKey, ObjectId, Regex, Timestamp
 
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.values import key
+from cxbridge.executive.robmem.values import ObjectId, Regex, Timestamp, key
 
 C = "robmem.test"
 NAN = float("nan")
@@ -20,20 +20,18 @@ EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 LADDER: list[list[Any]] = [
     # equal values share a rung; the rungs are MongoDB's order of types, and of values within a type
-    [MinKey()],
     [None],
-    [NAN, Decimal128("NaN")],
-    [float("-inf"), Decimal128("-Infinity")],
-    [-(2**63), Int64(-(2**63)), -(2.0**63)],
-    [-1, -1.0, Int64(-1), Decimal128("-1.00")],
-    [0, 0.0, -0.0, Decimal128("-0"), Decimal128("0E+3")],
-    [Decimal128("0.1")],
+    [NAN],
+    [float("-inf")],
+    [-(2**63), -(2.0**63)],
+    [-1, -1.0],
+    [0, 0.0, -0.0],
     [0.1],
     [2.0**53],
     [2**53 + 1],
     [2**63 - 1],
     [2.0**63],
-    [float("inf"), Decimal128("Infinity")],
+    [float("inf")],
     [""],
     ["A"],
     ["a"],
@@ -41,7 +39,7 @@ LADDER: list[list[Any]] = [
     ["é"],
     ["\U0001f600"],
     [{}],
-    [{"a": NAN}, {"a": Decimal128("NaN")}],
+    [{"a": NAN}],
     [{"a": 1}, {"a": 1.0}],
     [{"b": NAN}],
     [{"b": 1}],
@@ -53,12 +51,11 @@ LADDER: list[list[Any]] = [
     [[1, 0]],
     [[2]],
     [["x"]],
-    [b"", Binary(b"")],
+    [b""],
     [b"b"],
-    [Binary(b"a", 5)],
     [b"aa"],
-    [ObjectId(b"1" * 12)],
-    [ObjectId(b"2" * 12)],
+    [ObjectId("1" * 24)],
+    [ObjectId("2" * 24)],
     [False],
     [True],
     [EPOCH - timedelta(days=1)],
@@ -67,8 +64,6 @@ LADDER: list[list[Any]] = [
     [Timestamp(1, 0)],
     [Regex("a")],
     [Regex("b")],
-    [Code("x")],
-    [MaxKey()],
 ]
 
 
@@ -91,22 +86,12 @@ def test_documents_are_sorted_in_that_order():
     assert [each["_id"] for each in store.find(C, sort={"v": -1})] == found[::-1]
 
 
-def test_a_reference_is_a_document_to_queries():
-    store = EmbeddedStore(VirtualClock())
-    store.insert(C, {"_id": 1, "r": DBRef("other", 5)})
-    assert store.find(C, {"r.$id": 5})
-    assert store.find(C, {"r": DBRef("other", 5)})
-    assert store.find(C, {"r": {"$type": "object"}})
-
-
 SORTS = [
     # documents by _id, order, ids as MongoDB sorts them
     ([[3, 9], 5, [4]], {"v": 1}, [0, 2, 1]),
     ([[3, 9], 5, [4]], {"v": -1}, [0, 1, 2]),
-    ([[], None, 1, MinKey()], {"v": 1}, [3, 0, 1, 2]),
+    ([[], None, 1], {"v": 1}, [0, 1, 2]),
     ([{"x": [5, 1]}, {"x": 3}], {"v.x": 1}, [0, 1]),
-    ([[{"x": 1, "y": 9}, {"x": 2, "y": 0}], {"x": 1, "y": 5}], {"v.x": 1, "v.y": 1}, [1, 0]),
-    ([[{"x": 1, "y": 9}, {"x": 2, "y": 0}], {"x": 1, "y": 5}], {"v.y": 1, "v.x": 1}, [0, 1]),
     ([[7, 1], [2, 9]], {"v.1": 1}, [0, 1]),
     ([[1], 1, "a"], {"v.x": 1}, [0, 1, 2]),
 ]
@@ -130,10 +115,10 @@ def test_sorting_is_stable_and_a_limit_takes_the_first():
     assert [each["_id"] for each in store.find(C, sort={"v": -1})] == down
 
 
-def test_an_order_through_two_arrays_is_refused():
+def test_an_order_of_several_paths_through_an_array_is_refused():
     store = EmbeddedStore(VirtualClock())
-    store.insert(C, {"a": [1], "b": [2]})
-    with pytest.raises(QueryError, match="parallel arrays"):
+    store.insert(C, {"a": [1, 3], "b": [2, 3]})
+    with pytest.raises(QueryError, match="needs a MongoDB"):
         store.find(C, sort={"a": 1, "b": 1})
     with pytest.raises(QueryError, match="direction"):
         store.find(C, sort={"a": 2})
@@ -149,19 +134,7 @@ UNIQUE = [
     ({"a": 1}, {"a": 1}, {"a": "1"}, True),
     ({"a": 1}, {}, {}, False),
     ({"a": 1}, {}, {"a": None}, False),
-    ({"a": 1}, {"a": [1, 2]}, {"a": [2, 3]}, False),
-    ({"a": 1}, {"a": [1, 2]}, {"a": [3]}, True),
-    ({"a": 1}, {"a": [1, 2]}, {"a": [[1, 2]]}, True),
-    ({"a": 1}, {"a": []}, {"a": None}, True),
-    ({"a": 1}, {"a": []}, {"a": []}, False),
-    ({"a": 1}, {"a": [1, 1]}, {"a": 2}, True),
     ({"a": 1, "b": 1}, {"a": 1, "b": 1}, {"a": 1, "b": 2}, True),
-    ({"a": 1, "b": -1}, {"a": 1, "b": 1}, {"a": [5, 1], "b": 1}, False),
-    ({"a.x": 1, "a.y": 1}, {"a": [{"x": 1, "y": 1}, {"x": 2, "y": 2}]}, {"a": {"x": 1, "y": 2}}, True),
-    ({"a.x": 1, "a.y": 1}, {"a": [{"x": 1, "y": 1}, {"x": 2, "y": 2}]}, {"a": {"x": 2, "y": 2}}, False),
-    ({"a.x": 1}, {"a": [1]}, {"a": {}}, False),
-    ({"a.0": 1}, {"a": [1, 2]}, {"a": [2, 1]}, True),
-    ({"a.0": 1}, {"a": [1, 2]}, {"a": [1]}, False),
 ]
 
 
@@ -182,11 +155,12 @@ def test_a_unique_index(keys, one, other, allowed):
         after.create_index(C, keys, unique=True)
 
 
-def test_an_index_cannot_go_through_two_arrays():
+def test_a_unique_index_on_an_array_is_refused():
     store = EmbeddedStore(VirtualClock())
-    store.create_index(C, {"a": 1, "b": 1}, unique=True)
-    with pytest.raises(QueryError, match="parallel arrays"):
-        store.insert(C, {"a": [1], "b": [2]})
+    store.create_index(C, {"a.x": 1}, unique=True)
+    for value in ([1], {"x": [1]}, [{"x": 1}]):
+        with pytest.raises(QueryError, match="needs a MongoDB"):
+            store.insert(C, {"a": value})
     assert store.find(C) == []
 
 
@@ -264,18 +238,7 @@ def test_a_document_has_at_most_a_hundred_levels():
     assert store.find(C) == [nested(60)]
 
 
-def test_a_document_has_at_most_16_megabytes(tmp_path):
-    store = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
-    store.insert(C, {"_id": 1, "text": "x" * (16 * 1024 * 1024 - 100)})
-    with pytest.raises(QueryError, match="16,777,216 bytes"):
-        store.insert(C, {"_id": 2, "text": "x" * 16 * 1024 * 1024})
-    with pytest.raises(QueryError, match="16,777,216 bytes"):
-        store.update(C, {}, {"$set": {"more": "x" * 100}})
-    assert [len(each["text"]) for each in store.find(C)] == [16 * 1024 * 1024 - 100]
-    store.close()
-
-
-@pytest.mark.parametrize("identity", [[1], Regex("x"), {"$x": 1}])
+@pytest.mark.parametrize("identity", [[1], Regex("x")])
 def test_what_is_no_id_is_refused(identity):
     store = EmbeddedStore(VirtualClock())
     with pytest.raises(QueryError, match="'_id'"):
@@ -288,7 +251,7 @@ def test_the_id_stays_to_the_byte(tmp_path):
     with pytest.raises(QueryError, match="'_id'"):
         store.update(C, {}, {"_id": 1.0})
     with pytest.raises(DuplicateKeyError):
-        store.insert(C, {"_id": Int64(1)})
+        store.insert(C, {"_id": 1.0})
     assert store.update(C, {}, {"_id": 1, "a": 2}) == 1
     store.close()
     again = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
@@ -296,22 +259,14 @@ def test_the_id_stays_to_the_byte(tmp_path):
     again.close()
 
 
-def test_an_empty_timestamp_becomes_the_time_of_the_insertion():
-    store = EmbeddedStore(VirtualClock())
-    store.insert(C, {"_id": 1, "a": Timestamp(0, 0), "b": {"c": Timestamp(0, 0)}})
-    (found,) = store.find(C)
-    assert found["a"].time > 0
-    assert found["b"] == {"c": Timestamp(0, 0)}
-
-
 def test_names_of_fields(tmp_path):
     store = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
-    store.insert(C, {"_id": 1, "": 1, "a.b": 2, "$x": 3})
-    with pytest.raises(QueryError):
-        store.insert(C, {"a\0b": 1})
+    store.insert(C, {"_id": 1, "": 1, "a.b": 2})
+    with pytest.raises(QueryError, match="dollar"):
+        store.insert(C, {"a": [{"$x": 3}]})
     store.close()
     again = EmbeddedStore(VirtualClock(), tmp_path / "memory.db")
-    assert again.find(C, {"": 1}) == [{"_id": 1, "": 1, "a.b": 2, "$x": 3}]
+    assert again.find(C, {"": 1}) == [{"_id": 1, "": 1, "a.b": 2}]
     assert again.find(C, {"a.b": 2}) == []
     again.close()
 
@@ -319,26 +274,42 @@ def test_names_of_fields(tmp_path):
 # --- regular expressions, events --------------------------------------------------------------------------
 
 
-def test_a_regular_expression_that_costs_too_much_ends_in_an_error():
+PATTERNS = [
+    # pattern, options, whether MongoDB is needed on a text of 60 letters
+    ("(a+)+$", "", True),
+    ("(a|a)*$", "", True),
+    ("(?:ab){2}", "", True),
+    ("a*a*a*a*a*$", "", True),
+    (r"(a*)\1\1\1$", "", True),
+    ("(a|a)" * 30, "", True),
+    ("a?" * 30, "", True),
+    ("a.*b.*c", "", False),
+    ("^a+b$", "", False),
+    ("|".join(f"name{number}" for number in range(200)), "", False),
+    (r"[)*+{]\)\*[^]*+)]*", "", False),
+    ("^a*a*a*a*$", "", False),
+    ("^a*a*a*a*$", "m", True),
+]
+
+
+@pytest.mark.parametrize(("pattern", "options", "refused"), PATTERNS, ids=lambda value: str(value)[:20])
+def test_a_regular_expression_of_too_many_steps_is_refused(pattern, options, refused):
     store = EmbeddedStore(VirtualClock())
-    store.insert(C, {"a": "a" * 40 + "b"})
-    with pytest.raises(QueryError, match="match limit exceeded"):
-        store.find(C, {"a": {"$regex": "(a+)+$"}})
-    with pytest.raises(QueryError, match="limit"):
-        store.find(C, {"a": {"$regex": "(*LIMIT_MATCH=4000000000)(a+)+$"}})
-    assert store.find(C, {"a": {"$regex": "a+b$"}})
+    store.insert(C, {"a": "a" * 59 + "b"})
+    query = {"a": {"$regex": pattern, "$options": options}}
+    if refused:
+        with pytest.raises(QueryError, match="needs a MongoDB"):
+            store.find(C, query)
+    else:
+        assert len(store.find(C, query)) == bool(re.search(pattern, "a" * 59 + "b"))
 
 
 EVENTS = [
     # update, updatedFields and removedFields of its event
     ({"$push": {"l": 3}}, {"l.2": 3}, []),
-    ({"$push": {"l": {"$each": [3, 4]}}}, {"l.2": 3, "l.3": 4}, []),
-    ({"$push": {"l": {"$each": [3], "$position": 0}}}, {"l": [3, 1, 2]}, []),
     ({"$push": {"new": 3}}, {"new": [3]}, []),
     ({"$unset": {"l.0": 1, "a": 1}}, {"l.0": None}, ["a"]),
-    ({"$rename": {"a": "b"}}, {"b": 1}, ["a"]),
     ({"$set": {"x.y": 1}}, {"x.y": 1}, []),
-    ({"$pull": {"l": 1}}, {"l": [2]}, []),
 ]
 
 
@@ -360,10 +331,8 @@ def test_what_an_event_says_of_an_update(update, fields, removed):
 @pytest.mark.parametrize(
     "update",
     [
-        {"$push": {"l": {"$each": []}}},
-        {"$pull": {"l": 9}},
         {"$unset": {"z": 1}},
-        {"$min": {"a": 5}},
+        {"$set": {"a": 1}},
         {"$inc": {"a": 0}},
     ],
     ids=str,

@@ -7,9 +7,9 @@ from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
-from bson import Int64, ObjectId, Regex, Timestamp
 
 from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
+from cxbridge.executive.robmem.values import ObjectId, Regex, Timestamp
 
 C = "robmem.test"
 NOW = datetime(2026, 1, 2, 3, 4, 5, 678000, tzinfo=UTC)
@@ -52,7 +52,7 @@ def test_a_document_comes_out_as_it_went_in(store):
         "_id": "x",
         "double": 1.5,
         "int": 7,
-        "long": Int64(2**40),
+        "long": 2**40,
         "text": "käse",
         "true": True,
         "time": NOW,
@@ -145,18 +145,8 @@ QUERIES = [
     ({"b": Regex("^X", "i")}, [0, 4]),
     ({"b": {"$regex": "^X", "$options": "i"}}, [0, 4]),
     ({"b": {"$not": {"$regex": "x"}}}, [1, 2, 3, 5, 6, 7, 8]),
-    ({"a": {"$size": 3}}, [8]),
-    ({"b": {"$all": ["z", "x"]}}, [4]),
-    ({"a": {"$elemMatch": {"b": 1, "c": 6}}}, []),
-    ({"a": {"$elemMatch": {"b": 1, "c": 5}}}, [6]),
-    ({"a": {"$elemMatch": {"$gt": 1, "$lt": 3}}}, [8]),
-    ({"a": {"$type": "bool"}}, [2]),
-    ({"a": {"$type": "number"}}, [0, 1, 8]),
-    ({"a": {"$type": "double"}}, [1]),
-    ({"a": {"$mod": [2, 0]}}, [1, 8]),
     ({"$or": [{"a": 1}, {"b": "y"}]}, [0, 1, 8]),
     ({"$and": [{"a": {"$gt": 0}}, {"b": "y"}]}, [1]),
-    ({"$nor": [{"a": {"$exists": True}}]}, [4]),
     ({"_id": {"$gt": 6}}, [7, 8]),
     ({"a": 1, "b": "x"}, [0]),
 ]
@@ -241,7 +231,7 @@ def test_an_upsert_whose_query_misses_the_id_is_refused(store):
 def test_the_operators(store):
     fill(store, {"_id": 1, "a": 1, "b": {"c": 1, "d": 2}, "l": [1]})
     store.update(C, {"_id": 1}, {"$inc": {"a": 2}, "$unset": {"b.c": ""}, "$push": {"l": 2}})
-    store.update(C, {"_id": 1}, {"$setOnInsert": {"x": 1}, "$set": {"l.0": 7}}, upsert=True)
+    store.update(C, {"_id": 1}, {"$set": {"l.0": 7}}, upsert=True)
     assert store.find(C) == [{"_id": 1, "a": 3, "b": {"d": 2}, "l": [7, 2]}]
 
 
@@ -310,38 +300,6 @@ def test_a_unique_index_on_what_is_not_unique_is_refused(store):
     fill(store, {"_id": 1, "a": 1}, {"_id": 2, "a": 1})
     with pytest.raises(DuplicateKeyError):
         store.create_index(C, {"a": 1}, unique=True)
-
-
-# --- pipelines --------------------------------------------------------------------------------------------
-
-
-def test_facets(store):
-    fill(store, *DOCUMENTS)
-    (found,) = store.aggregate(
-        C,
-        [
-            {
-                "$facet": {
-                    "ONES": [{"$match": {"a": 1}}, {"$sort": {"_id": -1}}],
-                    "X": [{"$match": {"b": "x"}}, {"$sort": {"_id": 1}}, {"$limit": 1}],
-                    "NONE": [{"$match": {"b": "nobody"}}],
-                    "COUNT": [{"$count": "n"}],
-                    "NAMES": [{"$match": {"_id": 0}}, {"$project": {"b": 1, "_id": 0}}],
-                }
-            }
-        ],
-    )
-    assert ids(found["ONES"]) == [8, 0]
-    assert ids(found["X"]) == [0]
-    assert found["NONE"] == []
-    assert found["COUNT"] == [{"n": 9}]
-    assert found["NAMES"] == [{"b": "x"}]
-
-
-@pytest.mark.parametrize("stage", [{"$frob": {}}, {"$match": 1}, {"$limit": 0}, {}], ids=str)
-def test_what_is_no_pipeline_is_refused(store, stage):
-    with pytest.raises(QueryError):
-        store.aggregate(C, [stage])
 
 
 # --- changes ----------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from pymongo.change_stream import CollectionChangeStream
 from pymongo.collection import Collection
 from pymongo.errors import OperationFailure, PyMongoError
 
+from cxbridge.executive.robmem.mongodb.bsonvalues import from_bson
 from cxbridge.executive.robmem.store import OnChange, Watch
 from cxbridge.executive.robmem.values import Document
 
@@ -97,4 +98,4 @@ class MongoWatch(Watch):
                     return
                 continue
             if change.get("operationType") in _TOLD:
-                self._on_change(change)
+                self._on_change(from_bson(change))

@@ -6,12 +6,10 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from datetime import UTC
 from typing import Any
 
 import bson
 import pymongo
-from bson.codec_options import CodecOptions
 from pymongo import MongoClient, ReadPreference, ReturnDocument
 from pymongo import errors as mongo_errors
 from pymongo.collection import Collection
@@ -24,15 +22,14 @@ from cxbridge.executive.robmem.errors import (
     QueryError,
     RobotMemoryError,
 )
+from cxbridge.executive.robmem.mongodb.bsonvalues import CODEC, from_bson, to_bson
 from cxbridge.executive.robmem.mongodb.change_stream import MongoWatch
-from cxbridge.executive.robmem.mongodb.status import SetStatus
-from cxbridge.executive.robmem.store import OnChange, Store, Watch, split_name
-from cxbridge.executive.robmem.updates.update import as_operators
-from cxbridge.executive.robmem.values import Document, copy
+from cxbridge.executive.robmem.store import OnChange, SetStatus, Store, Watch, split_name
+from cxbridge.executive.robmem.update import as_operators
+from cxbridge.executive.robmem.values import Document
 
 Client = MongoClient[Document]
 
-_CODEC: CodecOptions[Document] = CodecOptions(tz_aware=True, tzinfo=UTC)
 _SELECTION_MS = 2000
 _SOCKET_MS = 10_000
 _PAUSE_S = 1.0
@@ -94,29 +91,29 @@ class MongoStore(Store):
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
         """Insert a document."""
-        fresh = copy(document)
+        fresh = to_bson(document)
         with self._use(collection) as known:
-            return known.insert_one(fresh).inserted_id
+            return from_bson(known.insert_one(fresh).inserted_id)
 
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
         """Change all documents that fit."""
-        todo = as_operators(changes)
+        wanted, todo = to_bson(query), to_bson(as_operators(changes))
         with self._use(collection) as known:
-            result = known.update_many(query, todo, upsert=upsert)
+            result = known.update_many(wanted, todo, upsert=upsert)
             return result.matched_count or int(result.upserted_id is not None)
 
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
         """Change the first document that fits."""
-        todo = as_operators(changes)
+        wanted, todo = to_bson(query), to_bson(as_operators(changes))
         with self._use(collection) as known:
             found: Document | None = known.find_one_and_update(
-                query, todo, upsert=upsert, return_document=ReturnDocument.AFTER
+                wanted, todo, upsert=upsert, return_document=ReturnDocument.AFTER
             )
-            return found
+            return None if found is None else from_bson(found)
 
     def find(
         self,
@@ -129,17 +126,12 @@ class MongoStore(Store):
         """Return the documents that fit."""
         order = list(sort.items()) if sort else None
         with self._use(collection) as known:
-            return list(known.find(query or {}, sort=order, limit=limit))
+            return [from_bson(each) for each in known.find(to_bson(query or {}), sort=order, limit=limit)]
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
         """Remove all documents that fit."""
         with self._use(collection) as known:
-            return known.delete_many(query).deleted_count
-
-    def aggregate(self, collection: str, pipeline: Sequence[Mapping[str, Any]]) -> list[Document]:
-        """Send the documents of a collection through a pipeline."""
-        with self._use(collection) as known:
-            return list(known.aggregate(list(pipeline)))
+            return known.delete_many(to_bson(query)).deleted_count
 
     def create_index(
         self,
@@ -177,7 +169,7 @@ class MongoStore(Store):
 
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
         """Report each change of a collection from now on."""
-        pipeline = [{"$match": copy(query)}] if query else []
+        pipeline = [{"$match": to_bson(query)}] if query else []
         with self._use(collection) as known:
             watch = MongoWatch(known, pipeline, on_change, self._warn, self._watches.discard)
         self._watches.add(watch)
@@ -223,7 +215,7 @@ class MongoStore(Store):
         database, name = split_name(collection)
         client = self._client(database)
         with self._guarded(client):
-            yield client[database].get_collection(name, codec_options=_CODEC)
+            yield client[database].get_collection(name, codec_options=CODEC)
 
     @contextmanager
     def _guarded(self, client: Client) -> Iterator[None]:

@@ -24,6 +24,7 @@ from cxbridge.events import Sink, SourceRead
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.looking import LookEnvironment
 from cxbridge.executive.host.values import Symbol, Value
+from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.file_access import is_readable_file
 from cxbridge.run.agent import Run, make_base
@@ -436,8 +437,6 @@ class _VolatileMemory(RobotMemory):
     """A robot memory that opens neither a file nor a database."""
 
     def _open_store(self) -> Store:
-        from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415 - bson takes long
-
         return EmbeddedStore(self.clock)
 
 

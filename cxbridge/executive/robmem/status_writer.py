@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
-from cxbridge.executive.robmem.mongodb.status import SetStatus
+from cxbridge.executive.robmem.store import SetStatus
 from cxbridge.interfaces.instance import Interface
 
 if TYPE_CHECKING:

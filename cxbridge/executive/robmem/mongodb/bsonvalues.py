@@ -1,0 +1,74 @@
+"""Values of documents as the package `bson` of pymongo has them, and back; files of mongodump."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from datetime import UTC
+from typing import Any
+
+import bson
+from bson.codec_options import CodecOptions
+
+from cxbridge.executive.robmem.errors import QueryError
+from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp
+
+CODEC: CodecOptions[Document] = CodecOptions(tz_aware=True, tzinfo=UTC)
+_LETTERS = {re.IGNORECASE: "i", re.MULTILINE: "m", re.DOTALL: "s", re.VERBOSE: "x"}
+
+
+def to_bson(value: Any) -> Any:
+    """Return a value for the driver. Values that only a MongoDB has stay as they are."""
+    match value:
+        case Mapping():
+            return {name: to_bson(item) for name, item in value.items()}
+        case list() | tuple():
+            return [to_bson(item) for item in value]
+        case ObjectId(digits=digits):
+            return bson.ObjectId(digits)
+        case Timestamp(time=time, inc=inc):
+            return bson.Timestamp(time, inc)
+        case Regex(pattern=pattern, options=options):
+            return bson.Regex(pattern, options)
+    return value
+
+
+def from_bson(value: Any) -> Any:  # noqa: PLR0911 - a type a line
+    """Return a value of the driver for a document. Values that only a MongoDB has stay as they are."""
+    match value:
+        case dict():
+            return {name: from_bson(item) for name, item in value.items()}
+        case list():
+            return [from_bson(item) for item in value]
+        case bson.Int64():
+            return int(value)
+        case bson.ObjectId():
+            return ObjectId(str(value))
+        case bson.Timestamp():
+            return Timestamp(value.time, value.inc)
+        case bson.Regex():
+            letters = "".join(letter for flag, letter in _LETTERS.items() if value.flags & flag)
+            return Regex(str(value.pattern), letters)
+    return value
+
+
+def dumped(documents: list[Document]) -> bytes:
+    """Return documents as mongodump writes them: one behind another.
+
+    :raises QueryError: when one is none.
+    """
+    try:
+        return b"".join(bson.encode(to_bson(document), codec_options=CODEC) for document in documents)
+    except (bson.errors.BSONError, OverflowError, UnicodeError) as error:
+        raise QueryError(f"not a document: {error}") from None
+
+
+def restored(data: bytes) -> list[Document]:
+    """Return the documents of a dump.
+
+    :raises QueryError: when it is none.
+    """
+    try:
+        return [from_bson(document) for document in bson.decode_all(data, codec_options=CODEC)]
+    except bson.errors.BSONError as error:
+        raise QueryError(str(error)) from None

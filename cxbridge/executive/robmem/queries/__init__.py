@@ -1,1 +1,0 @@
-"""Queries of the embedded store: conditions, order, projections and pipelines as MongoDB has them."""

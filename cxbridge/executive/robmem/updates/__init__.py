@@ -1,1 +1,0 @@
-"""Updates of the embedded store: operators on paths, applied to documents."""
