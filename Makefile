@@ -156,7 +156,7 @@ OURS := $(PLUGINS:plugins/%=--no-emit-package %) --no-emit-package cxbridge
 lock:
 	printf -- '-e .[dev]\n$(DEV_PLUGINS:%=-e %\n)' | $(LOCK) $(OURS) - -o requirements/dev.txt
 	printf -- '-e .[test]\n$(RUN_PLUGINS:%=-e %\n)' | $(LOCK) $(OURS) - -o requirements/run.txt
-	printf -- '-e .[zstd]\n$(CONTAINER_PLUGINS:%=-e %\n)' | $(LOCK) $(OURS) - -o requirements/container.txt
+	printf -- '-e .[packed]\n$(CONTAINER_PLUGINS:%=-e %\n)' | $(LOCK) $(OURS) - -o requirements/container.txt
 	printf 'hatchling>=1.25,<2\neditables>=0.5,<1\n' | $(LOCK) - -o requirements/build.txt
 
 doctor: $(RUN)

@@ -18,7 +18,7 @@ PURPOSES: Final[Mapping[str, str]] = {
     "test": "pytest, which the plug-in for tests needs; `make run` installs it",
     "planners": "temporal and other planners by unified-planning; the scenario `temporal`",
     "mongodb": "a robot memory on MongoDB, and files of mongodump; the one in this process needs nothing",
-    "zstd": "recordings that another program has packed with zstd; cxbridge writes none",
+    "packed": "recordings that another program has packed with zstd or lz4; cxbridge writes none",
     "all": "all plug-ins of this repository, `planners` and `test`",
     _DEVELOPERS: "everything that the tests and the manual need",
 }
@@ -32,7 +32,7 @@ _CHECKOUT = Path(__file__).resolve().parent.parent
 
 
 def extras(package: str = CORE) -> Mapping[str, Sequence[str]]:
-    """Return the requirements of each extra for users, e.g. ``{"zstd": ["zstandard<1,>=0.23"]}``.
+    """Return the requirements of each extra for users, e.g. ``{"mongodb": ["pymongo<5,>=4.9"]}``.
 
     Empty where the package is not installed, e.g. imported from its source tree.
 

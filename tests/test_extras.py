@@ -19,7 +19,7 @@ from tests.support import ROOT
 
 REQUIRES = [
     "msgspec>=0.19",
-    "zstandard<1,>=0.23; extra == 'zstd'",
+    "zstandard<1,>=0.23; extra == 'packed'",
     "up-aries<1,>=0.4 ; (python_version >= '3.11') and extra == \"planners\"",
     "no-such-package>=1; extra == 'planners'",
     "mypy>=1; extra == 'dev'",
@@ -39,22 +39,22 @@ def absent():
 
 def test_extras_are_those_of_users(installed):
     assert extras.extras() == {
-        "zstd": ["zstandard<1,>=0.23"],
+        "packed": ["zstandard<1,>=0.23"],
         "planners": ["up-aries<1,>=0.4", "no-such-package>=1"],
     }
 
 
 def test_what_is_missing(installed):
-    assert extras.missing("zstd") == []
+    assert extras.missing("packed") == []
     assert extras.missing("planners") == ["up-aries<1,>=0.4", "no-such-package>=1"]
 
 
 def test_a_checkout_is_installed_with_its_extra(monkeypatch, tmp_path):
     monkeypatch.chdir(ROOT)
-    assert shlex.split(extras.install_command("zstd"))[1:] == ["-m", "pip", "install", "-e", ".[zstd]"]
+    assert shlex.split(extras.install_command("packed"))[1:] == ["-m", "pip", "install", "-e", ".[packed]"]
     monkeypatch.chdir(tmp_path)
-    words = shlex.split(extras.install_command("zstd"))
-    assert words == [sys.executable, "-m", "pip", "install", "-e", f"{ROOT}[zstd]"]
+    words = shlex.split(extras.install_command("packed"))
+    assert words == [sys.executable, "-m", "pip", "install", "-e", f"{ROOT}[packed]"]
 
 
 def test_without_a_checkout_the_command_names_packages(installed, monkeypatch, tmp_path):
@@ -68,13 +68,13 @@ def test_the_folder_was_removed(monkeypatch, tmp_path):
         raise FileNotFoundError
 
     monkeypatch.setattr(Path, "cwd", classmethod(gone))
-    assert f"{ROOT}[zstd]" in extras.install_command("zstd")
+    assert f"{ROOT}[packed]" in extras.install_command("packed")
 
 
 def test_the_doctor_names_missing_extras_and_their_command(installed):
     found = {finding.what: finding for finding in examine() if finding.what.startswith("extra ")}
-    assert found.keys() == {"extra zstd", "extra planners"}
-    assert found["extra zstd"].fine
+    assert found.keys() == {"extra packed", "extra planners"}
+    assert found["extra packed"].fine
     assert not found["extra planners"].fine
     assert not found["extra planners"].required
     assert found["extra planners"].remedy == extras.install_command("planners")
@@ -128,8 +128,9 @@ def _manual(page: str) -> str:
     return (ROOT / "docs" / f"{page}.md").read_text("utf-8")
 
 
-def test_a_packed_recording_names_the_extra_that_reads_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "zstandard", None)
-    with pytest.raises(TraceError, match="packed with zstd") as caught:
-        _unpacked("zstd", b"", 1)
-    assert "[zstd]" in str(caught.value)
+@pytest.mark.parametrize("packing", ["zstd", "lz4"])
+def test_a_packed_recording_names_the_extra_that_reads_it(monkeypatch, packing):
+    monkeypatch.setitem(sys.modules, "lz4.frame" if packing == "lz4" else "zstandard", None)
+    with pytest.raises(TraceError, match=f"packed with {packing}") as caught:
+        _unpacked(packing, b"", 1)
+    assert "[packed]" in str(caught.value)

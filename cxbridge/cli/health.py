@@ -17,7 +17,6 @@ from cxbridge.resources import VERSION
 _PACKAGES = (
     "clipspy",
     "lupa",
-    "lz4",
     "msgspec",
     "protobuf",
     "pyperplan",

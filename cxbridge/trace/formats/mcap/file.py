@@ -15,6 +15,7 @@ from functools import lru_cache
 from typing import IO, Final
 
 from cxbridge.trace.formats.mcap import records as mcap
+from cxbridge.trace.formats.mcap.records import Fields
 
 CHUNK_SIZE: Final = 256 * 1024
 """A chunk that has so many bytes is finished."""
@@ -67,8 +68,8 @@ class McapFile:
     def __init__(self, file: IO[bytes], profile: str, library: str) -> None:
         self._file = file
         self._at = 0
-        self._schemas: list[bytes] = []
-        self._channels: list[bytes] = []
+        self._schemas: dict[int, bytes] = {0: b""}  # 0: of channels without one
+        self._channels: dict[int, bytes] = {}
         self._chunk = bytearray()
         self._index: dict[int, list[int]] = {}  # times and places, in turn
         self._earliest, self._latest = _LATEST, 0
@@ -88,21 +89,24 @@ class McapFile:
 
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
         """Write a schema; return its number."""
-        number = len(self._schemas) + 1
+        number = len(self._schemas)
         content = struct.pack("<H", number), _text(name), _text(encoding), _block(data)
-        self._schemas.append(_record(mcap.SCHEMA, *content))
-        self._chunk += self._schemas[-1]
+        self._define(self._schemas, number, _record(mcap.SCHEMA, *content))
         return number
 
     def add_channel(self, topic: str, encoding: str, schema: int) -> int:
         """Write a channel; return its number."""
         number = len(self._channels) + 1
         content = struct.pack("<HH", number, schema), _text(topic), _text(encoding), _map({})
-        self._channels.append(_record(mcap.CHANNEL, *content))
-        self._chunk += self._channels[-1]
+        self._define(self._channels, number, _record(mcap.CHANNEL, *content))
         self._index[number] = []
         self._counts[number] = 0
         return number
+
+    def _define(self, known: dict[int, bytes], number: int, record: bytes) -> None:
+        """Write a schema or a channel; the summary has it, too."""
+        known[number] = record
+        self._chunk += record
 
     def add_messages(self, messages: Iterable[tuple[int, int, bytes]]) -> None:
         """Write messages: the channel, the time and what is carried.
@@ -125,18 +129,56 @@ class McapFile:
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record."""
         record = _record(mcap.METADATA, _name(name), _map(values))
-        at = self._put(record)
-        entry = struct.pack("<QQ", at, len(record)), _name(name)
-        self._metadata_index.append(_record(_METADATA_INDEX, *entry))
+        self._put_indexed(record, self._metadata_index, _METADATA_INDEX, _name(name))
 
     def add_attachment(self, time_ns: int, name: str, media_type: str, data: bytes) -> None:
         """Write an attachment."""
         times, names = struct.pack("<QQ", time_ns, time_ns), _text(name) + _text(media_type)
         content = b"".join((times, names, struct.pack("<Q", len(data)), data))
         record = _record(mcap.ATTACHMENT, content, struct.pack("<I", zlib.crc32(content)))
-        at = self._put(record)
-        entry = struct.pack("<QQ", at, len(record)), times, struct.pack("<Q", len(data)), names
-        self._attachment_index.append(_record(_ATTACHMENT_INDEX, *entry))
+        self._put_indexed(
+            record, self._attachment_index, _ATTACHMENT_INDEX, times, struct.pack("<Q", len(data)), names
+        )
+
+    def _put_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
+        """Write a record to the file, and its entry to an index."""
+        place = struct.pack("<QQ", self._put(record), len(record))
+        index.append(_record(kind, place, *entry))
+
+    def copy_record(self, kind: int, content: bytes) -> None:
+        """Write a record of another file, with its numbers of schemas and channels.
+
+        Records that need a schema or a channel that the file lacks are left out.
+
+        :raises DamageError: when it makes no sense.
+        """
+        fields, record = Fields(content), _record(kind, content)
+        match kind:
+            case mcap.SCHEMA:
+                if (number := fields.short()) not in self._schemas:
+                    self._define(self._schemas, number, record)
+            case mcap.CHANNEL:
+                number, schema = fields.short(), fields.short()
+                if number not in self._channels and schema in self._schemas:
+                    self._define(self._channels, number, record)
+                    self._index[number] = []
+                    self._counts[number] = 0
+            case mcap.MESSAGE:
+                number, _, time_ns = fields.short(), fields.number(), fields.long()
+                if number in self._index:
+                    self._index[number] += (time_ns, len(self._chunk))
+                    self._chunk += record
+            case mcap.METADATA:
+                fields.text()
+                self._put_indexed(record, self._metadata_index, _METADATA_INDEX, content[: fields.at])
+            case mcap.ATTACHMENT:
+                times, _ = content[:16], (fields.long(), fields.long())
+                fields.text(), fields.text()
+                names = content[16 : fields.at]
+                size = struct.pack("<Q", fields.long())
+                self._put_indexed(record, self._attachment_index, _ATTACHMENT_INDEX, times, size, names)
+        if len(self._chunk) >= CHUNK_SIZE:
+            self.finish_chunk()
 
     def finish_chunk(self) -> None:
         """Write the messages so far to the file."""
@@ -180,8 +222,8 @@ class McapFile:
         self._put(_record(_DATA_END, struct.pack("<I", 0)))
         start, summary, offsets = self._at, bytearray(), bytearray()
         for kind, records in (
-            (mcap.SCHEMA, self._schemas),
-            (mcap.CHANNEL, self._channels),
+            (mcap.SCHEMA, [*self._schemas.values()][1:]),
+            (mcap.CHANNEL, [*self._channels.values()]),
             (_STATISTICS, [self._statistics()]),
             (_CHUNK_INDEX, self._chunk_index),
             (_ATTACHMENT_INDEX, self._attachment_index),
@@ -205,7 +247,7 @@ class McapFile:
             struct.pack(
                 "<QHIIIIQQ",
                 messages,
-                len(self._schemas),
+                len(self._schemas) - 1,
                 len(self._channels),
                 len(self._attachment_index),
                 len(self._metadata_index),

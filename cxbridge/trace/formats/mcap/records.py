@@ -212,24 +212,19 @@ def _unpacked(packing: str, data: bytes, size: int) -> bytes:
     """Return data as they were before they were packed, at most one byte more than ``size`` of them."""
     if not packing:
         return data
-    # only files that somebody else has packed need these
-    if packing == "zstd":
-        try:
-            import zstandard  # noqa: PLC0415
-        except ModuleNotFoundError:
-            raise TraceError(
-                "the recording is packed with zstd", hint=f"to read it: {install_command('zstd')}"
-            ) from None
-        try:
-            with zstandard.ZstdDecompressor().stream_reader(data) as reader:
-                return reader.read(size + 1)
-        except zstandard.ZstdError as error:
-            raise DamageError(f"a chunk that cannot be unpacked: {error}") from error
-    if packing == "lz4":
-        import lz4.frame  # noqa: PLC0415
-
-        try:
+    if packing not in ("lz4", "zstd"):
+        raise DamageError(f"a chunk that is packed as {packing!r}")
+    try:
+        import lz4.frame  # noqa: PLC0415 - an extra, for files that other programs have packed
+        import zstandard  # noqa: PLC0415 - as above
+    except ModuleNotFoundError:
+        raise TraceError(
+            f"the recording is packed with {packing}", hint=f"to read it: {install_command('packed')}"
+        ) from None
+    try:
+        if packing == "lz4":
             return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
-        except (RuntimeError, EOFError) as error:
-            raise DamageError(f"a chunk that cannot be unpacked: {error}") from error
-    raise DamageError(f"a chunk that is packed as {packing!r}")
+        with zstandard.ZstdDecompressor().stream_reader(data) as reader:
+            return reader.read(size + 1)
+    except (RuntimeError, EOFError, zstandard.ZstdError) as error:
+        raise DamageError(f"a chunk that cannot be unpacked: {error}") from error

@@ -1,13 +1,9 @@
-// Reads the events of an mcap file that cxbridge wrote: JSON messages; chunks may be packed by Zstandard
-// or LZ4. https://mcap.dev/spec
-import { unLz4 } from "./lz4.js";
+// Reads the events of an mcap file that cxbridge wrote: JSON messages in chunks that are not packed.
+// https://mcap.dev/spec
 import { Sources } from "./sources.js";
-import { unZstd } from "./zstd.js";
 
 const MAGIC = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];
 const OP = { SCHEMA: 3, CHANNEL: 4, MESSAGE: 5, CHUNK: 6, ATTACHMENT: 9, METADATA: 12, DATA_END: 15 };
-const UNPACK = { "": (bytes) => bytes, zstd: unZstd, lz4: unLz4 };
-const MOST_UNPACKED = 256 << 20;
 export const KIND_OF = {
   "cxbridge.LogLine": "log",
   "cxbridge.RuleFired": "rule",
@@ -81,19 +77,17 @@ export async function readMcap(whole, pause) {
   }
   async function chunk(bytes, view, begin, end, to) {
     if (begin + 32 > to) return;
-    const size = Number(view.getBigUint64(begin + 16, true)),
-      [packed, next] = text(bytes, view, begin + 28);
-    if (packed && end > to) return; // of what is packed a part tells nothing
-    const unpack = UNPACK[packed];
-    if (!unpack) {
-      notes.add("It is packed by '" + packed + "': unpack it with 'mcap decompress'.");
+    const [packed, next] = text(bytes, view, begin + 28);
+    if (packed) {
+      notes.add(
+        "It is packed by '" + packed + "': unpack it with 'cxbridge trace convert FILE OUT --to mcap'.",
+      );
       return;
     }
+    const inner = bytes.subarray(next + 8, Math.min(end, to)),
+      innerView = new DataView(inner.buffer, inner.byteOffset, inner.byteLength);
+    let at = 0;
     try {
-      if (size > MOST_UNPACKED) throw new RangeError("too big");
-      const inner = unpack(bytes.subarray(next + 8, Math.min(end, to)), size),
-        innerView = new DataView(inner.buffer, inner.byteOffset, inner.byteLength);
-      let at = 0;
       while (at + 9 <= inner.length) {
         const stop = at + 9 + Number(innerView.getBigUint64(at + 1, true));
         if (stop > inner.length) break; // its file was cut off
