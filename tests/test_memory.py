@@ -1,6 +1,6 @@
 """Memory does not grow with the goals that were, nor with the messages that went.
 
-``benchmarks/soak_goals.py`` and ``benchmarks/message_ids.py`` show it at length, by the process' size.
+`soak_goals` and `message_ids` show it at length, by the size of the process.
 Objects are counted, not bytes of the process, which go up and down by more than a small leak.
 """
 
@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from benchmarks import message_ids, soak_goals
 from cxbridge.run.agent import Run
+from tests import message_ids, soak_goals
 from tests.support import many
 
 GOALS = many(5000, 2200)

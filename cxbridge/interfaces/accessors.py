@@ -2,10 +2,10 @@
 
 Reading goes through a :mod:`ctypes` view of the block, which is the fastest way to a value that the
 standard library has; writing goes through :mod:`struct`, which checks type and range. Each factory binds
-what its constants once, so that an access is a handful of C calls (benchmarks/bench_fields.py holds it to
-three times a bare ``struct`` call). A view is reached by attribute name alone, therefore the factories are
-made of source text, once for each number of a field: ``f0``, ``f1`` ... are the names in the view, so that no
-name of a definition is ever part of source text.
+what its constants once, so that an access is a handful of C calls, within three times a bare ``struct``
+call. A view is reached by attribute name alone, therefore the factories are made of source text, once for
+each number of a field: ``f0``, ``f1`` ... are the names in the view, so that no name of a definition is ever
+part of source text.
 
 Every setter keeps the two marks of a block up, as a Fawkes setter does: ``_changed`` is set when the stored
 value changes, ``_refreshed`` always. A setter that refuses a value does not change the field.

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from benchmarks.torn_reads import make_block, number_of, read_in_processes, read_in_threads
+from tests.blackboard.torn_reads import make_block, number_of, read_in_processes, read_in_threads
 
 READS = int(os.environ.get("CXBRIDGE_READS", "4000"))
 

@@ -15,11 +15,11 @@ from typing import cast
 
 import pytest
 
-from benchmarks import stops
 from cxbridge.clock import RealClock
 from cxbridge.mainloop import MainLoop
 from cxbridge.process.interrupt import Interrupt
 from tests.daemon.test_daemon import WAIT_S, start
+from tests.process import stops
 from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import many

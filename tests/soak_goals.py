@@ -3,13 +3,12 @@
 Goals come in tens, each with a plan of one action that a Skiller executes at once, and go again. After the
 warm-up the resident memory of this process may grow by 1 MiB.
 
-    python -m benchmarks.soak_goals [GOALS]      prints the growth; TOO MUCH above 1 MiB
+    python -m tests.soak_goals [GOALS]      prints the growth; TOO MUCH above 1 MiB
 """
 
 from __future__ import annotations
 
 import gc
-import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -92,18 +91,3 @@ def measure(goals: int, gauge: Callable[[Run], float] = resident_mib) -> list[tu
                     due += goals * (1 - WARM_UP) / 10
             assert outcomes == {"COMPLETED": goals}, outcomes
     return found
-
-
-def main() -> None:
-    """Measure and print."""
-    goals = int(sys.argv[1]) if len(sys.argv) > 1 else GOALS
-    found = measure(goals)
-    for over, mib in found:
-        print(f"{over:7} goals: {mib:.2f} MiB")
-    grown = max(mib for _, mib in found) - found[0][1]
-    verdict = "ok" if grown <= LIMIT_MIB else "TOO MUCH"
-    print(f"{goals} goals: {grown:+.2f} MiB after the warm-up (limit {LIMIT_MIB:g}) {verdict}")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,9 +1,5 @@
 """Programs are stopped by signals at random instants, from their first moment on; what they leave is checked.
 
-::
-
-    python -m benchmarks.stops [COUNT] [PROGRAM...]
-
 COUNT stops by each of SIGTERM, SIGINT and SIGHUP of each program: run, daemon, gateway, executor, record,
 monitor. Half of them come while it starts. The claims:
 
@@ -348,15 +344,3 @@ def _stop_all(
             finally:
                 trial.close()
                 shutil.rmtree(here)
-
-
-def main() -> None:
-    """Run it."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 60
-    report = run(count, sys.argv[2:] or tuple(PROGRAMS), random.SystemRandom().randrange(1 << 30))
-    print("\n".join(report.lines()))
-    sys.exit(bool(report.faults))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,21 +1,16 @@
-"""A million messages over each transport: no id is 0 or the one that is shown, and memory does not grow.
-
-    python benchmarks/message_ids.py [--count N] [--transport NAME...]
+"""Messages over each transport: no id is 0 or the one that is shown, and memory does not grow.
 
 One reader sends, the writer takes each message, checks it and answers with its id in the field ``msgid``, as
 a Skiller does; every 1000th time the reader waits for the answer. The writer is on the board that is served,
 so both ends of the transport are in this process. ``gateway`` goes through ZeroMQ, a gateway, and Fawkes'
-protocol. What the process has grown by after the first tenth is printed, the most and after each tenth; the
-limit is 1 MiB.
+protocol.
 """
 
 from __future__ import annotations
 
-import argparse
 import gc
-import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -139,29 +134,3 @@ def take(writer: Any, taken: list[int]) -> None:
     while (message := writer.msgq_pop()) is not None:
         if message.type == "StopExecMessage":
             taken.append(message.id)
-
-
-def main(arguments: Sequence[str] = ()) -> int:
-    """Measure and print; `arguments` are those of the command line."""
-    parser = argparse.ArgumentParser(description="a million messages over each transport")
-    parser.add_argument("--count", type=int, default=1_000_000)
-    parser.add_argument("--transport", nargs="*", choices=TRANSPORTS, default=TRANSPORTS)
-    options = parser.parse_args(arguments)
-    bad = False
-    for transport in options.transport:
-        begun = time.monotonic()
-        sizes, faults = drive(transport, options.count)
-        growth = [size - sizes[0] for size in sizes]
-        grown = max(growth, default=0)
-        bad |= bool(faults) or grown > LIMIT_KIB
-        seconds = time.monotonic() - begun
-        print(
-            f"{transport:8} {options.count} messages in {seconds:.0f} s, {grown:+d} KiB "
-            f"({' '.join(map(str, growth))}); " + ("; ".join(faults) or "no fault"),
-            flush=True,
-        )
-    return 1 if bad else 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main(sys.argv[1:]))

@@ -1,9 +1,5 @@
 """Reads while somebody writes as fast as it can: no read is torn, none is older than the one before.
 
-::
-
-    python -m benchmarks.torn_reads [READS]
-
 Each word of a block is made of one counter and of its place, the time stamp too; so every mix of two writes
 and every shift is found out. Only reads that gave a new block count. Half of them are made by threads on a
 local blackboard, half by processes over ZeroMQ (``ipc``) that keep several instances open, while other
@@ -204,19 +200,3 @@ def read_in_processes(reads: int) -> Tally:
                     process.join(30)
                     process.kill()
     return total
-
-
-def main() -> None:
-    """Read as often as the command line says (1e6), half of it by threads."""
-    reads = int(float(sys.argv[1])) if len(sys.argv) > 1 else 1_000_000
-    fault = False
-    for what, go in (("threads", read_in_threads), ("processes over ipc", read_in_processes)):
-        start = time.monotonic()
-        tally = go(reads // 2)
-        print(f"{what}: {tally}, {time.monotonic() - start:.0f} s", flush=True)
-        fault |= tally.fault
-    sys.exit(fault)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,38 @@
+"""A whole simulated game of the RCLL, 20 minutes of it: its processor time, against the game's time.
+
+Needs the checkouts that `cxbridge game` needs, named by FAWKES_DIR, ROBOTINO_DIR and REFBOX_DIR; PROTO_DIR
+has the messages where neither of the last two has its submodules.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from benchmarks.bench_cold import processor_seconds
+from benchmarks.harness import report
+
+MINUTES = 20
+
+
+def main() -> None:
+    """Measure and print."""
+    options = {
+        "--fawkes-dir": "FAWKES_DIR",
+        "--overlay": "ROBOTINO_DIR",
+        "--refbox-dir": "REFBOX_DIR",
+        "--proto-dir": "PROTO_DIR",
+    }
+    given = {option: os.environ[name] for option, name in options.items() if name in os.environ}
+    if given.keys() < options.keys() - {"--proto-dir"}:
+        print("  not measured: FAWKES_DIR, ROBOTINO_DIR and REFBOX_DIR name no checkouts")
+        return
+    command = [sys.executable, "-m", "cxbridge", "game", "--spec", "rcll-central", "--seed", "1", "--json"]
+    command += [word for item in given.items() for word in item] + ["--minutes", str(MINUTES)]
+    seconds = processor_seconds(command, dict(os.environ))
+    print(f"  {seconds:.0f} s of processor time for {MINUTES} minutes")
+    report("processor time of a game / its time", seconds / (60 * MINUTES), limit=0.25)
+
+
+if __name__ == "__main__":
+    main()
