@@ -3,7 +3,7 @@
 Goals come in tens, each with a plan of one action that a Skiller executes at once, and go again. After the
 warm-up the resident memory of this process may grow by 1 MiB.
 
-    python -m tests.soak_goals [GOALS]      prints the growth; TOO MUCH above 1 MiB
+
 """
 
 from __future__ import annotations

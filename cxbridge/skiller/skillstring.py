@@ -6,7 +6,6 @@ A skill string is data: all receivers of foreign skill strings read them with
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -46,31 +45,6 @@ def parse_skill_call(text: str) -> SkillStringCall:
     if len(calls) != 1:
         raise SkillError(f"the skill string '{text}' has {len(calls)} calls, expected one")
     return calls[0]
-
-
-_FAWKES_CALL = re.compile(r"(\w+)(?:\(\)|\{(.+)?\})", re.ASCII)
-_FAWKES_ARG = re.compile(r"""(\w+)=(?:'([^'"]*)'\s*|"([^'"]*)"\s*|([^'"]*))""", re.ASCII)
-
-
-def parse_as_fawkes(text: str) -> SkillStringCall:
-    """Return the call in a skill string as Fawkes' simulator reads it.
-
-    All values are texts, of several arguments the last two are seen, and one with a comma or a quote is lost.
-
-    :raises SkillError: when it is neither ``name()`` nor ``name{...}``.
-    """
-    line = text.replace("\n", "")
-    found = _FAWKES_CALL.fullmatch(line)
-    if found is None:
-        raise SkillError(f"Unexpected skill string: '{line}'")
-    args: dict[str | int, Any] = {}
-    first, *more = (found[2] or "").split(",")
-    items = [first, *(item.lstrip() for item in more)] if first and all(more) else []
-    for item in items[-2:]:
-        pair = _FAWKES_ARG.fullmatch(item)
-        if pair is not None:
-            args[pair[1]] = pair[pair.lastindex or 0]
-    return SkillStringCall(found[1], args)
 
 
 def _call(call: LuaCall) -> SkillStringCall:

@@ -144,11 +144,10 @@ def test_the_estimated_durations_are_near_the_recorded_ones():
         assert abs(estimate_duration(text) - float(duration)) < 0.13
 
 
-@pytest.mark.parametrize("mode", ["strict", "fawkes"])
-def test_the_simulator_writes_what_was_recorded(mode: Any):
+def test_the_simulator_writes_what_was_recorded():
     rig = Rig()
     config = Configuration.load(SHARED / "fawkes-data" / "config" / "execution-time-estimator.yaml")
-    rig.add(make_simulator(rig.board, rig.clock, rig.bus, config=config, mode=mode))
+    rig.add(make_simulator(rig.board, rig.clock, rig.bus, config=config))
     run_scenario(rig)
     assert our_skiller_rows(rig) == expected_skiller_rows("simulator-1")
     ours = [

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.errors import SkillerError
-from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.skillstring import SkillStringCall
 
@@ -131,7 +130,6 @@ class StaticEstimator(Decider):
     :param blacklist: skills that it does not answer for.
     :param seconds: the duration of all further skills; None: there is no default.
     :param speed: durations are divided by it.
-    :param mode: in Fawkes the blacklist has no effect, and an entry without a duration has none.
     """
 
     whitelist: Sequence[SkillPattern] = ()
@@ -139,12 +137,9 @@ class StaticEstimator(Decider):
     seconds: float | None = None
     speed: float = 1.0
     priority: int = 0
-    mode: Mode = "strict"
 
     @classmethod
-    def from_config(
-        cls, config: Configuration, prefix: str = STATIC_PREFIX, mode: Mode = "strict"
-    ) -> StaticEstimator:
+    def from_config(cls, config: Configuration, prefix: str = STATIC_PREFIX) -> StaticEstimator:
         """Read ``exec-time`` and what :class:`SkillSelection` has below ``prefix``.
 
         :raises SkillerError: as :meth:`Selection.from_config`.
@@ -156,17 +151,16 @@ class StaticEstimator(Decider):
             seconds=_read_seconds(config, f"{prefix}/exec-time"),
             speed=chosen.speed,
             priority=chosen.priority,
-            mode=mode,
         )
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return the duration of the first entry that matches, the default otherwise."""
         chosen = SkillSelection(self.whitelist, self.blacklist)
-        if self.mode == "strict" and chosen.refuses(call):
+        if chosen.refuses(call):
             return None
         entry = chosen.entry(call)
         seconds = self.seconds if entry is None else entry.seconds
-        if seconds is None and self.mode == "strict":
+        if seconds is None:
             seconds = self.seconds
         return None if seconds is None else Outcome(seconds / self.speed)
 

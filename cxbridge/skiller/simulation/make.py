@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
-from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.simulation.deciders import Decider, Deciders
 from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
 from cxbridge.skiller.simulation.faults import FailureInjector
@@ -29,14 +28,13 @@ ESTIMATORS_LOG = "ExecutionTimeEstimators"
 """What log lines about estimators are under."""
 
 
-def make_simulator(  # noqa: PLR0913 - most have a default
+def make_simulator(
     board: BlackBoard,
     clock: Clock,
     bus: EventBus,
     *,
     config: Configuration | None = None,
     name: str = "Skiller",
-    mode: Mode = "strict",
     read_samples: ReadSamples | None = None,
     navgraph: NavGraph | None = None,
     more: Sequence[Decider] = (),
@@ -51,12 +49,12 @@ def make_simulator(  # noqa: PLR0913 - most have a default
     :raises BlackBoardError: when the interface has another writer.
     """
     if config is None:
-        return SkillerSimulator(board, clock, bus, more, name=name, mode=mode)
+        return SkillerSimulator(board, clock, bus, more, name=name)
     log = bus.logger(ESTIMATORS_LOG)
     seed = config.get_uint(SEED_PATH, default=0)
     estimators: list[Decider] = []
     if config.keys(STATIC_PREFIX):
-        estimators.append(StaticEstimator.from_config(config, mode=mode))
+        estimators.append(StaticEstimator.from_config(config))
     if config.exists(f"{LOOKUP_PREFIX}/recordings") and read_samples is not None:
         estimators.append(LookupEstimator.from_config(config, read_samples, _rng(seed, name, "lookup")))
     elif config.keys(LOOKUP_PREFIX):
@@ -67,7 +65,7 @@ def make_simulator(  # noqa: PLR0913 - most have a default
         log.debug("/skiller/features/navgraph/enable is not true: the navigation graph estimates nothing")
     deciders = [make_failures(config, name), *more, *(estimators or [StaticEstimator(seconds=1.0)])]
     try:
-        return SkillerSimulator(board, clock, bus, deciders, name=name, mode=mode)
+        return SkillerSimulator(board, clock, bus, deciders, name=name)
     except Exception:
         Deciders(deciders).close()
         raise

@@ -1,7 +1,7 @@
 """A Skiller that only waits: each skill takes the time that a decider says, by the run's clock.
 
-Its writes are those of Fawkes' skiller-simulator; where Fawkes is odd, ``mode='strict'`` does better
-(``docs/skiller.md`` lists the differences).
+Its writes are those of Fawkes' skiller-simulator, but where Fawkes is odd: ``docs/skiller.md`` lists the
+differences.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
-from cxbridge.skiller.backend import Mode, SkillerBackend
+from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.control import ReaderWatch, sender_of, serial_of
 from cxbridge.skiller.simulation.deciders import Decider, Deciders, Effect, Outcome
 from cxbridge.skiller.simulation.estimators import StaticEstimator
-from cxbridge.skiller.skillstring import SkillStringCall, parse_as_fawkes, parse_skill_string
+from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_string
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -42,7 +42,6 @@ class SkillerSimulator(SkillerBackend):
 
     :param deciders: say how skills end; empty: each skill takes a second. Closed with the simulator.
     :param name: id of the SkillerInterface that it writes.
-    :param mode: the behaviour where Fawkes is odd.
     :raises BlackBoardError: when the interface has another writer.
     """
 
@@ -54,10 +53,8 @@ class SkillerSimulator(SkillerBackend):
         deciders: Sequence[Decider] = (),
         *,
         name: str = "Skiller",
-        mode: Mode = "strict",
     ) -> None:
         super().__init__(name)
-        self.mode: Mode = mode
         self._clock = clock
         self._log = bus.logger(LOG_COMPONENT)
         self._board = board
@@ -101,7 +98,7 @@ class SkillerSimulator(SkillerBackend):
         """Take the messages, end the skill whose time is up."""
         self._enqueued = to_write = False
         while (serial := self._readers.pop()) is not None:
-            if self.mode == "strict" and serial == self._interface.exclusive_controller:
+            if serial == self._interface.exclusive_controller:
                 self._log.info("Controlling interface instance was closed, revoking exclusive control")
                 self._interface.exclusive_controller = ""
                 to_write = True
@@ -137,7 +134,7 @@ class SkillerSimulator(SkillerBackend):
             self._log.debug(f"{thread} is new exclusive controller (ID {serial})")
         elif message.steal_control:
             self._log.warn(f"{thread} steals exclusive control (ID {serial})")
-        elif self.mode == "strict" and controller == serial:
+        elif controller == serial:
             return False
         else:
             self._log.warn(
@@ -153,10 +150,9 @@ class SkillerSimulator(SkillerBackend):
         controller = self._interface.exclusive_controller
         if controller == serial_of(message):
             self._log.debug(f"{thread} releases exclusive control")
-            if self.mode == "strict":  # Fawkes only says so
-                self._interface.exclusive_controller = ""
-                return True
-        elif controller:
+            self._interface.exclusive_controller = ""
+            return True
+        if controller:
             self._log.warn(f"{thread} tried to release exclusive control, but it's not the controller")
         return False
 
@@ -171,7 +167,7 @@ class SkillerSimulator(SkillerBackend):
                 self._log.info(f"{thread} executes '{text}'")
             else:
                 self._log.info(f"{sender_of(message)} executed '{text}' without any exclusive controller")
-        elif self.mode == "strict":  # Fawkes' simulator executes it all the same
+        else:
             self._log.warn(f"{thread} tries to exec, but other thread is controller")
             return False
         if self._outcome is not None:
@@ -186,7 +182,7 @@ class SkillerSimulator(SkillerBackend):
 
     def _begin(self, text: str) -> None:
         try:
-            self._parts = [self._decide(call) for call in self._parse(text)]
+            self._parts = [self._decide(call) for call in parse_skill_string(text)]
         except SkillError as error:  # Fawkes lets the exception fly
             self._outcome = None
             self._log.error(str(error))
@@ -200,9 +196,6 @@ class SkillerSimulator(SkillerBackend):
         self._start_us = self._clock.now_us()
         self._end_us = self._start_us + round(seconds * MICROSECONDS)
         self._log.info(f"Executing '{text}', will take {seconds:.2f} seconds")
-
-    def _parse(self, text: str) -> list[SkillStringCall]:
-        return parse_skill_string(text) if self.mode == "strict" else [parse_as_fawkes(text)]
 
     def _decide(self, call: SkillStringCall) -> _Part:
         """Return how a call ends, as the deciders say."""
@@ -224,8 +217,7 @@ class SkillerSimulator(SkillerBackend):
 
     def _stop(self, message: Any) -> bool:
         controller = self._interface.exclusive_controller
-        nobody = not controller and self.mode == "strict"
-        if controller != serial_of(message) and not nobody:
+        if controller not in ("", serial_of(message)):
             self._log.debug(f"{sender_of(message)} sent stop without any exclusive controller")
             return False
         self._log.debug(f"Stopping execution of '{self._interface.skill_string}' on request")
@@ -239,7 +231,7 @@ class SkillerSimulator(SkillerBackend):
     def _finish(self, outcome: Outcome) -> None:
         self._outcome = None
         end = "is final"
-        if self.mode == "strict" and outcome.status is not Status.S_FINAL:
+        if outcome.status is not Status.S_FINAL:
             end = f"failed: {outcome.error}"
         self._log.info(f"Skill '{self._interface.skill_string}' {end}")
         self._interface.error = outcome.error

@@ -44,16 +44,12 @@ _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-a
 
 
 class Api:
-    """Answers requests below ``/api``.
+    """Answers requests below ``/api``."""
 
-    :param exact: answer as Fawkes does where Fawkes has a defect.
-    """
-
-    def __init__(self, host: WebHost, queue: RequestQueue, directory: Directory, *, exact: bool) -> None:
+    def __init__(self, host: WebHost, queue: RequestQueue, directory: Directory) -> None:
         self._host = host
         self._queue = queue
         self._directory = directory
-        self._exact = exact
         self._log = host.bus.logger("Web")
         self._threads = ThreadPoolExecutor(_THREADS, "web-wait")
         self._waiting = 0
@@ -79,7 +75,7 @@ class Api:
         endpoint, names = self._directory.find(request.method, path.removeprefix("/api"))
         self._check_right(endpoint)
         body = await read_object(request) if endpoint.body else {}
-        call = ApiCall(self._host, names, dict(request.query_params), body, self._exact)
+        call = ApiCall(self._host, names, dict(request.query_params), body)
         try:
             if endpoint.paged:
                 _ = call.window  # refused before anybody works for it

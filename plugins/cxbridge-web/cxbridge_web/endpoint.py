@@ -50,7 +50,6 @@ class ApiCall:
     :param path: the values of the names in the path.
     :param query: the first value of each parameter.
     :param body: the members of the body's JSON object; empty without one.
-    :param exact: answer as Fawkes does where Fawkes has a defect.
     :param copied: facts; None: there was nothing to copy.
     """
 
@@ -58,7 +57,6 @@ class ApiCall:
     path: Mapping[str, str]
     query: Mapping[str, str]
     body: Mapping[str, Any] = field(default_factory=dict)
-    exact: bool = False
     copied: FactCopy | None = None
 
     @property

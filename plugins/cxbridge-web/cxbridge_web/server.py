@@ -63,7 +63,7 @@ class WebServer:
         try:
             self._streams = EventStreams(self._host, self._collector)
             figures = Figures(self._streams, self._collector, self._navgraphs)
-            self._api = api = Api(self._host, self._queue, directory(figures), exact=self._settings.exact)
+            self._api = api = Api(self._host, self._queue, directory(figures))
             site = _Site(api, self._streams, Pages())
         except Exception:
             thread.close()

@@ -27,14 +27,12 @@ class WebSettings(PluginSettings):
     :param token: empty: every user of this machine may connect.
     :param tls_cert: PEM file with the certificate; with ``tls_key``.
     :param allow_origins: the origins whose pages may use the API, besides our own; ``*``: all.
-    :param exact: answer as Fawkes does where Fawkes has a defect.
     """
 
     SECTION: ClassVar[str] = "/cxbridge/web"
     KEYS: ClassVar[tuple[str, ...]] = (
         "web/allow-origins",
         "web/enable",
-        "web/exact",
         "web/host",
         "web/port",
         "web/tls-cert",
@@ -48,7 +46,6 @@ class WebSettings(PluginSettings):
     tls_cert: Path | None = None
     tls_key: Path | None = None
     allow_origins: tuple[str, ...] = ()
-    exact: bool = False
 
     @classmethod
     def read(cls, config: Configuration) -> Self | None:
@@ -62,7 +59,6 @@ class WebSettings(PluginSettings):
             tls_cert=config.get_file(f"{cls.SECTION}/tls-cert"),
             tls_key=config.get_file(f"{cls.SECTION}/tls-key"),
             allow_origins=tuple(config.get_strings(f"{cls.SECTION}/allow-origins", default=[])),
-            exact=config.get_bool(f"{cls.SECTION}/exact", default=False),
         )
         settings.check()
         return settings

@@ -24,7 +24,7 @@ from cxbridge.skiller.simulation.faults import Failure, FailureInjector
 from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.simulation.recorded import LookupEstimator, Sample
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
-from cxbridge.skiller.skillstring import SkillStringCall, parse_as_fawkes, parse_skill_call
+from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_call
 from cxbridge.skiller.status import Status
 from tests.skiller.rig import Rig
 from tests.support import ROOT
@@ -145,45 +145,14 @@ def test_white_and_black_lists(selection: SkillSelection, allowed: bool):
     assert selection.allows(parse_skill_call('say{text="hi you"}')) is allowed
 
 
-def test_the_blacklist_of_static_has_no_effect_in_fawkes():
+def test_the_blacklist_of_static():
     call, banned = parse_skill_call("say{}"), [SkillPattern("say")]
     assert StaticEstimator(blacklist=banned, seconds=1.0).decide(call) is None
-    assert StaticEstimator(blacklist=banned, seconds=1.0, mode="fawkes").decide(call) == Outcome(1.0)
 
 
-def test_an_entry_without_a_time_has_the_default_one_but_not_in_fawkes():
+def test_an_entry_without_a_time_has_the_default_one():
     call, entries = parse_skill_call("say{}"), [SkillPattern("say")]
     assert StaticEstimator(entries, seconds=1.0).decide(call) == Outcome(1.0)
-    assert StaticEstimator(entries, seconds=1.0, mode="fawkes").decide(call) is None
-
-
-# -- skill strings as Fawkes' estimators read them
-
-
-@pytest.mark.parametrize(
-    ("text", "args"),
-    [
-        ("say()", {}),
-        ("say{}", {}),
-        ("say{i=1}", {"i": "1"}),
-        ("say{text='hello'}", {"text": "hello"}),
-        ('say{text="hello",\n wait=true}', {"text": "hello", "wait": "true"}),
-        ("say{a=1, b=2, c=3}", {"b": "2", "c": "3"}),
-        ('say{text="a, b"}', {}),
-        ('say{text="it\'s"}', {}),
-    ],
-)
-def test_fawkes_mode_sees_the_last_two_arguments(text: str, args: dict[str | int, str]):
-    assert parse_as_fawkes(text) == SkillStringCall("say", args)
-
-
-@pytest.mark.parametrize("text", ["say(1)", "say{} say{}x", "say", "", "a b{}"])
-def test_fawkes_mode_refuses_everything_else(text: str):
-    rig = Rig()
-    simulate(rig, Fixed(0, 1.0), mode="fawkes")
-    rig.exec(text)
-    assert rig.state.error == f"Unexpected skill string: '{text}'"
-    assert rig.status == "S_FAILED"
 
 
 # -- lookup

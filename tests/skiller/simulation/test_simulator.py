@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from cxbridge.config import Configuration
@@ -17,9 +15,9 @@ from tests.skiller.rig import Rig
 LOOP_S = 0.033333
 
 
-def make(mode: Any = "strict", *estimators: StaticEstimator) -> Rig:
+def make(*estimators: StaticEstimator) -> Rig:
     rig = Rig()
-    rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus, estimators, mode=mode))
+    rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus, estimators))
     return rig
 
 
@@ -30,37 +28,33 @@ def test_acquire_sets_msgid():
     assert rig.state.msgid == number
 
 
-def test_acquiring_again_gets_a_warning_in_fawkes_only():
-    for mode in ("strict", "fawkes"):
-        rig = make(mode)
-        for _ in range(2):
-            rig.send("AcquireControl", False)
-        rig.loop()
-        assert len(rig.logged(Level.WARN)) == (mode == "fawkes")
-
-
-def test_release_and_a_leaving_reader_clear_the_controller_in_strict_mode_only():
-    for mode in ("strict", "fawkes"):
-        rig = make(mode)
+def test_acquiring_again_gets_no_warning():
+    rig = make()
+    for _ in range(2):
         rig.send("AcquireControl", False)
-        rig.send("ReleaseControl")
-        rig.loop()
-        assert (rig.state.exclusive_controller == "") is (mode == "strict")
-        rig = make(mode)
-        controller = rig.reader()
-        rig.send("AcquireControl", False, by=controller)
-        rig.loop()
-        rig.board.close(controller)
-        rig.loop()
-        assert (rig.state.exclusive_controller == "") is (mode == "strict")
+    rig.loop()
+    assert rig.logged(Level.WARN) == []
 
 
-def test_exec_by_another_is_executed_in_fawkes_only():
-    for mode in ("strict", "fawkes"):
-        rig = make(mode)
-        rig.send("AcquireControl", False, by=rig.reader())
-        rig.exec("say{}")
-        assert rig.status == ("S_INACTIVE" if mode == "strict" else "S_RUNNING")
+def test_release_and_a_leaving_reader_clear_the_controller():
+    rig = make()
+    rig.send("AcquireControl", False)
+    rig.send("ReleaseControl")
+    rig.loop()
+    assert rig.state.exclusive_controller == ""
+    controller = rig.reader()
+    rig.send("AcquireControl", False, by=controller)
+    rig.loop()
+    rig.board.close(controller)
+    rig.loop()
+    assert rig.state.exclusive_controller == ""
+
+
+def test_exec_by_another_is_refused():
+    rig = make()
+    rig.send("AcquireControl", False, by=rig.reader())
+    rig.exec("say{}")
+    assert rig.status == "S_INACTIVE"
 
 
 def test_stop_sets_msgid_to_its_own():
@@ -71,25 +65,28 @@ def test_stop_sets_msgid_to_its_own():
     assert (rig.status, rig.state.msgid, rig.state.skill_string) == ("S_INACTIVE", number, "")
 
 
-@pytest.mark.parametrize(("controller", "stops"), [("sender", True), ("another", False), ("nobody", None)])
-def test_stop_is_for_the_controller(controller: str, stops: bool | None):
-    """Nobody's Skiller is stopped in strict mode: who may start may stop."""
-    for mode in ("strict", "fawkes"):
-        rig = make(mode)
-        if controller != "nobody":
-            rig.send("AcquireControl", False, by=None if controller == "sender" else rig.reader())
+@pytest.mark.parametrize(("controller", "stops"), [("sender", True), ("another", False), ("nobody", True)])
+def test_stop_is_for_the_controller(controller: str, stops: bool):
+    """A Skiller without a controller is stopped, too: who may start may stop."""
+    rig = make()
+    owner = rig.reader()
+    if controller != "another":
+        rig.exec("say{}")
+    if controller != "nobody":
+        rig.send("AcquireControl", False, by=None if controller == "sender" else owner)
+    rig.loop()
+    if controller == "another":
+        rig.send("ExecSkill", "say{}", by=owner)
         rig.loop()
-        rig.exec("say{}")  # executed for everybody in Fawkes, refused to others in strict mode
-        before = rig.status
-        rig.send("StopExec")
-        rig.loop()
-        expected = mode == "strict" if stops is None else stops
-        assert rig.status == ("S_INACTIVE" if expected else before)
+    assert rig.status == "S_RUNNING"
+    rig.send("StopExec")
+    rig.loop()
+    assert rig.status == ("S_INACTIVE" if stops else "S_RUNNING")
 
 
 def test_the_time_base_is_the_runs_clock():
     """Fawkes' is the system's time."""
-    rig = make("fawkes", StaticEstimator(seconds=100.0))
+    rig = make(StaticEstimator(seconds=100.0))
     rig.exec("say{}")
     rig.clock.sleep_until(rig.clock.now_us() + 100_000_000)
     rig.loop()
@@ -97,7 +94,7 @@ def test_the_time_base_is_the_runs_clock():
 
 
 def test_a_skill_takes_its_time_and_keeps_string_and_msgid():
-    rig = make("strict", StaticEstimator(seconds=1.0, speed=2.0))
+    rig = make(StaticEstimator(seconds=1.0, speed=2.0))
     number = rig.exec("say{}")
     loops = 0
     while rig.status == "S_RUNNING":
@@ -108,7 +105,7 @@ def test_a_skill_takes_its_time_and_keeps_string_and_msgid():
 
 
 def test_a_new_skill_string_starts_the_time_anew():
-    rig = make("strict", StaticEstimator(seconds=0.1))
+    rig = make(StaticEstimator(seconds=0.1))
     rig.exec("a{}", loops=3)
     rig.exec("b{}", loops=2)
     assert rig.status == "S_RUNNING"
@@ -124,7 +121,7 @@ def test_a_skill_string_that_cannot_be_read_fails(text: str, column: int):
 
 
 def test_a_skill_that_no_estimator_knows_fails():
-    rig = make("strict", StaticEstimator(whitelist=[SkillPattern("say", seconds=1.0)]))
+    rig = make(StaticEstimator(whitelist=[SkillPattern("say", seconds=1.0)]))
     rig.exec("dance{}")
     assert (rig.status, rig.state.error) == ("S_FAILED", "no estimator knows how long 'dance' takes")
 

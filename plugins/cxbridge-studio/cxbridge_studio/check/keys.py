@@ -21,7 +21,7 @@ cxbridge/robot-memory: backend file uri
 cxbridge/zmq: endpoints secret-key clients insecure
 cxbridge/fawkes: enable host port allow
 cxbridge/foxglove: allow-origins enable host insecure port
-cxbridge/web: enable host port token tls-cert tls-key allow-origins exact
+cxbridge/web: enable host port token tls-cert tls-key allow-origins
 cxbridge/record: trace files level log bblog
 fawkes: agent/name agent/team bbsync/peers/ROBOT/... mainapp/desired_loop_time
 navgraph: graph_file allow_multi_graph

@@ -62,11 +62,11 @@ def _plans_of_goals(call: ApiCall) -> dict[str, list[str]]:
     return plans
 
 
-def _goal(plans: dict[str, list[str]], exact: bool, slots: Slots) -> Model:
+def _goal(plans: dict[str, list[str]], slots: Slots) -> Model:
     members = {
         goal_member(slot): _value(slot, slots)
         for slot in GOAL_SLOTS
-        if slot.name in FAWKES_SLOTS or (slot.name in slots and not exact)
+        if slot.name in FAWKES_SLOTS or slot.name in slots
     }
     return _model("Goal", plans=plans.get(text(slots, "id"), []), **members)
 
@@ -80,13 +80,13 @@ def _value(slot: GoalSlot, slots: Slots) -> Any:
 
 
 def _goals(call: ApiCall) -> list[Model]:
-    return _readable(call, "goal", facts(call, "goal"), partial(_goal, _plans_of_goals(call), call.exact))
+    return _readable(call, "goal", facts(call, "goal"), partial(_goal, _plans_of_goals(call)))
 
 
 def _one_goal(call: ApiCall) -> Model:
     wanted = call.path["id"]
     found = (slots for slots in facts(call, "goal") if slots.get("id") == wanted)
-    for goal in _readable(call, "goal", found, partial(_goal, _plans_of_goals(call), call.exact)):
+    for goal in _readable(call, "goal", found, partial(_goal, _plans_of_goals(call))):
         return goal
     raise ApiError(400, f"Goal '{wanted}' is unknown")
 
@@ -144,7 +144,7 @@ def _plan(actions: dict[tuple[str, str], list[Model]], slots: Slots) -> Model:
     )
 
 
-def _action(call: ApiCall, known: formulas.Known, slots: Slots) -> Model:
+def _action(known: formulas.Known, slots: Slots) -> Model:
     name = text(slots, "action-name")
     model = _model(
         "PlanAction",
@@ -160,10 +160,7 @@ def _action(call: ApiCall, known: formulas.Known, slots: Slots) -> Model:
     if grounding is not None:
         model["precondition"] = _grounding(grounding)
     model["effects"] = []
-    if (
-        grounding is not None
-        and (tree := formulas.tree(known, name, grounding, exact=call.exact)) is not None
-    ):
+    if grounding is not None and (tree := formulas.tree(known, name, grounding)) is not None:
         model["preconditions"] = tree
     return model
 
@@ -173,7 +170,7 @@ def _plans(call: ApiCall) -> list[Model]:
     actions: dict[tuple[str, str], list[Model]] = {}
 
     def add(slots: Slots) -> Model:
-        key, action = (text(slots, "goal-id"), text(slots, "plan-id")), _action(call, known, slots)
+        key, action = (text(slots, "goal-id"), text(slots, "plan-id")), _action(known, slots)
         actions.setdefault(key, []).append(action)
         return action
 
@@ -256,10 +253,9 @@ def _listing(path: str, kind: str, template: str, what: str, make: Make) -> Endp
 def _single(path: str, kind: str, template: str, what: str, make: Make) -> Endpoint:
     def handler(call: ApiCall) -> Model:
         wanted = call.path["id"]
-        if not call.exact:  # there it is refused whether there is one or not
-            found = (slots for slots in facts(call, template) if slots.get("id") == wanted)
-            for model in _readable(call, what, found, make):
-                return model
+        found = (slots for slots in facts(call, template) if slots.get("id") == wanted)
+        for model in _readable(call, what, found, make):
+            return model
         raise ApiError(400, f"No {what} with ID '{wanted}' found")
 
     errors = {400: f"There is no such {what}"}

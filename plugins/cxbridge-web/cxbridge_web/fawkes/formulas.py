@@ -61,23 +61,20 @@ class Known:
         return cls(groundings, nodes, satisfied)
 
 
-def tree(known: Known, operator: str, grounding: Slots, *, exact: bool) -> dict[str, Any] | None:
+def tree(known: Known, operator: str, grounding: Slots) -> dict[str, Any] | None:
     """Return the precondition of an operator in a grounding; None when it has none.
 
-    :param exact: leave out what Fawkes leaves out.
     :raises SlotError: when a fact of it cannot be read.
     """
     found = None
     grounding_id = text(grounding, "id")
     for atom, slots in known.nodes.get(operator, ()):
         if (grounding_id, text(slots, "id")) in known.satisfied:
-            found = _node(known, atom, slots, grounding, exact, 0)
+            found = _node(known, atom, slots, grounding, 0)
     return found
 
 
-def _node(
-    known: Known, atom: bool, slots: Slots, grounding: Slots, exact: bool, depth: int
-) -> dict[str, Any]:
+def _node(known: Known, atom: bool, slots: Slots, grounding: Slots, depth: int) -> dict[str, Any]:
     if depth > _DEEPEST:
         raise SlotError("a formula is part of itself")
     node_id, grounding_id = text(slots, "id"), text(grounding, "id")
@@ -87,14 +84,10 @@ def _node(
     if atom:
         names, constants = texts(slots, "param-names"), texts(slots, "param-constants")
         given = dict(zip(texts(grounding, "param-names"), texts(grounding, "param-values"), strict=False))
-        if exact:
-            values = [given[name] for name in names if name in given]
-            names, constants = [], []
-        else:
-            values = [
-                given.get(name, "") if constant is None else constant
-                for name, constant in zip(names, constants_of(names, constants), strict=True)
-            ]
+        values = [
+            given.get(name, "") if constant is None else constant
+            for name, constant in zip(names, constants_of(names, constants), strict=True)
+        ]
     return {
         "kind": "GroundedPredicate" if atom else "GroundedFormula",
         "apiVersion": API_VERSION,
@@ -105,7 +98,7 @@ def _node(
         "param-values": values,
         "param-constants": constants,
         "child": [
-            _node(known, below, child, grounding, exact, depth + 1)
+            _node(known, below, child, grounding, depth + 1)
             for below, child in known.nodes.get(node_id, ())
             if (grounding_id, text(child, "id")) in known.satisfied
         ],

@@ -134,9 +134,8 @@ def _skill(call: ApiCall) -> dict[str, Any]:
         model = {"kind": "Skill", "apiVersion": API_VERSION, "name": debug.graph_fsm, "graph": debug.graph}
         if name == "ACTIVE":
             skiller.read()
-            if not call.exact:
-                model["graph"] = shown.last
             model |= {
+                "graph": shown.last,
                 "skill-string": skiller.skill_string,
                 "error": skiller.error,
                 "msg_id": skiller.msgid,
@@ -146,8 +145,8 @@ def _skill(call: ApiCall) -> dict[str, Any]:
     return model
 
 
-def _check_control(call: ApiCall, skiller: Any) -> None:
-    if call.exact or skiller.exclusive_controller:
+def _check_control(skiller: Any) -> None:
+    if skiller.exclusive_controller:
         raise ApiError(409, "Another thread is exclusive controller")
 
 
@@ -159,7 +158,7 @@ def _call(call: ApiCall) -> dict[str, Any]:
         longest = skiller.maxlenof("skill_string") - 1
         if len(text.encode("utf-8", "replace")) > longest or "\0" in text:
             raise ApiError(400, f"A skill string has {longest} bytes at most")
-        _check_control(call, skiller)
+        _check_control(skiller)
         message = skiller.create_message("ExecSkillMessage")
         message.skill_string = text.encode("utf-8", "replace").decode()
         msgid = skiller.msgq_enqueue(message)
@@ -170,7 +169,7 @@ def _stop(call: ApiCall) -> Text:
     if call.path["id"] != _ACTIVE:
         raise ApiError(400, "Only the 'active' skill can be stopped")
     with _opened(call, "SkillerInterface") as (skiller,):
-        _check_control(call, skiller)
+        _check_control(skiller)
         # a Skiller heeds the order of its controller only
         for name in ("AcquireControlMessage", "StopExecMessage", "ReleaseControlMessage"):
             skiller.msgq_enqueue(skiller.create_message(name))

@@ -92,7 +92,7 @@ def _set_plugin(call: ApiCall) -> dict[str, Any]:
     try:
         call.host.load_plugin(name, load=wanted == "LOADED")
     except CxbridgeError as error:
-        raise refuse(500 if call.exact else 400, error.message) from error
+        raise refuse(400, error.message) from error
     return {**model, "state": wanted}
 
 

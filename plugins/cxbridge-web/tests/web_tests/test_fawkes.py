@@ -12,7 +12,6 @@ import pytest
 from cxbridge.executive.host.values import show
 from cxbridge_web.fawkes import skiller
 from tests.daemon.test_daemon import WAIT_S
-from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
 from web_tests.support import serving
 
@@ -202,7 +201,7 @@ def test_the_configuration_is_nested_from_the_root_and_typed(there):
 
 def test_secrets_of_the_configuration_are_not_told():
     secret = (("web/token", "correct horse battery"), ("robot-memory/uri", "mongodb://me:pw@host:1/"))
-    with serving((("executive", False), ("web/exact", True), *secret)) as (_, client, _lines):
+    with serving((("executive", False), *secret)) as (_, client, _lines):
         client.headers["Authorization"] = "Bearer correct horse battery"
         for path in ("/api/config", "/api/config?query=/cxbridge/web"):
             answer = client.get(path)
@@ -350,20 +349,3 @@ def test_forms_are_no_bodies(there):
         "POST", "/api/skiller/call", b"a=b", Content_Type="application/x-www-form-urlencoded"
     )
     assert (answer.status, "Content-Type" in answer.text) == (400, True)
-
-
-# -- what Fawkes has wrong
-
-
-def test_exact_answers_are_those_of_fawkes(tmp_path):
-    agent = AGENT + "(deffacts mini-grounding (pddl-grounding (id GR)))"
-    scenario = write_scenario(tmp_path / "mini", agent=agent)
-    with serving((("web/exact", True),), config=scenario) as (_, client, _lines):
-        answer = client.get("/api/clips-executive/pddl-groundings/GR")
-        assert (answer.status, answer.text) == (400, "No grounding with ID 'GR' found")
-        for method, path, body in (
-            ("POST", "call", {"skill_string": "say{}"}),
-            ("DELETE", "skills/active", None),
-        ):
-            answer = client.ask(method, f"/api/skiller/{path}", body)
-            assert (answer.status, answer.text) == (409, "Another thread is exclusive controller")

@@ -16,7 +16,7 @@ def test_a_constant_in_a_tree_of_rest(name: str):
     atom = {"id": "a", "part-of": "go", "predicate": "at", **terms}
     grounding = {"id": "g", "param-names": ("x", "c"), "param-values": ("r1", "wrong")}
     known = Known({"g": grounding}, {"go": [(True, atom)]}, {("g", "a"): True})
-    found = tree(known, "go", grounding, exact=False)
+    found = tree(known, "go", grounding)
     assert found is not None
     assert found["param-values"] == ["r1", name]
 

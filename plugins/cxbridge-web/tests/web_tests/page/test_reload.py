@@ -48,17 +48,6 @@ def test_a_page_that_is_opened_late_shows_the_graph_of_a_skill_that_nobody_saw(t
         assert "WAIT" in " ".join(names(tab)).upper()
 
 
-def test_exactly_as_fawkes_an_idle_skiller_has_no_graph():
-    with serving((("web/exact", True),)) as (daemon, client, _lines):
-        with daemon.board.open_for_reading("SkillerInterface", "Skiller", owner="test") as skiller:
-            message = skiller.create_message("ExecSkillMessage")
-            message.skill_string = "wait{seconds=0.2}"
-            skiller.msgq_enqueue(message)
-        client.until("/api/skiller/skills/active", lambda answer: answer["status"] == "FINAL")
-        client.get("/api/skiller/skills")
-        client.until("/api/skiller/skills/active", lambda answer: answer["graph"] == "")
-
-
 def test_messages_that_came_before_the_view_was_opened_are_there(tab):
     """They were heard only while the view was open, but after a reload there all of them were."""
     with serving() as (_, client, _lines):
