@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import stat
-import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +12,7 @@ from pathlib import Path
 from cxbridge.errors import TraceError
 from cxbridge.file_access import replacing
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.bblogger.header import Header
+from cxbridge.trace.formats.bblogger.header import COUNT_OFFSET, FLAG_OFFSET, HEADER_SIZE, Header, pack_count
 from cxbridge.trace.formats.bblogger.reader import BBLoggerFile
 from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
@@ -134,16 +133,14 @@ def _bblogger(run: BBLoggerFile) -> Mending:
     size = _size(run.path)
     actions = []
     patches = []
-    if header.says_big_endian != (header.order == ">"):
-        says, are = ("big", "little") if header.says_big_endian else ("little", "big")
-        actions.append(f"FIXING: header says {says} endian, but the data are {are} endian, setting")
-        bit = 0x01 if header.order == "<" else 0x80
-        patches.append((header.layout.flag_offset, bytes([header.flag ^ bit])))
-    count, extra = divmod(size - header.layout.size, header.entry_size)
+    if header.says_big_endian:
+        actions.append("FIXING: header says big endian, but the data are little endian, setting")
+        patches.append((FLAG_OFFSET, bytes([header.flag ^ 0x01])))
+    count, extra = divmod(size - HEADER_SIZE, header.entry_size)
     actions += _truncated(extra)
     if header.count != count:
         actions.append(_count_action(run.path, header, count))
-        patches.append((header.layout.count_offset, struct.pack(f"{header.order}I", count & _UINT32)))
+        patches.append((COUNT_OFFSET, pack_count(count & _UINT32)))
     return Mending(run.path, run.format, actions, size - extra, tuple(patches))
 
 

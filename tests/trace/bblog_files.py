@@ -1,4 +1,4 @@
-"""bblogger files made by hand, in every layout."""
+"""bblogger files made by hand."""
 
 from __future__ import annotations
 
@@ -8,19 +8,14 @@ from typing import Any
 
 from cxbridge.interfaces.known_hashes import hash_for_wire
 from cxbridge.interfaces.registry import default_registry
-from cxbridge.trace.formats.bblogger.header import LAYOUTS, HeaderLayout
-from cxbridge.trace.formats.blocks import NATURAL, field_offsets
 
 KIND = "SpeechSynthInterface"
 START_S = 1_400_000_000
 
 
-def make(  # noqa: PLR0913  everything that can be in a header
-    order: str,
+def make(
     entries: Sequence[tuple[int, int]],
     *,
-    layout: HeaderLayout = LAYOUTS[0],
-    packing: int = NATURAL,
     flag: int = 1,
     count: int = 0,
     size: int = 0,
@@ -35,10 +30,10 @@ def make(  # noqa: PLR0913  everything that can be in a header
     :param fill: the values of the entry of that number.
     """
     schema = default_registry().schema(KIND)
-    offsets, block_size = field_offsets(schema, packing)
-    data = layout.magic + struct.pack(
-        f"{order}{layout.fields}",
-        flag if order == "<" else flag << 31,
+    block_size = schema.datasize
+    data = b"\xff\xbb\xff\xbb\0\0\0\x01" + struct.pack(
+        "<II32s48s64s16sIqq",
+        flag,
         count,
         scenario.encode(),
         kind.encode(),
@@ -50,12 +45,12 @@ def make(  # noqa: PLR0913  everything that can be in a header
     )
     for number, (since, stamp) in enumerate(entries):
         block = bytearray(size or block_size)
-        struct.pack_into(f"{order}qq", block, 0, stamp, 0)
+        struct.pack_into("<qq", block, 0, stamp, 0)
         if not size:
-            for field, offset in zip(schema.fields, offsets, strict=True):
+            for field in schema.fields:
                 value = fill(number).get(field.name)
                 if value is not None:
                     code = f"{field.size}s" if field.is_string else field.storage.code
-                    struct.pack_into(f"{order}{code}", block, offset, value)
-        data += struct.pack(f"{order}II", since, 0) + block
+                    struct.pack_into(f"<{code}", block, field.offset, value)
+        data += struct.pack("<II", since, 0) + block
     return data

@@ -1,4 +1,4 @@
-"""Decodes the bytes of an interface, in any layout that there ever was, into the events of its write."""
+"""Decodes the bytes of an interface into the events of its write."""
 
 from __future__ import annotations
 
@@ -13,60 +13,26 @@ ENV: Final = "executive"
 """The environment that the states of skillers are said to be read by; a block does not tell."""
 
 STAMP_SIZE: Final = 16
-"""Bytes of the time stamp that every block begins with since 2010."""
-
-NATURAL: Final = 8
-"""Alignment of fields today: each to its own size."""
-
-PACKINGS: Final = (NATURAL, 4, 1)
-"""Every alignment that blocks had: natural in 2010 and since 2019, 4 bytes until 2016, then none.
-
-Where two of them differ at all, so do the sizes of the blocks: the size says which it is."""
+"""Bytes of the time stamp that every block begins with."""
 
 _SKILLER = "SkillerInterface"
 _Convert: TypeAlias = Callable[[tuple[Any, ...]], Any]
 
 
-def field_offsets(schema: InterfaceSchema, packing: int = NATURAL) -> tuple[tuple[int, ...], int]:
-    """Return where in a block the fields lie, and the size of the block, both in bytes.
-
-    :param packing: one of :data:`PACKINGS`.
-    """
-    offsets = []
-    end = STAMP_SIZE
-    for field in schema.fields:
-        end = _aligned(end, min(packing, field.elem_size))
-        offsets.append(end)
-        end += field.size
-    return tuple(offsets), _aligned(end, packing)
-
-
-def packing_of(schema: InterfaceSchema, size: int) -> int | None:
-    """Return the packing that makes blocks of this size, None when none does."""
-    if size == schema.datasize:
-        return NATURAL
-    return next((each for each in PACKINGS if field_offsets(schema, each)[1] == size), None)
-
-
 class BlockDecoder:
-    """Reads the values of blocks of one layout.
+    """Reads the values of the blocks of an interface type, little endian."""
 
-    :param order: byte order as :mod:`struct` calls it.
-    :param packing: one of :data:`PACKINGS`.
-    """
-
-    def __init__(self, schema: InterfaceSchema, order: str = "=", packing: int = NATURAL) -> None:
+    def __init__(self, schema: InterfaceSchema) -> None:
         self.schema = schema
-        offsets, self.size = field_offsets(schema, packing)
-        code = f"{order}{STAMP_SIZE}x"
+        code = f"<{STAMP_SIZE}x"
         end, first = STAMP_SIZE, 0
         self._fields: list[tuple[str, int, _Convert | None]] = []
-        for field, offset in zip(schema.fields, offsets, strict=True):
+        for field in schema.fields:
             count = 1 if field.is_string else field.runtime_length
             element = f"{field.size}s" if field.is_string else f"{count}{field.storage.code}"
-            code += f"{offset - end}x{element}"
+            code += f"{field.offset - end}x{element}"
             self._fields.append((field.name, first, _converter(field, first, first + count)))
-            end, first = offset + field.size, first + count
+            end, first = field.offset + field.size, first + count
         self._unpack = struct.Struct(code).unpack_from
 
     def raw(self, block: bytes | memoryview) -> tuple[Any, ...]:
@@ -115,10 +81,6 @@ def padded_text(data: bytes) -> str:
 def item_names(field: FieldSchema) -> dict[int, str]:
     """Return the names of an enum's items by their values; none for another field."""
     return {item.value: item.name for item in field.enum.items} if field.enum else {}
-
-
-def _aligned(offset: int, alignment: int) -> int:
-    return -(-offset // alignment) * alignment
 
 
 def _converter(field: FieldSchema, start: int, end: int) -> _Convert | None:

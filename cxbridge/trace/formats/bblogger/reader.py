@@ -20,7 +20,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import FolderRun, Run
 from cxbridge.trace.formats.bblogger.header import (
     ENTRY_HEADER_SIZE,
-    MAX_HEADER,
+    HEADER_SIZE,
     Header,
     log_files,
     read_header,
@@ -31,6 +31,8 @@ from cxbridge.trace.formats.files import reading
 RAW = "block"
 """The one field of a write whose interface is not known: its block in hexadecimal digits, without stamp."""
 
+_ENTRY = struct.Struct("<II")
+_STAMP = struct.Struct("<qq")
 _READ_SIZE = 1 << 18
 _MAX_US = (1 << 63) // 1000  # what mcap can hold, which counts nanoseconds
 _ASCTIME_FROM_S = 1_000_000_000
@@ -67,7 +69,7 @@ class BBLoggerFile(Run):
         """Return the header, and how many bytes the file has."""
         with reading(self.path), self.path.open("rb") as file:
             size = self.path.stat().st_size
-            return read_header(file.read(MAX_HEADER), self.path, self._definitions, size), size
+            return read_header(file.read(HEADER_SIZE), self.path, self._definitions), size
 
     @cached_property
     def _definitions(self) -> InterfaceRegistry:
@@ -82,10 +84,10 @@ class BBLoggerFile(Run):
         """
         header = self.header
         size = header.entry_size
-        stamp = struct.Struct(f"{header.order}II").unpack_from
+        stamp = _ENTRY.unpack_from
         count = rest = 0
         with reading(self.path), self.path.open("rb") as file:
-            file.seek(header.layout.size)
+            file.seek(HEADER_SIZE)
             while data := file.read(max(_READ_SIZE // size, 1) * size):
                 view = memoryview(data)
                 rest = len(data) % size
@@ -104,8 +106,8 @@ class BBLoggerFile(Run):
         header = self.header
         if header.problem:
             self.note(header.problem)
-        stamp = struct.Struct(f"{header.order}qq").unpack_from
-        stamped = header.stamped and header.data_size >= STAMP_SIZE
+        stamp = _STAMP.unpack_from
+        stamped = header.data_size >= STAMP_SIZE
         values = self._values()
         uid, kind, start_us = header.uid, header.kind, header.start_us
         states = header.schema is not None and kind == "SkillerInterface"
@@ -127,9 +129,8 @@ class BBLoggerFile(Run):
         """Return what makes the values of a block."""
         header = self.header
         if header.schema is not None:
-            return BlockDecoder(header.schema, header.order, header.packing).values
-        skip = STAMP_SIZE if header.stamped else 0
-        return lambda block: {RAW: block[skip:].hex()}
+            return BlockDecoder(header.schema).values
+        return lambda block: {RAW: block[STAMP_SIZE:].hex()}
 
     def metadata(self) -> Mapping[str, str]:
         """Return scenario, interface and start as the header has them."""
@@ -147,14 +148,13 @@ class BBLoggerFile(Run):
         endian = "Big" if header.says_big_endian else "Little"
         yield f"File version: {1:<10d}  Endianess: {endian} Endian"
         yield f"# data items: {header.count:<10d}  Data size: {header.data_size} bytes"
-        yield f"Header size:  {header.layout.size} bytes   File size: {size} bytes"
+        yield f"Header size:  {HEADER_SIZE} bytes   File size: {size} bytes"
         yield ""
         yield f"Scenario:   {header.scenario}"
         yield f"Interface:  {header.uid} ({header.hash.hex().upper()})"
         yield f"Start time: {start_text(header.start_us)}"
-        if header.says_big_endian != (header.order == ">"):
-            order = "little" if header.order == "<" else "big"
-            yield f"            (but the data are {order} endian; 'trace repair' mends the header)"
+        if header.says_big_endian:
+            yield "            (but the data are little endian; 'trace repair' mends the header)"
 
 
 class BBLoggerFolder(FolderRun):

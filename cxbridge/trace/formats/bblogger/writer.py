@@ -16,8 +16,8 @@ from cxbridge.interfaces.known_hashes import hash_for_wire
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.formats.base import RunWriter
 from cxbridge.trace.formats.bblogger.header import (
-    MAX_HEADER,
-    TODAY,
+    COUNT_OFFSET,
+    HEADER_SIZE,
     file_name,
     file_pattern,
     is_header_of,
@@ -65,7 +65,7 @@ class BBLoggerWriter(RunWriter):
     def _is_ours(self, path: Path) -> bool:
         """Whether a file is bblogger's, and of this scenario."""
         with path.open("rb") as file:
-            return is_header_of(file.read(MAX_HEADER), self._scenario)
+            return is_header_of(file.read(HEADER_SIZE), self._scenario)
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
         """Return writes of blocks, at any level."""
@@ -136,7 +136,7 @@ class _InterfaceFile:
         """
         with writing(self._path):
             if self._settled:
-                self._put(pack_count(0), TODAY.count_offset)
+                self._put(pack_count(0), COUNT_OFFSET)
                 self._settled = False
             self._put(entry, self._end)
         self._end += len(entry)
@@ -148,7 +148,7 @@ class _InterfaceFile:
         :raises TraceError: when the file cannot be written.
         """
         with writing(self._path):
-            self._put(pack_count(self._count), TODAY.count_offset)
+            self._put(pack_count(self._count), COUNT_OFFSET)
         self._settled = True
 
     def close(self) -> None:
@@ -158,7 +158,7 @@ class _InterfaceFile:
         """
         with writing(self._path), self._file:
             self._file.truncate(self._end)
-            self._put(pack_count(self._count), TODAY.count_offset)
+            self._put(pack_count(self._count), COUNT_OFFSET)
 
     def _put(self, data: bytes, offset: int) -> None:
         """Write all of ``data`` at an offset."""

@@ -178,7 +178,7 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
         raise TraceError(header.problem, file=run.path, hint="without a definition there are no columns")
     if header.problem:
         run.note(header.problem)
-    raw = BlockDecoder(header.schema, header.order, header.packing).raw
+    raw = BlockDecoder(header.schema).raw
     cells = [_cell(field, first) for field, first in _elements(header.schema.fields)]
     with writing(path), path.open("wb") as file:
         file.write(f"{heading(header.schema)}\n".encode())

@@ -14,7 +14,7 @@ from cxbridge.events import BlockWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.trace.convert import convert
-from cxbridge.trace.formats.bblogger.header import LAYOUTS
+from cxbridge.trace.formats.bblogger.header import COUNT_OFFSET, HEADER_SIZE
 from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.repair import examine
@@ -86,8 +86,8 @@ def test_we_repair_as_it_does(files: list[Path], tmp_path: Path) -> None:
     path, ours = tmp_path / "a.log", tmp_path / "ours"
     for _ in range(200):
         data = random.choice(files).read_bytes()
-        damaged = bytearray(data[: random.randrange(LAYOUTS[0].size, len(data))])
-        struct.pack_into("=I", damaged, LAYOUTS[0].count_offset, random.choice([0, 3, COUNT, 1 << 31]))
+        damaged = bytearray(data[: random.randrange(HEADER_SIZE, len(data))])
+        struct.pack_into("=I", damaged, COUNT_OFFSET, random.choice([0, 3, COUNT, 1 << 31]))
         path.write_bytes(damaged)
         mending = examine(path)
         mending.write_copy(ours)

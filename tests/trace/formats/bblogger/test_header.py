@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.formats.bblogger.header import (
     ENTRY_HEADER_SIZE,
-    MAX_HEADER,
+    HEADER_SIZE,
     file_name,
     is_header_of,
     pack_entry,
@@ -48,7 +48,7 @@ def test_the_header_byte_by_byte() -> None:
             b"\x90\xd0\x03\x00\x00\x00\x00\x00",  # 250 000 us
         )
     )
-    assert len(data) == MAX_HEADER == 196
+    assert len(data) == HEADER_SIZE == 196
 
 
 @little_endian
@@ -69,14 +69,14 @@ def test_headers_are_those_that_fawkes_own_tool_repaired(name: str) -> None:
     paths = sorted((RECORDINGS / name / "bblogger-repaired").glob("*.log"))
     assert len(paths) == 3
     for path in paths:
-        recorded = path.read_bytes()[:MAX_HEADER]
+        recorded = path.read_bytes()[:HEADER_SIZE]
         header = read_header(recorded, path, default_registry())
         assert header.schema is not None
         version, size = recorded[160:176], header.schema.datasize
         assert recorded == pack_header(
             header.scenario, header.uid, version, size, start_us=header.start_us, count=header.count
         )
-        assert path.stat().st_size == MAX_HEADER + header.count * (ENTRY_HEADER_SIZE + size)
+        assert path.stat().st_size == HEADER_SIZE + header.count * (ENTRY_HEADER_SIZE + size)
 
 
 @given(names, names.filter(bool), st.integers(0, 2**62), st.integers(0, 2**32 - 1))

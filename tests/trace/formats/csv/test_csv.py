@@ -81,7 +81,7 @@ def test_one_file_for_several_interfaces_is_refused(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
 def test_a_full_disk_is_our_error(tmp_path: Path) -> None:
     (tmp_path / "full.csv").symlink_to("/dev/full")
-    (tmp_path / "a.log").write_bytes(make("<", [(1, 0)]))
+    (tmp_path / "a.log").write_bytes(make([(1, 0)]))
     values = {"text": "", "msgid": 0, "final": False, "duration": 0.0}
     for run in (open_run(tmp_path / "a.log"), MemoryRun([InterfaceWrite(1, f"{KIND}::a", values)])):
         with pytest.raises(TraceError, match="cannot be written"):
@@ -91,7 +91,7 @@ def test_a_full_disk_is_our_error(tmp_path: Path) -> None:
 def test_bytes_stay_as_they_are(tmp_path: Path) -> None:
     """C's way: text that is not UTF-8 as it is, an unknown item by a word, a NaN by its name."""
     (tmp_path / "a.log").write_bytes(
-        make("<", [(1, 0)], fill=lambda _: {"text": b"\xff;\n", "duration": -math.nan})
+        make([(1, 0)], fill=lambda _: {"text": b"\xff;\n", "duration": -math.nan})
     )
     convert(open_run(tmp_path / "a.log"), tmp_path / "a.csv", "csv")
     assert (tmp_path / "a.csv").read_bytes() == f"{HEADING}\n".encode() + b"1.000000;\xff;\n;0;false;-nan\n"
