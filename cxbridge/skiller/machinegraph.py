@@ -71,10 +71,6 @@ class StateMachine:
             for depth, within in machine.walk():
                 yield depth + 1, within
 
-    def active_states(self) -> list[MachineState]:
-        """Return the states that this machine and those within are in."""
-        return [state for _, machine in self.walk() for state in machine.states if state.active]
-
 
 def parse_graph(text: str) -> StateMachine:
     """Read a graph.

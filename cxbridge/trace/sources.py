@@ -10,11 +10,8 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePosixPath
 
-from cxbridge.errors import InterfaceError, TraceError
+from cxbridge.errors import TraceError
 from cxbridge.events import SourceRead
-from cxbridge.interfaces.classes import make_interface_class
-from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import writing
 
@@ -107,38 +104,6 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Ru
         if source.role == "clips":
             begun[source.name] = at
     return steps
-
-
-def adopt_interfaces(run: Run, registry: InterfaceRegistry) -> list[str]:
-    """Let a registry know the interfaces of a recording as they were when it was made.
-
-    What it does not know, or knows with another layout, comes from the definitions in the recording.
-
-    :returns: the names of these types.
-    :raises TraceError: when a definition in the recording is none.
-    """
-    adopted = []
-    for source in sources_of(run, "interface"):
-        if source.file is None:
-            continue
-        try:
-            schema = parse_bytes(source.file.read(), source.file.name)
-        except InterfaceError as error:
-            raise TraceError(
-                f"{source.file.name} in it is not an interface: {error}", file=run.path
-            ) from error
-        if schema.hash != _hash_of(registry, schema.name):
-            registry.add(make_interface_class(schema))
-            adopted.append(schema.name)
-    return adopted
-
-
-def _hash_of(registry: InterfaceRegistry, name: str) -> bytes | None:
-    """Return the version of a type that a registry has, None when it has none."""
-    try:
-        return registry.schema(name).hash
-    except InterfaceError:
-        return None
 
 
 def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:

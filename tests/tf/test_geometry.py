@@ -12,7 +12,6 @@ from cxbridge.space.tf.errors import InvalidRotationError
 from cxbridge.space.tf.geometry import (
     Transform,
     normalized,
-    quaternion_from_rpy,
     quaternion_from_yaw,
     rotate,
     slerp,
@@ -21,6 +20,21 @@ from cxbridge.space.tf.geometry import (
 
 angles = st.floats(-3.1, 3.1)
 metres = st.floats(-100, 100)
+
+
+def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    """Return the rotation about x by ``roll``, then about y by ``pitch``, then about z by ``yaw``."""
+    sr, cr = math.sin(roll / 2), math.cos(roll / 2)
+    sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
+    sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
 rotations = st.builds(quaternion_from_rpy, angles, st.floats(-1.5, 1.5), angles)
 transforms = st.builds(Transform, st.tuples(metres, metres, metres), rotations)
 

@@ -13,7 +13,7 @@ from mcap.writer import Writer
 from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import TraceError
-from cxbridge.events import EventBus, InterfaceWrite, RuleFired, SourceRead
+from cxbridge.events import EventBus, RuleFired, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.run import RunOptions, run_scenario
@@ -21,8 +21,8 @@ from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.sources import adopt_interfaces, building_steps, extract, sources_of
-from cxbridge.trace.sourcing import EarlySources, SourceNamer, interface_source
+from cxbridge.trace.sources import building_steps, extract, sources_of
+from cxbridge.trace.sourcing import EarlySources, SourceNamer
 from tests.run.mini import write_scenario
 from tests.support import ROOT
 from tests.trace.runs import family
@@ -241,31 +241,3 @@ def test_a_damaged_attachment_is_told_and_the_events_are_read(tmp_path: Path) ->
     with pytest.raises(TraceError, match="is damaged"):
         extract(run, tmp_path / "out")
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("before", [None, INT.format("old") + INT.format("new")], ids=["unknown", "changed"])
-def test_interfaces_that_are_unknown_or_have_changed_come_from_the_recording(
-    before: str | None, tmp_path: Path
-) -> None:
-    then, now = tmp_path / "then", tmp_path / "now"
-    for folder, fields in ((then, INT.format("old")), (now, before)):
-        folder.mkdir()
-        if fields is not None:
-            (folder / "OddInterface.xml").write_text(XML.format(name="OddInterface", fields=fields))
-    there = InterfaceRegistry([then])
-    path = tmp_path / "run.mcap"
-    with McapWriter(path, definition=lambda name, time_us: interface_source(there, name, time_us)) as writer:
-        writer.write(InterfaceWrite(1, "OddInterface::x", {"old": 3}))
-        writer.write(InterfaceWrite(2, "SwitchInterface::s", {"enabled": True}))
-    here = InterfaceRegistry([now])
-    assert adopt_interfaces(open_run(path), here) == ["OddInterface"]
-    assert here.schema("OddInterface").hash == there.schema("OddInterface").hash
-    assert [field.name for field in here.get("OddInterface").fields()] == ["old"]
-
-
-def test_a_definition_in_a_recording_that_is_none(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    with McapWriter(path) as writer:
-        writer.write(SourceRead(1, "interface", "", "OddInterface", b"<interface", {}))
-    with pytest.raises(TraceError, match=r"interfaces/OddInterface.xml in it is not an interface"):
-        adopt_interfaces(open_run(path), InterfaceRegistry())

@@ -22,19 +22,6 @@ _LENGTH_TOLERANCE = 0.01
 _ALMOST_PARALLEL = 0.9995
 
 
-def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation about x by ``roll``, then about y by ``pitch``, then about z by ``yaw``."""
-    sr, cr = math.sin(roll / 2), math.cos(roll / 2)
-    sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
-    sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
-
-
 def quaternion_from_yaw(yaw: float) -> Quaternion:
     """Return the rotation about z by ``yaw``."""
     return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))

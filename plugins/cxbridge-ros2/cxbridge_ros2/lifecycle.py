@@ -235,39 +235,3 @@ def _ends() -> Iterator[Mapping[str, Any]]:
                 "start_state": _state(during),
                 "goal_state": _state(end),
             }
-
-
-class LifecycleClient(Closing):
-    """Leads another managed node. Answers come while our node is polled.
-
-    :param target: the other node, e.g. ``/robot1/controller``.
-    """
-
-    def __init__(self, node: Node, target: str) -> None:
-        self._change = node.client(f"{target}/change_state", f"{_PACKAGE}/srv/ChangeState")
-        self._state = node.client(f"{target}/get_state", f"{_PACKAGE}/srv/GetState")
-
-    @property
-    def is_served(self) -> bool:
-        """Whether the node runs, and is managed."""
-        return self._change.is_served and self._state.is_served
-
-    def state(self, done: Callable[[LifecycleState], None]) -> None:
-        """Ask for the state; ``done`` gets it."""
-
-        def take(response: Message) -> None:
-            found = response["current_state"]["id"]
-            done(LifecycleState(found) if found in list(LifecycleState) else LifecycleState.UNKNOWN)
-
-        self._state.call({}, take)
-
-    def change(self, name: str, done: Callable[[bool], None]) -> None:
-        """Ask for a transition, e.g. :data:`ACTIVATE`; ``done`` gets whether it was done."""
-        numbers = [order[0] for order in _ORDERS if order[1] == name]
-        transition = {"id": numbers[0] if numbers else 0, "label": name}
-        self._change.call({"transition": transition}, lambda response: done(bool(response["success"])))
-
-    def close(self) -> None:
-        """Ask no more."""
-        self._change.close()
-        self._state.close()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import partial
 from typing import Any, Final, TypeAlias
 
 from cxbridge.clock import MICROSECONDS, Clock
@@ -13,7 +12,7 @@ from cxbridge.closing import Closing
 from cxbridge.errors import Ros2Error
 from cxbridge.rights import right_of_frame
 from cxbridge_ros2.messages import Message
-from cxbridge_ros2.node import Client, Node
+from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
 
 Value: TypeAlias = bool | int | float | str | bytes | list[bool] | list[int] | list[float] | list[str] | None
@@ -277,69 +276,6 @@ class Parameters(Closing):
         for end in self._ends:
             end()
         self._events.close()
-
-
-class ParameterClient(Closing):
-    """Asks another node for its parameters, and sets them. Answers come while the node is polled.
-
-    :param target: the other node, e.g. ``/robot1/controller``.
-    """
-
-    def __init__(self, node: Node, target: str) -> None:
-        def client(service: str) -> Client:
-            return node.client(f"{target}/{service}", f"{_PACKAGE}/srv/{_camel(service)}")
-
-        self._get, self._set, self._list = map(
-            client, ("get_parameters", "set_parameters", "list_parameters")
-        )
-
-    @property
-    def is_served(self) -> bool:
-        """Whether the node runs, and answers."""
-        return all(each.is_served for each in (self._get, self._set, self._list))
-
-    def get(self, names: Sequence[str], done: Callable[[Mapping[str, Value]], None]) -> None:
-        """Ask for values; ``done`` gets them by name, and none of all when one of them is not known."""
-
-        def take(response: Message) -> None:
-            done(dict(zip(names, map(value_of, response["values"]), strict=False)))
-
-        self._get.call({"names": list(names)}, take)
-
-    def set(self, values: Mapping[str, Value], done: Callable[[Mapping[str, str]], None]) -> None:
-        """Set values, one after the other; ``done`` gets why each is refused, empty where it is not.
-
-        :raises Ros2Error: see :func:`type_of`.
-        """
-        wanted = [{"name": name, "value": message_of(value)} for name, value in values.items()]
-
-        def take(response: Message) -> None:
-            reasons = [
-                "" if each["successful"] else each["reason"] or "refused" for each in response["results"]
-            ]
-            done(dict(zip(values, reasons, strict=False)))
-
-        self._set.call({"parameters": wanted}, take)
-
-    def list(
-        self, done: Callable[[Sequence[str]], None], prefixes: Sequence[str] = (), depth: int = 0
-    ) -> None:
-        """Ask for names; ``done`` gets them.
-
-        :param prefixes: those below these only, e.g. ``planner`` of ``planner.timeout``; empty: all.
-        :param depth: how many names deep; 0: all.
-        """
-        take = partial(_pass_names, done)
-        self._list.call({"prefixes": list(prefixes), "depth": depth}, take)
-
-    def close(self) -> None:
-        """Ask no more."""
-        for each in (self._get, self._set, self._list):
-            each.close()
-
-
-def _pass_names(done: Callable[[Sequence[str]], None], response: Message) -> None:
-    done(list(response["result"]["names"]))
 
 
 def _refused(request: Message, reason: str) -> Mapping[str, Any]:

@@ -84,12 +84,6 @@ class ScenarioGame:
         return found
 
 
-def is_game(options: RunOptions) -> bool:
-    """Return whether a scenario contains a game."""
-    config, _ = source_of(options).load_configuration()
-    return config.exists(SEED)
-
-
 def _overlays(options: RunOptions) -> tuple[Path, ...]:
     given = options.config
     return (given,) if isinstance(given, Path) else given or ()

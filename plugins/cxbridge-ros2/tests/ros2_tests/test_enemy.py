@@ -23,10 +23,10 @@ from cxbridge_ros2.interfaces.definitions import ACTIONS
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import TypeName, parse_type
 from cxbridge_ros2.node import AnswerLater, Reply
-from cxbridge_ros2.parameters import ParameterClient
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
 from cxbridge_ros2.transports.dds.node import _write
+from ros2_tests.clients import ParameterClient
 from ros2_tests.hub import Side
 from ros2_tests.peer import PACKAGES
 from ros2_tests.test_managed import answer, until

@@ -16,19 +16,12 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.errors import Ros2Error
 from cxbridge.events import LogLine
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.lifecycle import (
-    ACTIVATE,
-    CLEANUP,
-    CONFIGURE,
-    DEACTIVATE,
-    SHUTDOWN,
-    LifecycleClient,
-    LifecycleState,
-)
+from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.node import Node
-from cxbridge_ros2.parameters import EVENTS, ParameterClient, message_of, type_of, value_of
+from cxbridge_ros2.parameters import EVENTS, message_of, type_of, value_of
 from cxbridge_ros2.rosout import listen
 from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.clients import LifecycleClient, ParameterClient
 from ros2_tests.conftest import HERE, forked, needs_ros, started, with_ros
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
-from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Final
 
@@ -179,8 +178,3 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
 def _imported(target: str) -> MakePlugin:
     loaded: MakePlugin = resolve_name(target)
     return loaded
-
-
-def own_file(name: str) -> Path:
-    """Return a CLIPS file of this package."""
-    return Path(__file__).parent / "clips" / name

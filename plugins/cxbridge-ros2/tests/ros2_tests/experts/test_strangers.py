@@ -22,8 +22,9 @@ from cxbridge_ros2.experts.definitions import TYPES
 from cxbridge_ros2.experts.names import SERVICES
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import Terminal
-from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE, LifecycleClient
+from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE
 from cxbridge_ros2.names import parse_type
+from ros2_tests.clients import LifecycleClient
 from ros2_tests.conftest import has_package, in_ros, needs_ros, start, stop
 from ros2_tests.experts.agents import AGENT, asking, served
 from ros2_tests.experts.test_services import RIGHT, WHOLE, WRONG, function, named, predicate

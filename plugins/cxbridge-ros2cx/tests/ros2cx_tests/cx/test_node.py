@@ -9,8 +9,8 @@ import pytest
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.program.plain_options import make_options
-from cxbridge_ros2.parameters import ParameterClient
 from cxbridge_ros2cx.cx.node import CxNode
+from ros2_tests.clients import ParameterClient
 from tests.support import CX_DIR, needs_cx
 
 pytestmark = needs_cx

@@ -1,0 +1,110 @@
+"""Clients of another node's parameters and lifecycle, for tests. Answers come while our node is polled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from cxbridge.closing import Closing
+from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import Client, Node
+from cxbridge_ros2.parameters import Value, message_of, value_of
+
+
+class LifecycleClient(Closing):
+    """Leads another managed node. Answers come while our node is polled.
+
+    :param target: the other node, e.g. ``/robot1/controller``.
+    """
+
+    def __init__(self, node: Node, target: str) -> None:
+        self._change = node.client(f"{target}/change_state", "lifecycle_msgs/srv/ChangeState")
+        self._state = node.client(f"{target}/get_state", "lifecycle_msgs/srv/GetState")
+
+    @property
+    def is_served(self) -> bool:
+        """Whether the node runs, and is managed."""
+        return self._change.is_served and self._state.is_served
+
+    def state(self, done: Callable[[LifecycleState], None]) -> None:
+        """Ask for the state; ``done`` gets it."""
+
+        def take(response: Message) -> None:
+            found = response["current_state"]["id"]
+            done(LifecycleState(found) if found in list(LifecycleState) else LifecycleState.UNKNOWN)
+
+        self._state.call({}, take)
+
+    def change(self, name: str, done: Callable[[bool], None]) -> None:
+        """Ask for a transition, e.g. :data:`ACTIVATE`; ``done`` gets whether it was done."""
+        names = (CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN)
+        transition = {"id": names.index(name) + 1 if name in names else 0, "label": name}
+        self._change.call({"transition": transition}, lambda response: done(bool(response["success"])))
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._change.close()
+        self._state.close()
+
+
+class ParameterClient(Closing):
+    """Asks another node for its parameters, and sets them. Answers come while the node is polled.
+
+    :param target: the other node, e.g. ``/robot1/controller``.
+    """
+
+    def __init__(self, node: Node, target: str) -> None:
+        def client(service: str) -> Client:
+            kind = "".join(word.capitalize() for word in service.split("_"))
+            return node.client(f"{target}/{service}", f"rcl_interfaces/srv/{kind}")
+
+        self._get, self._set, self._list = map(
+            client, ("get_parameters", "set_parameters", "list_parameters")
+        )
+
+    @property
+    def is_served(self) -> bool:
+        """Whether the node runs, and answers."""
+        return all(each.is_served for each in (self._get, self._set, self._list))
+
+    def get(self, names: Sequence[str], done: Callable[[Mapping[str, Value]], None]) -> None:
+        """Ask for values; ``done`` gets them by name, and none of all when one of them is not known."""
+
+        def take(response: Message) -> None:
+            done(dict(zip(names, map(value_of, response["values"]), strict=False)))
+
+        self._get.call({"names": list(names)}, take)
+
+    def set(self, values: Mapping[str, Value], done: Callable[[Mapping[str, str]], None]) -> None:
+        """Set values, one after the other; ``done`` gets why each is refused, empty where it is not.
+
+        :raises Ros2Error: see :func:`type_of`.
+        """
+        wanted = [{"name": name, "value": message_of(value)} for name, value in values.items()]
+
+        def take(response: Message) -> None:
+            reasons = [
+                "" if each["successful"] else each["reason"] or "refused" for each in response["results"]
+            ]
+            done(dict(zip(values, reasons, strict=False)))
+
+        self._set.call({"parameters": wanted}, take)
+
+    def list(
+        self, done: Callable[[Sequence[str]], None], prefixes: Sequence[str] = (), depth: int = 0
+    ) -> None:
+        """Ask for names; ``done`` gets them.
+
+        :param prefixes: those below these only, e.g. ``planner`` of ``planner.timeout``; empty: all.
+        :param depth: how many names deep; 0: all.
+        """
+
+        def take(response: Message) -> None:
+            done(list(response["result"]["names"]))
+
+        self._list.call({"prefixes": list(prefixes), "depth": depth}, take)
+
+    def close(self) -> None:
+        """Ask no more."""
+        for each in (self._get, self._set, self._list):
+            each.close()
