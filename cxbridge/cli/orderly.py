@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from cxbridge.cli.entry import plain_interrupt
+from cxbridge.errors import BrokenAgentError
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
@@ -32,3 +34,22 @@ def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_
         return run
 
     return decorate
+
+
+if TYPE_CHECKING:
+    from cxbridge.run.options import RunOptions
+
+
+@contextmanager
+def in_words_of_check(options: RunOptions) -> Iterator[None]:
+    """Add the findings of explainers to a :class:`BrokenAgentError`: the wrong word, the likely right one.
+
+    :param options: of the run.
+    :raises BrokenAgentError: when one was raised.
+    """
+    try:
+        yield
+    except BrokenAgentError as error:
+        from cxbridge.run.explainers import with_explanations
+
+        raise with_explanations(error, options) from None

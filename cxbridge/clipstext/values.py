@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import chain, repeat
 from math import copysign
 from typing import Any, Final, TypeAlias
 
@@ -76,3 +77,17 @@ def show_alone(value: Value) -> str:
 def quoted(text: str) -> str:
     """Return a STRING as it is written in CLIPS source text."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+NO_CONSTANT: Final = "nil"
+"""The constant of a term that is a parameter."""
+
+
+def constants_of(names: Sequence[str], constants: Sequence[str]) -> list[str | None]:
+    """Return the constant of each term, None for a term that is a parameter.
+
+    :param names: the slot ``param-names``.
+    :param constants: the slot ``param-constants``; terms behind its end are parameters.
+    """
+    filled = chain(constants, repeat(NO_CONSTANT))
+    return [None if each == NO_CONSTANT else each for each, _ in zip(filled, names, strict=False)]

@@ -5,10 +5,9 @@ Every value knows the file and the line that it came from. The dialect is descri
 
 from __future__ import annotations
 
-from cxbridge.config.configuration import Configuration
+from cxbridge.config.checkouts import PLACEHOLDERS, substitute_path
+from cxbridge.config.configuration import ConfigMissingError, ConfigTypeError, Configuration
 from cxbridge.config.documents import Mark
-from cxbridge.config.errors import ConfigMissingError, ConfigTypeError
-from cxbridge.config.paths import PLACEHOLDERS, substitute_path
 from cxbridge.config.scalars import ConfigType
 from cxbridge.config.values import ConfigValue
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 from msgspec import Struct
-
-from cxbridge.config.paths import substitute_path
 
 CONFIGURATION: Final = "cfg"
 """The folder of a checkout with its configuration: relative includes are seen from there."""
@@ -61,3 +60,20 @@ class Checkouts(Struct, frozen=True):
             bases = (placeholders | {_BASE: str(folder)} for folder in self.folders)
             paths = [path for each in bases if (path := here / substitute_path(text, each)).is_dir()] or paths
         return paths
+
+
+PLACEHOLDERS = ("BASEDIR", "FAWKES_BASEDIR", "RESDIR", "CONFDIR")
+"""The placeholders that the CLIPS Executive registers (without their @), in its order."""
+
+
+def substitute_path(text: str, folders: Mapping[str, str | Path]) -> str:
+    """Return a configured path with its placeholders replaced.
+
+    Each placeholder is replaced once, where it stands first, as Fawkes does. One without a folder stays.
+
+    :param folders: the folder for each placeholder, by its name without @, e.g. ``{"BASEDIR":
+        "/opt/fawkes"}``.
+    """
+    for name, folder in folders.items():
+        text = text.replace(f"@{name}@", str(folder), 1)
+    return text

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TypeVar, overload
 
 from cxbridge.config.documents import MAX_DEPTH, Mark
-from cxbridge.config.errors import ConfigMissingError, ConfigTypeError
 from cxbridge.config.loader import ConfigLoader, files_of
 from cxbridge.config.scalars import UINT_MAX, to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import mask
@@ -21,6 +20,14 @@ from cxbridge.suggestions import did_you_mean
 T = TypeVar("T")
 D = TypeVar("D")
 Scalar = bool | int | float | str
+
+
+class ConfigMissingError(ConfigError):
+    """There is no value at the path that was asked for."""
+
+
+class ConfigTypeError(ConfigError):
+    """There is a value at the path, but of another type."""
 
 
 class _Missing:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.cli.colours import wants_colour
 from cxbridge.cli.main import invoke
+from cxbridge.cli.story import wants_colour
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.history.brief import MOST_KEPT, MOST_LOOKS, BriefReasons
 from cxbridge.history.outcome import OutcomeKind, action_outcome, goal_outcome, skill_outcome

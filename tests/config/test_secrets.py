@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.config import Configuration
-from cxbridge.config.errors import ConfigTypeError
+from cxbridge.config.configuration import ConfigTypeError
 from cxbridge.config.secrets import HIDDEN, is_secret, mask, masked, without_secrets
 
 

@@ -17,10 +17,9 @@ from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.blackboard.fawkesnet.address import DEFAULT_PORT
 from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers, resolve_listening
-from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardNetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
-from cxbridge.blackboard.fawkesnet.session import FawkesSession
+from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.blackboard.fawkesnet.sockets import GONE_SECONDS, acknowledge, tune
 from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.complaints import Complaints

@@ -6,10 +6,11 @@ import contextlib
 import socket
 import threading
 import time
-from typing import Final, Protocol
+from abc import ABC, abstractmethod
+from typing import ClassVar, Final, Protocol
 
 from cxbridge.blackboard.fawkesnet.messages.codec import ALWAYS_ALLOWED, limit_to_server
-from cxbridge.blackboard.fawkesnet.messages.frames import FrameDecoder
+from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame, FrameDecoder
 from cxbridge.blackboard.fawkesnet.outbox import MOST, Outbox
 
 
@@ -137,3 +138,28 @@ class FawkesSession:
             if sent < len(frames):
                 self._outbox.put_back(frames[sent:])
                 return
+
+
+class NetworkHandler(ABC):
+    """Answers the frames for one component.
+
+    All methods are called in the server's thread.
+    """
+
+    COMPONENT: ClassVar[ComponentId]
+
+    def start(self, hub: FawkesNetworkHub) -> None:  # noqa: B027 - not everybody has something to prepare
+        """Prepare for clients."""
+
+    @abstractmethod
+    def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
+        """Carry out the request of a client.
+
+        :raises CxbridgeError: when the request is invalid; the server logs it.
+        """
+
+    def disconnected(self, session: FawkesSession) -> None:  # noqa: B027 - not everybody remembers clients
+        """Forget a client."""
+
+    def stop(self) -> None:  # noqa: B027 - not everybody has something to end
+        """End; there are no clients any more."""

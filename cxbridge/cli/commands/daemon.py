@@ -8,12 +8,11 @@ import typer
 from typer.core import TyperGroup
 
 from cxbridge.cli import daemon_debug
-from cxbridge.cli.broken import in_words_of_check
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.cli.console import local_time, say, say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.orderly import orderly
+from cxbridge.cli.orderly import in_words_of_check, orderly
 from cxbridge.cli.styling import StyledCommand
 from cxbridge.daemon.options import DaemonOptions
 

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.broken import in_words_of_check
 from cxbridge.cli.console import say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import Before, option_groups
-from cxbridge.cli.orderly import orderly
+from cxbridge.cli.orderly import in_words_of_check, orderly
 from cxbridge.cli.staying import stay_after
 from cxbridge.run.options import RunOptions
 

@@ -6,20 +6,23 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from pathlib import PurePath
 from typing import Any, Final
 
 from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.services.options import ReplayOptions
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import Sink
+from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.process.service import OnReady, Service, ignore
 from cxbridge.process.stepping import StepKeys
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.replay.definitions import add_attached
 from cxbridge.trace.replay.moves import ReplayMove, ReplaySelection, Survey, moves, survey
 from cxbridge.trace.replay.pace import Pace, SteppedPace, TimedPace
 from cxbridge.trace.replay.player import ReplayPlayer
@@ -218,3 +221,18 @@ def _survey(run: Run, selection: ReplaySelection) -> Survey:
         file=run.path,
         hint="record an mcap file, or bblogger files; a text log has none",
     )
+
+
+def add_attached(registry: InterfaceRegistry, run: Run, uids: Iterable[str]) -> None:
+    """Add to a registry the types that it does not know and that are attached to the run as ``<Type>.xml``.
+
+    :raises InterfaceDefinitionError: when such a file is wrong.
+    """
+    missing = {kind for kind, _ in map(parse_uid, uids) if registry.path(kind) is None}
+    if not missing:
+        return
+    for attachment in run.attachments():
+        name = PurePath(attachment.name)
+        if name.suffix == ".xml" and name.stem in missing:
+            file = f"{run.path}: {attachment.name}"
+            registry.add(make_interface_class(parse_bytes(attachment.data, file)))

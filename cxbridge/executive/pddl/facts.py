@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 from msgspec import Struct
 
-from cxbridge.clipstext.terms import NO_CONSTANT
+from cxbridge.clipstext.values import NO_CONSTANT
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
     ROOT_TYPE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.clipstext.terms import constants_of
+from cxbridge.clipstext.values import constants_of
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,

@@ -139,8 +139,7 @@ def _push(path: str, operand: Any) -> Modify:
     def modify(old: Any, _now: datetime) -> Any:
         if old is not MISSING and not isinstance(old, list):
             raise QueryError(f"$push: '{path}' is not an array")
-        items: list[Any] = [] if old is MISSING else old
-        return [*items, operand]
+        return [*([] if old is MISSING else old), operand]
 
     return modify
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from cxbridge.events import EventBus, NavGraphRead
+from collections.abc import Iterable
+
+from cxbridge.events import Event, EventBus, NavGraphRead
 from cxbridge.space.navgraph.graph import NavGraph
 
 
@@ -28,3 +30,27 @@ def emit_navgraph(bus: EventBus, graph: NavGraph) -> None:
         for edge in graph.edges
     }
     bus.emit(NavGraphRead(bus.clock.now_us(), graph.name, nodes, edges))
+
+
+class NavGraphs:
+    """Keeps the last event of each graph. The bus may call it in any thread.
+
+    :param bus: reports the graphs.
+    """
+
+    def __init__(self, bus: EventBus) -> None:
+        self._bus = bus
+        self._graphs: dict[str, NavGraphRead] = {}
+        bus.subscribe(self._take, NavGraphRead)
+
+    def _take(self, event: Event) -> None:
+        if isinstance(event, NavGraphRead):
+            self._graphs = {**self._graphs, event.graph: event}
+
+    def all(self) -> Iterable[NavGraphRead]:
+        """Return the graphs."""
+        return self._graphs.values()
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._bus.unsubscribe(self._take)

@@ -18,7 +18,7 @@ from cxbridge_web.written import WrittenConstructs
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.space.navgraph.keeping import NavGraphs
+    from cxbridge.space.navgraph.emitting import NavGraphs
     from cxbridge_web.event_collector import EventCollector
     from cxbridge_web.event_streams import EventStreams
 

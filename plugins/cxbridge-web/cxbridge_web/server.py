@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.space.navgraph.keeping import NavGraphs
+from cxbridge.space.navgraph.emitting import NavGraphs
 from cxbridge_web.api import Api
 from cxbridge_web.catalogue import directory
 from cxbridge_web.event_collector import EventCollector

@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from cxbridge.blackboard import Listener
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers
-from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM
 from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
+from cxbridge.blackboard.fawkesnet.session import NetworkHandler
 from cxbridge.events import LogLine
 from tests.blackboard.fawkesnet.raw import TIMEOUT, RawClient, raw_client
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.clipstext.terms import constants_of
+from cxbridge.clipstext.values import constants_of
 from cxbridge.executive.features.pddl_parser import _assert_rows
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.pddl import domain_facts, format_formula, parse_domain

@@ -14,13 +14,12 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.components.opened import Opened
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.hashes import fawkes_hash
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession
+from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession, NetworkHandler
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.room import check_room
 from cxbridge.blackboard.listeners import EventKind, ListenerTable, Observer, listening

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import ClassVar, Final
 
-from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.configuration import (
     DEFAULT_SETS,
@@ -21,7 +20,7 @@ from cxbridge.blackboard.fawkesnet.messages.configuration import (
 )
 from cxbridge.blackboard.fawkesnet.messages.fields import MAX_ELEMENT
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.session import FawkesSession
+from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import UINT_MAX, ConfigType, to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import masked

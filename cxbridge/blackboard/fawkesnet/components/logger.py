@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, Final
 
-from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription, unpack_log
-from cxbridge.blackboard.fawkesnet.session import FawkesSession
+from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import Event, EventBus, LogLine
 from cxbridge.printing import indented, one_line

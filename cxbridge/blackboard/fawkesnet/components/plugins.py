@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar, Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.messages.plugins import PluginKind, PluginMessage
-from cxbridge.blackboard.fawkesnet.session import FawkesSession
+from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.errors import BlackBoardError, CxbridgeError

@@ -14,8 +14,7 @@ from cxbridge.trace.codec import EventFormatError, decoder
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import reading
 from cxbridge.trace.formats.mcap import records as mcap
-from cxbridge.trace.formats.mcap.records import DamageError, Fields, Record
-from cxbridge.trace.formats.mcap.topics import METADATA, PROFILE, SOURCE
+from cxbridge.trace.formats.mcap.records import METADATA, PROFILE, SOURCE, DamageError, Fields, Record
 
 _MESSAGE_HEAD: Final = Struct("<BQH")
 """What a message begins with: its kind, its size, its channel."""

@@ -228,3 +228,13 @@ def _unpacked(packing: str, data: bytes, size: int) -> bytes:
             return reader.read(size + 1)
     except (RuntimeError, EOFError, zstandard.ZstdError) as error:
         raise DamageError(f"a chunk that cannot be unpacked: {error}") from error
+
+
+PROFILE = "cxbridge"
+"""The profile in the header of our files."""
+
+METADATA = "cxbridge"
+"""The name of our metadata records; later ones add to earlier ones."""
+
+SOURCE = "cxbridge.source"
+"""The name of the metadata records of what a run was made of."""

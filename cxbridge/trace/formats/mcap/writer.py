@@ -19,7 +19,7 @@ from cxbridge.trace.codec import dump, encode, schema_of
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.files import open_alone, writing
 from cxbridge.trace.formats.mcap.file import McapFile
-from cxbridge.trace.formats.mcap.topics import METADATA, PROFILE, SOURCE
+from cxbridge.trace.formats.mcap.records import METADATA, PROFILE, SOURCE
 from cxbridge.trace.sourcing import SourceNamer
 
 _FLUSH_SECONDS = 0.5

@@ -7,8 +7,7 @@ from functools import cached_property
 from typing import Any, Final
 
 from cxbridge.clipstext.facts import parse_values
-from cxbridge.clipstext.terms import constants_of
-from cxbridge.clipstext.values import show_alone
+from cxbridge.clipstext.values import constants_of, show_alone
 from cxbridge.executive.pddl.ast import TermComparison, Variable
 from cxbridge.executive.problem.conditions import Conditions
 from cxbridge.executive.problem.truth import Blamed, KnownState, to_blame

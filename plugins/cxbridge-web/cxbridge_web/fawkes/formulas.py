@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from cxbridge.clipstext.terms import constants_of
+from cxbridge.clipstext.values import constants_of
 from cxbridge_web.endpoint import API_VERSION, ApiCall
 from cxbridge_web.fawkes.slots import SlotError, Slots, facts, flag, text, texts
 
