@@ -137,9 +137,11 @@ def _push(path: str, operand: Any) -> Modify:
         raise needs_mongodb(f"$push of '{path}' with {next(iter(operand))}")
 
     def modify(old: Any, _now: datetime) -> Any:
-        if old is not MISSING and not isinstance(old, list):
+        if old is MISSING:
+            return [operand]
+        if not isinstance(old, list):
             raise QueryError(f"$push: '{path}' is not an array")
-        return [*([] if old is MISSING else old), operand]
+        return [*old, operand]
 
     return modify
 
