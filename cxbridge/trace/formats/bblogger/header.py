@@ -119,9 +119,10 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
             file=path,
             hint="the file is damaged, of a Fawkes before 2015-03, or of a big-endian machine",
         )
-    names = map(padded_text, texts)
+    scenario, kind, interface_id = map(padded_text, texts)
     start_us = seconds * MICROSECONDS + microseconds
-    header = Header(head[FLAG_OFFSET], count, *names, version, size, start_us, None, "")
+    flag = head[FLAG_OFFSET]
+    header = Header(flag, count, scenario, kind, interface_id, version, size, start_us, None, "")
     return _with_schema(header, registry)
 
 
