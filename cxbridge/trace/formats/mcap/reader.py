@@ -14,7 +14,14 @@ from cxbridge.trace.codec import EventFormatError, decoder
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import reading
 from cxbridge.trace.formats.mcap import records as mcap
-from cxbridge.trace.formats.mcap.records import METADATA, PROFILE, SOURCE, DamageError, Fields, Record
+from cxbridge.trace.formats.mcap.records import (
+    METADATA_NAME,
+    PROFILE,
+    SOURCE_NAME,
+    DamageError,
+    Fields,
+    Record,
+)
 
 _MESSAGE_HEAD: Final = Struct("<BQH")
 """What a message begins with: its kind, its size, its channel."""
@@ -60,13 +67,13 @@ class McapRun(Run):
     def metadata(self) -> Mapping[str, str]:
         """Return what the metadata records say, the later ones over the earlier ones."""
         found: dict[str, str] = {}
-        for record in self._metadata(METADATA):
+        for record in self._metadata(METADATA_NAME):
             found.update(record)
         return found
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
         """Yield the records of what the run was made of."""
-        return self._metadata(SOURCE)
+        return self._metadata(SOURCE_NAME)
 
     def files(self) -> Iterator[StoredFile]:
         """Yield the files that were attached."""

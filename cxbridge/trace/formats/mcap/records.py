@@ -16,6 +16,15 @@ from cxbridge.extras import install_command
 MAGIC: Final = b"\x89MCAP0\r\n"
 """The first eight bytes of an mcap file, and the last eight of a finished one."""
 
+PROFILE: Final = "cxbridge"
+"""The profile in the header of our files."""
+
+METADATA_NAME: Final = "cxbridge"
+"""The name of our metadata records; later ones add to earlier ones."""
+
+SOURCE_NAME: Final = "cxbridge.source"
+"""The name of the metadata records of what a run was made of."""
+
 MAX_RECORD: Final = 256 * 1024 * 1024
 """Largest record, and largest chunk when unpacked, in bytes; anything larger is taken for damage."""
 
@@ -228,13 +237,3 @@ def _unpacked(packing: str, data: bytes, size: int) -> bytes:
             return reader.read(size + 1)
     except (RuntimeError, EOFError, zstandard.ZstdError) as error:
         raise DamageError(f"a chunk that cannot be unpacked: {error}") from error
-
-
-PROFILE = "cxbridge"
-"""The profile in the header of our files."""
-
-METADATA = "cxbridge"
-"""The name of our metadata records; later ones add to earlier ones."""
-
-SOURCE = "cxbridge.source"
-"""The name of the metadata records of what a run was made of."""

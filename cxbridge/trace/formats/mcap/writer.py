@@ -19,7 +19,7 @@ from cxbridge.trace.codec import dump, encode, schema_of
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.files import open_alone, writing
 from cxbridge.trace.formats.mcap.file import McapFile
-from cxbridge.trace.formats.mcap.records import METADATA, PROFILE, SOURCE
+from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_NAME
 from cxbridge.trace.sourcing import SourceNamer
 
 _FLUSH_SECONDS = 0.5
@@ -104,7 +104,7 @@ class McapWriter(RunWriter):
         """Write a metadata record."""
         self._write_pending()
         with writing(self.path):
-            self._mcap.add_metadata(METADATA, metadata)
+            self._mcap.add_metadata(METADATA_NAME, metadata)
             self._file.flush()
 
     def attach(self, attachment: Attachment) -> None:
@@ -123,7 +123,7 @@ class McapWriter(RunWriter):
         record, attachment = self._sources.record(event)
         if attachment is not None:
             self._store_attachment(attachment)
-        self._mcap.add_metadata(SOURCE, record)
+        self._mcap.add_metadata(SOURCE_NAME, record)
 
     def _define(self, interface_type: str, time_us: int) -> None:
         """Attach the definition of an interface type, once."""
