@@ -33,12 +33,12 @@ class ScriptedSkills(SkillScript):
         served = () if context.skill_board is None else context.skill_board.skillers
         self._context = context
         self._usual = (*usual, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
-        self._modes = {item.name: item.mode for item in skiller_settings(context.config, "simulator", served)}
+        self._names = [item.name for item in skiller_settings(context.config, "simulator", served)]
         self._skillers: dict[str, SkillerSimulator] = {}
         self.execute = DecidedExecution(lambda agent: Deciders([self.decider(agent)]))
         """Executes the skills of the skill board as the script says."""
         context.execution = self.execute
-        for name in self._modes:
+        for name in self._names:
             self.come_back(name)
 
     @property
@@ -81,11 +81,11 @@ class ScriptedSkills(SkillScript):
         """Let a Skiller that is gone start again."""
         if skiller in self._skillers:
             raise AssertionError(f"Skiller '{skiller}' is running already")
-        if skiller not in self._modes:
-            raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._modes)}")
+        if skiller not in self._names:
+            raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._names)}")
         context, deciders = self._context, [self.decider(skiller), *self._usual]
         self._skillers[skiller] = SkillerSimulator(
-            context.board, context.clock, context.bus, deciders, name=skiller, mode=self._modes[skiller]
+            context.board, context.clock, context.bus, deciders, name=skiller
         )
 
     def take_control(self, skiller: str = "Skiller") -> None:

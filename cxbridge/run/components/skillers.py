@@ -194,7 +194,6 @@ def _make(context: Run, item: SkillerSettings) -> SkillerBackend:
             context.bus,
             config=config,
             name=item.name,
-            mode=item.mode,
             read_samples=read_samples,
             navgraph=navgraph,
             more=make_deciders(context, item.name),
