@@ -23,11 +23,11 @@ _UINT32 = 0xFFFFFFFF  # as C's assignment does
 
 @dataclass(frozen=True)
 class Mending:
-    """What is wrong with a file, and how it becomes right.
+    """The damage of a file, and the repair of it.
 
-    :param actions: what is done, in the words of ``ffbblog repair``; empty when nothing is wrong.
+    :param actions: the changes, in the words of ``ffbblog repair``; empty for a whole file.
     :param size: how many bytes of the file are kept.
-    :param patches: offset and new bytes, written over what is there.
+    :param patches: offset and new bytes, which replace the old ones.
     :param rewrite: writes the whole file again, to the path it is given; then size and patches mean nothing.
     """
 
@@ -39,7 +39,7 @@ class Mending:
     rewrite: Callable[[Path], object] | None = None
 
     def write_copy(self, target: Path) -> None:
-        """Write the mended file to ``target``, all of it or nothing; what is there is replaced.
+        """Write the mended file to ``target``, all of it or nothing; a file of that name is replaced.
 
         :raises CxbridgeError: when it cannot be written.
         """
@@ -63,7 +63,7 @@ class Mending:
             self._patch(self.path)
 
     def write_with_backup(self) -> Path:
-        """Mend the file, and return the path of what it was before.
+        """Mend the file, and return the path of the backup.
 
         :raises TraceError: when it cannot be written.
         """
@@ -85,7 +85,7 @@ class Mending:
 
 
 def examine(path: Path) -> Mending:
-    """Return what is wrong with a recorded run, without touching it.
+    """Return the damage of a recorded run, without touching it.
 
     :raises TraceError: when it is not a recorded run, or cannot be read, or mended.
     """

@@ -20,7 +20,7 @@ _MOST_INDEXES = 16
 
 @dataclass(frozen=True, slots=True)
 class IndexSpec:
-    """An index that somebody asked for.
+    """An index of :meth:`.store.Store.create_index`.
 
     :param keys: paths, with 1 or -1.
     :param unique: refuse documents that have the same values there.
@@ -35,7 +35,7 @@ class IndexSpec:
     def read(
         cls, keys: Mapping[str, Any], *, unique: bool = False, expire_after_s: float | None = None
     ) -> IndexSpec:
-        """Read what was asked for.
+        """Read the arguments of ``create_index``.
 
         :raises QueryError: when it is none, or not supported here.
         """
@@ -88,7 +88,7 @@ class Collection:
         return self._documents.get(key(identity))
 
     def find(self, query: Mapping[str, Any]) -> Iterator[Document]:
-        """Yield the documents themselves that fit; the collection must not change meanwhile.
+        """Yield the documents themselves that fit; the collection must not change during the iteration.
 
         :raises QueryError: when the query is not one.
         """
@@ -130,7 +130,7 @@ class Collection:
     # --- changes ------------------------------------------------------------------------------------------
 
     def check(self, document: Document, replaced: Document | None = None) -> None:
-        """Raise :class:`DuplicateKeyError` when the document cannot be put beside the others."""
+        """Raise :class:`DuplicateKeyError` when another document has the same unique values."""
         identity = key(document["_id"])
         if replaced is None and identity in self._documents:
             raise DuplicateKeyError(f"there is a document with the _id {document['_id']!r} already")
@@ -172,7 +172,7 @@ class Collection:
     def add_index(self, spec: IndexSpec) -> bool:
         """Have an index from now on; whether it is a new one.
 
-        :raises DuplicateKeyError: when it shall be unique, and documents have the same values now.
+        :raises DuplicateKeyError: when it is unique, and documents have the same values.
         :raises QueryError: when there is another one on these keys.
         """
         if self._check_index(spec):
@@ -227,7 +227,7 @@ def _single(document: Document, path: str) -> Any:
 
 
 def _leaf_keys(document: Document, path: str) -> set[Hashable]:
-    """Return the keys of all values that a query compares with what it wants at a path."""
+    """Return the keys of all values at a path that a query compares."""
     return set(map(key, leaves(path)(document)))
 
 

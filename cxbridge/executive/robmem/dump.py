@@ -15,7 +15,7 @@ from cxbridge.file_access import replacing
 
 
 def dump_collection(store: Store, collection: str, folder: Path) -> Path:
-    """Write the documents of a collection; returns the file. It is there whole, or as it was before.
+    """Write the documents of a collection, all or none; returns the file.
 
     :raises RobotMemoryError: when it cannot be written.
     """
@@ -36,7 +36,7 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
 
 
 def restore_collection(store: Store, collection: str, folder: Path, target: str = "") -> int:
-    """Replace a collection by what was dumped; returns the number of documents.
+    """Replace a collection by a dump; returns the number of documents.
 
     The file is read before anything is removed.
 

@@ -245,7 +245,7 @@ class EmbeddedStore(Store):
         return self._last_stamp
 
     def _notify(self, collection: str, kind: str, document: Document, changed: Changed | None = None) -> None:
-        """Notify those who watch of a change."""
+        """Notify the watches of a change."""
         stamp = self._next_stamp()
         watches = self._watches.get(collection)
         if not watches:

@@ -48,7 +48,7 @@ class Journal:
         try:
             self._db.execute("PRAGMA locking_mode = EXCLUSIVE")
             self._db.execute("PRAGMA journal_mode = WAL")
-            # a change survives the process; what a failing power supply leaves is whole, if not the latest
+            # a change survives the process; after a power failure the file is whole, if not the latest
             self._db.execute("PRAGMA synchronous = NORMAL")
             self._check_owner()
             self._db.executescript(

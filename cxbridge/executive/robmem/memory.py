@@ -1,6 +1,6 @@
 """The robot memory of an application: the store that the configuration asks for, and how it stands.
 
-Configuration keys are Fawkes' (``/plugins/robot-memory``), those of our own are below
+Configuration keys are Fawkes' (``/plugins/robot-memory``), the keys of cxbridge are below
 ``/cxbridge/robot-memory``: see docs/robot-memory.md.
 """
 
@@ -27,11 +27,11 @@ INTERFACE = "MongoDBManagedReplicaSetInterface"
 
 
 class RobotMemory:
-    """The robot memory of one application, opened when somebody needs it first.
+    """The robot memory of one application, opened at the first use.
 
     :param config: the configuration; read when it is opened.
     :param board: the interfaces that describe the replica sets are written here.
-    :param store: one that this application shares with others, who close it; None: its own.
+    :param store: a store that other applications use, too, and close; None: a new one.
     :param embedded: makes the embedded store; None: one without anything shared.
     """
 
@@ -59,7 +59,7 @@ class RobotMemory:
 
     @property
     def settings(self) -> Settings:
-        """What the configuration says.
+        """The settings in the configuration.
 
         :raises ConfigError: when it is wrong.
         """
@@ -74,7 +74,7 @@ class RobotMemory:
 
     @property
     def store(self) -> Store:
-        """The store, opened by the first who asks.
+        """The store, opened at the first access.
 
         :raises CxbridgeError: when it cannot be opened.
         """
@@ -86,7 +86,7 @@ class RobotMemory:
 
     @property
     def is_open(self) -> bool:
-        """Whether somebody has asked for its store."""
+        """Whether the store is open."""
         return self._store is not None
 
     def open(self) -> None:
@@ -128,7 +128,7 @@ class RobotMemory:
         return MongoStore(settings.uri, settings.distributed_uri, settings.distributed, warn=self.log.warn)
 
     def attend(self) -> None:
-        """Do what is due: called once a loop."""
+        """Let the store expire documents, write the interfaces: called once a loop."""
         if self._store is not None:
             try:
                 self._store.attend()

@@ -47,7 +47,7 @@ class Mutexes:
         """Lock a mutex, which is made if there is none; whether it is ours now.
 
         :param identity: who locks it; the name of this machine when it is empty.
-        :param force: take it from the one who has it.
+        :param force: take it from its owner.
         """
         owner = identity or socket.gethostname()
         query: dict[str, object] = {"_id": name} if force else {"_id": name, "locked": False}
@@ -55,7 +55,7 @@ class Mutexes:
         try:
             found = self._store.find_one_and_update(self._collection, query, changes, upsert=True)
         except DuplicateKeyError:
-            return False  # somebody has it
+            return False  # it has an owner
         return found is not None and found.get("locked-by") == owner
 
     def renew(self, name: str, identity: str) -> bool:

@@ -23,13 +23,13 @@ Order = list[tuple[str, int]]
 _COMPARISONS = {"$gt": operator.gt, "$gte": operator.ge, "$lt": operator.lt, "$lte": operator.le}
 _FLAGS = {"i": re.IGNORECASE, "m": re.MULTILINE, "s": re.DOTALL, "x": re.VERBOSE}
 _MOST_STEPS = 20_000_000
-"""Of one match of a regular expression, at worst; `re` takes a third of a second for so many."""
+"""Of one match of a regular expression, at worst; `re` takes a third of a second for them."""
 
 _TOKENS = re.compile(r"\\.|\[\^?\]?(?:\\.|[^\]\\])*\]|\)[*+{?]?|\(\?P=|\(\??|[*+{|?]")
 
 
 def needs_mongodb(name: str) -> QueryError:
-    """Return the error for what the embedded store does not do."""
+    """Return the error for an operation that the embedded store lacks."""
     return QueryError(
         f"{name} needs a MongoDB",
         hint="/cxbridge/robot-memory/backend: mongodb, with pip install 'cxbridge[mongodb]'; "
@@ -66,7 +66,7 @@ def _part(name: str, wanted: Any) -> Test:
 
 
 def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield path and value of what the query wants equal in any case: for indexes and for upserts.
+    """Yield path and value of each equality that the query demands: for indexes and for upserts.
 
     :param query: one that was compiled before.
     """
@@ -184,8 +184,8 @@ def _regex(operand: Any, options: Any) -> Regex:
 def compile_regex(regex: Regex) -> Test:
     """Return the test whether a value is a text with a match in it, or the same regular expression.
 
-    The language is that of Python's `re`, which has no bound of its own: expressions whose steps grow faster
-    than a power of the text's length are refused, and texts on which others may take too many steps.
+    The language is that of Python's `re`, which has no bound: expressions whose steps grow faster than a
+    power of the text's length are refused, and so are texts on which one may take too many steps.
 
     :raises QueryError: when it is none, or needs a MongoDB; the test raises it for a text that is too long.
     """

@@ -19,13 +19,13 @@ _DEFAULT_SETS = ("robot-memory-distributed", "robot-memory-local")
 
 
 class Settings(Struct, frozen=True):
-    """What the configuration says about the robot memory.
+    """The settings of the robot memory.
 
     :param backend: ``embedded`` or ``mongodb``.
     :param file: where the embedded store survives; None: nowhere.
     :param uri: of the MongoDB of this robot.
     :param distributed_uri: of the one that robots share; empty: the same.
-    :param database: what is not distributed lies here.
+    :param database: the database of everything that is not distributed.
     :param distributed: databases of the set that robots share.
     :param mutexes: the collection of mutexes.
     :param sets: ids of the interfaces that describe replica sets.

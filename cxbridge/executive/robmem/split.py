@@ -1,4 +1,4 @@
-"""A store in two parts: databases of one agent, and those that it shares with others of its process."""
+"""A store in two parts: databases of one agent, and databases that all agents of the process share."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ class SplitStore(Store):
     """Hands each call to the store that has the database.
 
     :param own: closed with this one.
-    :param common: the other; somebody else closes it.
-    :param shared: the databases that are there.
+    :param common: the store that agents share; it is not closed here.
+    :param shared: the databases in the common store.
     """
 
     is_local = True
@@ -82,10 +82,10 @@ class SplitStore(Store):
         return sorted({*self._own.collections(), *self._common.collections()})
 
     def attend(self) -> None:
-        """Do what is due, in both."""
+        """Expire documents in both stores."""
         self._own.attend()
         self._common.attend()
 
     def close(self) -> None:
-        """Close what is ours."""
+        """Close the agent's own store."""
         self._own.close()

@@ -40,9 +40,9 @@ def split_name(collection: str) -> tuple[str, str]:
 class SetStatus(Struct, frozen=True):
     """How a replica set stands, in the words of MongoDBManagedReplicaSetInterface.
 
-    :param member: what the server is that we work with.
+    :param member: the role of the server in use.
     :param primary: whether there is one that can be written to.
-    :param error: what is wrong, in words.
+    :param error: the problem, in words; empty: none.
     """
 
     member: str
@@ -82,7 +82,7 @@ class Store(ABC):
         """Change all documents that fit; returns how many fit, 1 for one that was inserted.
 
         :param changes: operators (``{"$set": {...}}``), or plain fields, which are set.
-        :param upsert: insert a document when none fits: what the query wants equal, then the changes.
+        :param upsert: insert a document when none fits: the query's equalities, then the changes.
         :raises DuplicateKeyError: as in :meth:`insert`.
         """
 
@@ -90,7 +90,7 @@ class Store(ABC):
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        """Change the first document that fits, atomically; returns it as it is now, None when none fits.
+        """Change the first document that fits, atomically; returns the new document, None when none fits.
 
         :raises DuplicateKeyError: as in :meth:`update`.
         """
@@ -120,7 +120,7 @@ class Store(ABC):
 
         :param query: what events have to fit; empty for all. E.g. ``{"operationType": "insert"}``.
         :param on_change: called with a copy of the event: by the embedded store in the thread that changes
-            something, before its call returns; by MongoDB's in a thread of its own. It must be quick, must
+            something, before its call returns; by MongoDB's in another thread. It must be quick, must
             not change the store and not raise.
         """
 
@@ -137,7 +137,7 @@ class Store(ABC):
 
         :param unique: refuse documents that have the same values there.
         :param expire_after_s: remove documents when the time in that one field is older, within a minute.
-        :raises DuplicateKeyError: when it shall be unique, and is not now.
+        :raises DuplicateKeyError: when it is unique, and documents have the same values.
         """
 
     @abstractmethod
@@ -153,7 +153,7 @@ class Store(ABC):
         return SetStatus("PRIMARY", "HAVE_PRIMARY", "")
 
     def attend(self) -> None:  # noqa: B027  a database does this by itself
-        """Do what is due: called once a loop."""
+        """Expire documents: called once a loop."""
 
     @abstractmethod
     def close(self) -> None:

@@ -26,7 +26,7 @@ Modify = Callable[[Any, datetime], Any]
 class Changed:
     """What an update did to a document.
 
-    :param document: how it is now; the one before is as it was.
+    :param document: the new one; the old one is not changed.
     :param fields: new values by path.
     :param removed: the paths that are gone.
     """
@@ -42,7 +42,7 @@ class Changed:
 
 
 class _UpdateStep(NamedTuple):
-    """What one operator does at one path."""
+    """The change of one operator at one path."""
 
     operator: str
     path: str
@@ -84,7 +84,7 @@ class Update:
         return result
 
     def new_document(self, query: Mapping[str, Any], now: datetime) -> Document:
-        """Return what an upsert inserts: what the query wants equal, then the update.
+        """Return the document of an upsert: the values that the query wants equal, then the update.
 
         :raises QueryError: when the query wants two values at one place.
         """
@@ -92,7 +92,7 @@ class Update:
         for path, value in equalities(query):
             for known in wanted:
                 if path == known or path.startswith(f"{known}.") or known.startswith(f"{path}."):
-                    raise QueryError(f"the query wants both '{known}' and '{path}': what is to be inserted?")
+                    raise QueryError(f"the query wants both '{known}' and '{path}': both cannot be inserted")
             wanted[path] = value
         base: Document = {}
         for path in sorted(wanted):
@@ -191,7 +191,7 @@ def _refuse_conflicts(steps: list[_UpdateStep]) -> None:
 
 
 def _place(step: _UpdateStep) -> list[tuple[int, str]]:
-    """Return where a step comes among others: indexes as numbers, names as text."""
+    """Return the place of a step in the order of steps: indexes as numbers, names as text."""
     indexes = [(part, array_index(part)) for part in step.path.split(".")]
     return [(_NAMES, part) if index is None else (index, "") for part, index in indexes]
 
@@ -200,7 +200,7 @@ def _place(step: _UpdateStep) -> list[tuple[int, str]]:
 
 
 def _take(step: _UpdateStep, result: Changed, now: datetime) -> None:
-    """Do one step, and note what it changes."""
+    """Do one step, and note its changes."""
     parts = step.path.split(".")
     old = _get(result.document, parts)
     new = step.modify(old, now)
@@ -209,7 +209,7 @@ def _take(step: _UpdateStep, result: Changed, now: datetime) -> None:
             _remove(result, parts, step.path)
         return
     if step.operator != "$currentDate" and old is not MISSING and same(old, new):
-        return  # each moment is one of its own, also where a virtual clock stands still
+        return  # two updates differ, also where a virtual clock stands still
     _put(result.document, parts, new, step.path)
     if step.operator == "$push" and len(new) > 1:
         result.fields[f"{step.path}.{len(new) - 1}"] = new[-1]
@@ -254,7 +254,7 @@ def _put(document: Document, parts: list[str], new: Any, path: str) -> None:
 
 
 def _remove(result: Changed, parts: list[str], path: str) -> None:
-    """Take a value away; an element of an array becomes null, so that the others keep their places."""
+    """Take a value away; an element of an array becomes null: the elements behind it keep their places."""
     at = _get(result.document, parts[:-1])
     if isinstance(at, dict):
         del at[parts[-1]]

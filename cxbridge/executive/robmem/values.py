@@ -63,7 +63,7 @@ _SCALARS = frozenset({type(None), bool, float, str, bytes, ObjectId, Timestamp, 
 
 
 def copy(document: Mapping[str, Any]) -> Document:
-    """Return a document of its own with the same values; times in UTC and milliseconds.
+    """Return a new document with the same values; times in UTC and milliseconds.
 
     :raises QueryError: when a value is none of a document's, a key is not a text, or it is too deep.
     """
@@ -110,7 +110,7 @@ def to_ms(time: datetime) -> int:
 
 
 def from_ms(milliseconds: int) -> datetime:
-    """Return the time that is so many milliseconds after the epoch.
+    """Return the time of a number of milliseconds after the epoch.
 
     :raises QueryError: before the year 1 or after 9999.
     """

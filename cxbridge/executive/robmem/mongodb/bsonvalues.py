@@ -18,7 +18,7 @@ _LETTERS = {re.IGNORECASE: "i", re.MULTILINE: "m", re.DOTALL: "s", re.VERBOSE: "
 
 
 def to_bson(value: Any) -> Any:
-    """Return a value for the driver. Values that only a MongoDB has stay as they are."""
+    """Return a value for the driver. Values of MongoDB's other types are not changed."""
     match value:
         case Mapping():
             return {name: to_bson(item) for name, item in value.items()}
@@ -34,7 +34,7 @@ def to_bson(value: Any) -> Any:
 
 
 def from_bson(value: Any) -> Any:  # noqa: PLR0911 - a type a line
-    """Return a value of the driver for a document. Values that only a MongoDB has stay as they are."""
+    """Return a value of the driver for a document. Values of MongoDB's other types are not changed."""
     match value:
         case dict():
             return {name: from_bson(item) for name, item in value.items()}

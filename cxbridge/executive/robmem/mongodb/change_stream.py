@@ -1,4 +1,4 @@
-"""A change stream that goes on when the database comes back."""
+"""A change stream that continues when the database comes back."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class MongoWatch(Watch):
 
     def _open(self) -> CollectionChangeStream[Document]:
         """Open the stream after the last reported event."""
-        # start_after also goes on behind the end that dropping a collection puts to a stream
+        # start_after also continues behind the end of a stream that a dropped collection causes
         return self._collection.watch(
             self._pipeline,
             full_document="updateLookup",
@@ -82,14 +82,14 @@ class MongoWatch(Watch):
                 if isinstance(error, OperationFailure) and not error.has_error_label(
                     "ResumableChangeStreamError"
                 ):
-                    self._token = None  # what it stands for is gone
+                    self._token = None  # its event is gone
                 self._end.wait(_RETRY_S)
             stream = None if stream is None or not stream.alive else stream
         if stream is not None:
             stream.close()
 
     def _notify(self, stream: CollectionChangeStream[Document]) -> None:
-        """Report what has come; waits a moment when nothing has."""
+        """Report new events; waits a moment when there are none."""
         while not self._end.is_set():
             change = stream.try_next()
             self._token = stream.resume_token or self._token

@@ -33,7 +33,7 @@ Client = MongoClient[Document]
 _SELECTION_MS = 2000
 _SOCKET_MS = 10_000
 _PAUSE_S = 1.0
-"""After a failure nobody tries again for so long: rules must not stand still at every call."""
+"""Seconds after a failure in which calls fail at once: rules must not stand still at every call."""
 
 _SYSTEM = {"admin", "local", "config"}
 
@@ -211,7 +211,7 @@ class MongoStore(Store):
 
     @contextmanager
     def _use(self, collection: str) -> Iterator[Collection[Document]]:
-        """Give the collection; what the driver raises becomes an error of ours."""
+        """Give the collection; errors of the driver become errors of cxbridge."""
         database, name = split_name(collection)
         client = self._client(database)
         with self._guarded(client):

@@ -56,14 +56,14 @@ HEADER_SIZE: Final = FLAG_OFFSET + _FIELDS.size
 class Header:
     """The header of a bblogger file.
 
-    :param flag: the first byte of the flag as it is written there.
+    :param flag: the first byte of the flag.
     :param count: how many entries the header says there are; 0 for unknown.
     :param kind: the type of the interface.
     :param hash: the hash of the type, 16 bytes.
     :param data_size: bytes of a block.
     :param start_us: when the logger started, microseconds since the epoch.
     :param schema: the definition of the type; None when there is none that fits the blocks.
-    :param problem: why there is no schema, or what is doubtful about it; empty when nothing is.
+    :param problem: the reason for a missing or doubtful schema; empty: none.
     """
 
     flag: int
@@ -108,7 +108,7 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
 
     :param head: the first :data:`HEADER_SIZE` bytes of the file, or all that exists.
     :param registry: who knows the types of interfaces.
-    :raises TraceError: when it is cut off, or makes no sense.
+    :raises TraceError: when it is cut off, or not valid.
     """
     if len(head) < HEADER_SIZE:
         raise TraceError("cut off within the header", file=path)
@@ -158,7 +158,7 @@ def pack_header(
     :param uid: ``Type::id``; 47 and 63 bytes are kept.
     :param version: the hash of the interface type, 16 bytes.
     :param data_size: bytes of a block.
-    :param start_us: what the times of the entries count from, microseconds since the epoch.
+    :param start_us: the start of the entries' times, microseconds since the epoch.
     :param count: how many entries follow; 0 for unknown.
     """
     kind, _, interface_id = uid.partition("::")
@@ -167,7 +167,7 @@ def pack_header(
 
 
 def pack_count(count: int) -> bytes:
-    """Return what belongs at :data:`COUNT_OFFSET`."""
+    """Return the bytes at :data:`COUNT_OFFSET`."""
     return _COUNT.pack(count)
 
 
@@ -203,12 +203,12 @@ def file_pattern(scenario: str, start_us: int, *, utc: bool = False) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a part of a file's name, without what a shell or a pattern interprets."""
+    """Return a text as a part of a file's name, without characters of shells and patterns."""
     return quote(text, safe="", errors="backslashreplace")
 
 
 def _date(time_us: int, *, utc: bool) -> str:
-    """Return a time as it is written in the names of files."""
+    """Return a time for the name of a file."""
     second, _ = split_us(time_us)
     return time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(second) if utc else time.localtime(second))
 

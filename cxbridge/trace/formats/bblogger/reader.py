@@ -59,7 +59,7 @@ class BBLoggerFile(Run):
 
     @cached_property
     def header(self) -> Header:
-        """What the file says about itself.
+        """The header of the file.
 
         :raises TraceError: when it cannot be read.
         """
@@ -143,7 +143,7 @@ class BBLoggerFile(Run):
         }
 
     def description(self) -> Iterator[str]:
-        """Yield what ``ffbblog info`` prints, and what is wrong with it."""
+        """Yield the lines of ``ffbblog info``, and a note on a wrong header."""
         header, size = self._open()
         endian = "Big" if header.says_big_endian else "Little"
         yield f"File version: {1:<10d}  Endianess: {endian} Endian"

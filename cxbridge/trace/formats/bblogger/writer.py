@@ -1,6 +1,6 @@
-"""Writes what is published on a blackboard as Fawkes' bblogger does, a file an interface.
+"""Writes the blocks of a blackboard as Fawkes' bblogger does, a file an interface.
 
-It learns of writes from the bus and reads no interface itself: nobody in the run can see that it is there.
+It learns of writes from the bus and reads no interface itself: so it does not appear among the readers.
 docs/formats.md describes the files.
 """
 
@@ -34,7 +34,7 @@ class BBLoggerWriter(RunWriter):
     Each write of an interface, changed or not, is an entry, and whole in the file when :meth:`write` returns.
     The header counts the entries when the files are closed; until then it says "unknown".
 
-    :param folder: where the files go; made if it is not there. Files of an earlier run that had the same
+    :param folder: where the files go; made if it is missing. Files of an earlier run that had the same
         scenario and start are removed: they would look like this run's.
     :param scenario: the name of the run.
     :param start_us: when the run starts, microseconds since the epoch.
@@ -112,7 +112,7 @@ class BBLoggerWriter(RunWriter):
 class _InterfaceFile:
     """The file of one interface. Unbuffered: a process that is killed leaves no entry half written.
 
-    :param header: what it begins with.
+    :param header: its first bytes.
     :raises TraceError: when it cannot be made.
     """
 

@@ -35,7 +35,7 @@ def convert_bblogger(run: Run, path: Path) -> list[str] | None:
     """Write bblogger files as CSV files, from their bytes: times and texts are those of the files.
 
     :param path: a file; for a folder of bblogger files a folder, unless there is but one.
-    :returns: what the user should know about the copies; None for a run of another format: nothing is done.
+    :returns: notes for the user; None for a run of another format: nothing is done.
     :raises TraceError: when a file cannot be read or written.
     """
     if isinstance(run, BBLoggerFile):
@@ -81,7 +81,7 @@ class CsvWriter(RunWriter):
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know about the files."""
+        """Notes on the files, for the user."""
         return [f"{uid}: left out: {reason}" for uid, reason in self._unknown.items()]
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
@@ -198,7 +198,7 @@ def _elements(fields: Sequence[FieldSchema]) -> list[tuple[FieldSchema, int]]:
 
 
 def _cell(field: FieldSchema, first: int) -> Callable[[tuple[Any, ...]], bytes]:
-    """Return what writes the cell of a field: a string up to the first zero, but one of one byte as it is."""
+    """Return the writer of a field's cell: a string up to the first zero, but one of one byte whole."""
     if field.is_string:
         if field.length == 1:
             return lambda raw: bytes(raw[first])
@@ -224,7 +224,7 @@ def _open(path: Path) -> IO[bytes]:
 
 
 def _make_folder(path: Path) -> None:
-    """Make a folder, unless it is there."""
+    """Make a folder, unless it exists."""
     if path.exists() and not path.is_dir():
         raise TraceError(
             "this is not a folder", file=path, hint="a run of several interfaces becomes a file an interface"

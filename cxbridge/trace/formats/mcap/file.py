@@ -18,7 +18,7 @@ from cxbridge.trace.formats.mcap import records as mcap
 from cxbridge.trace.formats.mcap.records import Fields
 
 CHUNK_SIZE: Final = 256 * 1024
-"""A chunk that has so many bytes is finished."""
+"""The size, in bytes, at which a chunk is finished."""
 
 _MESSAGE_INDEX: Final = 0x07
 _CHUNK_INDEX: Final = 0x08
@@ -29,7 +29,7 @@ _SUMMARY_OFFSET: Final = 0x0E
 _DATA_END: Final = 0x0F
 
 _MESSAGE: Final = struct.Struct("<BQHIQQ")
-"""A message up to what it carries: its record's head, channel, sequence, log time, publish time."""
+"""The start of a message up to its data: its record's head, channel, sequence, log time, publish time."""
 _MESSAGE_FIELDS: Final = _MESSAGE.size - mcap.HEAD.size
 _LATEST: Final = (1 << 64) - 1
 
@@ -61,7 +61,7 @@ class McapFile:
     """An mcap file that is being written. Errors are those of the operating system.
 
     :param file: where to; at its beginning.
-    :param profile: what the file is for.
+    :param profile: the name of the file's profile.
     :param library: who writes it.
     """
 
@@ -109,9 +109,9 @@ class McapFile:
         self._chunk += record
 
     def add_messages(self, messages: Iterable[tuple[int, int, bytes]]) -> None:
-        """Write messages: the channel, the time and what is carried.
+        """Write messages: the channel, the time and the data.
 
-        :param messages: they may come from something that adds channels while it goes on. Times are
+        :param messages: their iterator may add channels. Times are
             nanoseconds since the epoch; what mcap cannot tell becomes the next that it can.
         """
         pack, chunk, indexes = _MESSAGE.pack, self._chunk, self._index
@@ -150,7 +150,7 @@ class McapFile:
 
         Records that need a schema or a channel that the file lacks are left out.
 
-        :raises DamageError: when it makes no sense.
+        :raises DamageError: when a field of it is not valid.
         """
         fields, record = Fields(content), _record(kind, content)
         match kind:
@@ -217,7 +217,7 @@ class McapFile:
         )
 
     def finish(self) -> None:
-        """Write what is left, and the summary with the indexes."""
+        """Write the last chunk, and the summary with the indexes."""
         self.finish_chunk()
         self._put(_record(_DATA_END, struct.pack("<I", 0)))
         start, summary, offsets = self._at, bytearray(), bytearray()

@@ -24,9 +24,9 @@ from cxbridge.trace.formats.mcap.records import (
 )
 
 _MESSAGE_HEAD: Final = Struct("<BQH")
-"""What a message begins with: its kind, its size, its channel."""
+"""The start of a message: its kind, its size, its channel."""
 _MESSAGE_FIELDS: Final = 22
-"""Bytes of a message before what it carries: channel, sequence, two times."""
+"""Bytes of a message before its data: channel, sequence, two times."""
 
 
 class McapRun(Run):
@@ -39,7 +39,7 @@ class McapRun(Run):
         return self.select(*EVENT_TYPES.values())
 
     def select(self, *types: type[Event]) -> Iterator[Event]:
-        """Yield the events of some types in the order of the file; the others are not even looked at."""
+        """Yield the events of some types in the order of the file; other messages are not decoded."""
         channels = _Channels(types)
         unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
         found = False
@@ -65,14 +65,14 @@ class McapRun(Run):
             raise TraceError("damaged or cut off before the first event", file=self.path)
 
     def metadata(self) -> Mapping[str, str]:
-        """Return what the metadata records say, the later ones over the earlier ones."""
+        """Return the values of the metadata records; later ones replace earlier ones."""
         found: dict[str, str] = {}
         for record in self._metadata(METADATA_NAME):
             found.update(record)
         return found
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        """Yield the records of what the run was made of."""
+        """Yield the records of the run's sources."""
         return self._metadata(SOURCE_NAME)
 
     def files(self) -> Iterator[StoredFile]:
@@ -151,13 +151,13 @@ class McapRun(Run):
 
     @contextmanager
     def _opened(self) -> Iterator[IO[bytes]]:
-        """Open the file; what the system says is an error of ours."""
+        """Open the file; errors of the system become errors of cxbridge."""
         with reading(self.path), self.path.open("rb") as file:
             yield file
 
     @contextmanager
     def _noting(self) -> Iterator[None]:
-        """Note damage, and go on behind."""
+        """Note damage, and continue behind it."""
         try:
             yield
         except DamageError as error:
@@ -195,7 +195,7 @@ class _Channels:
 
 
 def _rest(file: IO[bytes], record: Record) -> bytes:
-    """Return the content of a record, or what the file has of it."""
+    """Return the content of a record, or the part of it that the file has."""
     if record.whole:
         return mcap.content(file, record)
     file.seek(record.start)

@@ -1,4 +1,4 @@
-"""Records of mcap files (https://mcap.dev/spec): where they lie, and what is in those that we read."""
+"""Records of mcap files (https://mcap.dev/spec): their places in a file, and the contents that we read."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ METADATA_NAME: Final = "cxbridge"
 """The name of our metadata records; later ones add to earlier ones."""
 
 SOURCE_NAME: Final = "cxbridge.source"
-"""The name of the metadata records of what a run was made of."""
+"""The name of the metadata records of a run's sources."""
 
 MAX_RECORD: Final = 256 * 1024 * 1024
 """Largest record, and largest chunk when unpacked, in bytes; anything larger is taken for damage."""
@@ -93,7 +93,7 @@ def walk(file: IO[bytes]) -> Iterator[Record]:
 def content(file: IO[bytes], record: Record) -> bytes:
     """Return the content of a record.
 
-    :raises DamageError: when it is too large, or not there.
+    :raises DamageError: when it is too large, or cut off.
     """
     if record.size > MAX_RECORD:
         raise DamageError("a record that is too large")
@@ -172,7 +172,7 @@ class StoredAttachment(Struct, frozen=True):
 def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
     """Return what an attachment says about itself.
 
-    :raises DamageError: when that makes no sense.
+    :raises DamageError: when a field of it is not valid.
     """
     file.seek(record.start)
     fields = Fields(file.read(min(record.size, _LONGEST_NAMES)))
@@ -200,7 +200,7 @@ def chunk_records(data: bytes, *, whole: bool) -> bytes:
     """Return the records within a chunk.
 
     :param data: the content of the chunk's record.
-    :param whole: whether that is all of it; else the records are what there is of them.
+    :param whole: whether that is all of it; else the records end early.
     :raises DamageError: when they are damaged, too large, or packed in an unknown way.
     """
     fields = Fields(data)
@@ -218,7 +218,7 @@ def chunk_records(data: bytes, *, whole: bool) -> bytes:
 
 
 def _unpacked(packing: str, data: bytes, size: int) -> bytes:
-    """Return data as they were before they were packed, at most one byte more than ``size`` of them."""
+    """Return the unpacked data, at most one byte more than ``size``."""
     if not packing:
         return data
     if packing not in ("lz4", "zstd"):

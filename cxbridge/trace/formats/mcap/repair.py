@@ -1,4 +1,4 @@
-"""Repairs mcap files: what is whole of a file that was cut off or damaged, with the index that it lacks."""
+"""Repairs mcap files that were cut off or damaged: copies whole records, and writes the index."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
 
 
 def _parts(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
-    """Yield a record, or those within a chunk; of a chunk that was cut off those that are there."""
+    """Yield a record, or those within a chunk; of a chunk that was cut off its whole records."""
     if record.kind != CHUNK:
         if record.whole:
             yield record.kind, content(file, record)

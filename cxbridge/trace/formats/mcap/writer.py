@@ -34,7 +34,7 @@ class McapWriter(RunWriter):
 
     :param path: the file; one that is there is replaced.
     :param definition: returns the definition of an interface type, to be attached before its first event.
-    :param files: whether to attach what the run is made of.
+    :param files: whether to attach the run's sources.
     :raises TraceError: when the file cannot be made.
     """
 
@@ -66,11 +66,11 @@ class McapWriter(RunWriter):
             raise
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
-        """Return the types of events of the level, all of them, and what the run is made of."""
+        """Return the types of events of the level, all of them, and the run's sources."""
         return level.event_types | {SourceRead} if self._files else level.event_types
 
     def write(self, event: Event) -> None:
-        """Take one event, to be written with others: many in a row cost a third of one now and then."""
+        """Take one event, to be written with the next ones: many in a row cost a third of single ones."""
         self._pending.append(event)
         if len(self._pending) >= _MOST_PENDING:
             self._write_pending()
@@ -84,7 +84,7 @@ class McapWriter(RunWriter):
             self._mcap.add_messages(self._messages(pending))
 
     def _messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
-        """Yield events as messages: channel, time and JSON. What the run is made of is written on the way."""
+        """Yield events as messages: channel, time and JSON. The run's sources are written on the way."""
         channels = self._channels
         for event in events:
             event_type = type(event)
