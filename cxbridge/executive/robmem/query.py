@@ -214,7 +214,8 @@ def _growth(regex: Regex) -> tuple[int, int]:
 
     :raises QueryError: when they may grow faster: a repeated group.
     """
-    power = int(not regex.pattern.startswith("^") or "m" in regex.options)
+    # an expression without a start is tried at each place
+    power = int(not regex.pattern.startswith("^") or "m" in regex.options or "|" in regex.pattern)
     total, ways, depth, before = 0, 1, 0, ""
     for token in _TOKENS.findall(regex.pattern):
         if token[0] == ")":
