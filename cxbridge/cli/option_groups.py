@@ -3,9 +3,9 @@
 A field ``Annotated[T, Meta(description=...)]`` is an option of every command that takes the group: the
 description is its help, ``ge`` and ``le`` are its bounds, and the field's name makes the option's. Where the
 command line differs from that, :data:`DECLARED` or a ``typer.Option`` in the annotation says so. Other fields
-are no options. A group that derives from others has their options first, those of the first base before those
-of the second. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in the
-singular.
+are no options. A group that derives from other groups has their options first, those of the first base before
+those of the second. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in
+the singular.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class _Group:
         self.parameters += [parameter for added in self._added for parameter in added.parameters]
 
     def take(self, given: dict[str, Any]) -> Any:
-        """Return the group with what was given; it is no longer in ``given``."""
+        """Return the group with the values in ``given``, and remove them there."""
         own = self.parameters[: self._own]
         values = {parameter.name: given.pop(parameter.name) for parameter in own}
         taken = {

@@ -15,5 +15,5 @@ class BlackBoardComponent(Component):
         self._daemon = daemon
 
     def close(self) -> None:
-        """Close what all others work with."""
+        """Close the blackboard and the robot memory."""
         self._daemon.release()

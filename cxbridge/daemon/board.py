@@ -36,7 +36,7 @@ COMMANDS = {
     "ShutdownMessage": "shutdown",
     INTERRUPT: "interrupt",
 }
-"""Messages of DaemonInterface, and what they ask for."""
+"""Messages of DaemonInterface, and their commands."""
 
 
 class DaemonBoard:
@@ -46,7 +46,7 @@ class DaemonBoard:
 
     :param components: the names, in the order of the start.
     :param time_source: name of the clock.
-    :param on_message: gets the type of each message as it comes, in the thread that brings it: the main loop
+    :param on_message: gets the type of each new message, in the thread that brings it: the main loop
         may be stuck.
     """
 
@@ -92,7 +92,7 @@ class DaemonBoard:
             self._write(self._daemon)
 
     def note(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
-        """Note where the daemon can be reached, or what went wrong; written with what is published next."""
+        """Note where the daemon can be reached, or an error; written by the next :meth:`publish`."""
         with self._lock:
             if self._daemon.valid:
                 if endpoints is not None:
@@ -106,14 +106,14 @@ class DaemonBoard:
             interface.write()
 
     def next_command(self) -> tuple[str, int] | None:
-        """Take the oldest command; return what it asks for and the id of its message."""
+        """Take the oldest command; return its name and the id of its message."""
         if self._daemon.msgq_empty():
             return None
         message = self._daemon.msgq_pop()
         return None if message is None else (COMMANDS.get(message.type, ""), message.id)
 
     def answer(self, msgid: int) -> None:
-        """Note that the command of a message was carried out; written with what is published next."""
+        """Note that the command of a message was carried out; written by the next :meth:`publish`."""
         with self._lock:
             if self._daemon.valid:
                 self._daemon.msgid = msgid

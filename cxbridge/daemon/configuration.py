@@ -22,7 +22,7 @@ DEFAULT_CONFIG = Path("cxbridge.yaml")
 def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
     """Read the configuration, and make a clock, a bus and a main loop; returns them and the settings.
 
-    :raises CxbridgeError: when a file is missing or wrong, or a setting makes no sense.
+    :raises CxbridgeError: when a file is missing or wrong, or a setting is wrong.
     """
     config, file = read_configuration(options)
     settings = DaemonSettings.of(config)
@@ -33,7 +33,7 @@ def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
 
 
 def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
-    """Return the configuration with what was laid over it, and its file.
+    """Return the configuration with its overlays, and its file.
 
     :raises CxbridgeError: when a file is missing or wrong.
     """
@@ -63,7 +63,7 @@ def _named(options: DaemonOptions) -> RunOptions:
 def make_run_options(options: DaemonOptions, config: Configuration, settings: DaemonSettings) -> RunOptions:
     """Return the options of the parts that runs have, too.
 
-    :raises CxbridgeError: when one makes no sense.
+    :raises CxbridgeError: when an option is wrong.
     """
     named = _named(options)
     made = replace(

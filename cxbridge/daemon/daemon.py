@@ -45,7 +45,7 @@ _WATCH_US = MICROSECONDS
 
 
 class Daemon(Run):
-    """A run without an end of its own: made from its options, started and stopped by :meth:`run`.
+    """A run that lasts until it is stopped: made from its options, started and stopped by :meth:`run`.
 
     :param options: the options of the command line.
     :param console: gets the log lines.
@@ -161,7 +161,7 @@ class Daemon(Run):
                 with self.loop.busy():
                     self.lifecycle.startup(interrupt)
                 if interrupt.received:
-                    # what was broken off may have failed for that reason only
+                    # a start that was broken off may have failed for that reason only
                     self.lifecycle.failure = ""
                 elif self.lifecycle.failure:
                     raise self._foreseen(self.lifecycle.failure_error)
@@ -178,7 +178,7 @@ class Daemon(Run):
         return FAULT if self.lifecycle.failure else 0
 
     def _foreseen(self, error: Exception) -> Exception:
-        """Return an error of the user's as it is, and of any other one that says which component failed."""
+        """Return a user's error unchanged, and for any other error one that names the component."""
         if isinstance(error, CxbridgeError) or (isinstance(error, OSError) and error.filename is not None):
             return error
         failed = ComponentFailedError(self.lifecycle.failure)
@@ -232,7 +232,7 @@ class Daemon(Run):
         if stall is None:
             self.log.info("The loop goes on")
         elif self.loop.stopping:
-            self.stalls.watchdog.interrupt()  # nobody else will
+            self.stalls.watchdog.interrupt()  # no client is left to do so
         self._notifier.status("goes on" if stall is None else str(stall))
         self._publish()
 
@@ -257,7 +257,7 @@ class Daemon(Run):
         if not rights.allow(Right.CONTROL):  # the servers have refused it already
             self.log.warn(f"Refusing to {what}: {rights.why_not(Right.CONTROL)}")
             return
-        self.status.answer(0)  # what is published on the way is not an answer yet
+        self.status.answer(0)  # a state that is published on the way is not an answer yet
         self.carry_out(what)
         self.status.answer(msgid)
         self._settle()

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class ExecutiveNode(ManagedNode[ThinkingComponent]):
-    """The executive as clients see it; nothing of it is there while it is not configured.
+    """The executive as clients see it; without environments while it is not configured.
 
     Breakpoints survive a reset.
 
@@ -79,7 +79,7 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
 
     @property
     def goals(self) -> Mapping[str, GoalState]:
-        """The goals whose facts are there, by id."""
+        """The goals that have a fact, by id."""
         return {} if self._executive is None else self._executive.goals.open
 
     @property

@@ -38,7 +38,7 @@ class ConfigurationOptions:
     """Where the configuration comes from.
 
     :param config: a scenario, or a Fawkes configuration, with or without a tree ``cxbridge:``.
-    :param overlay: what is laid over it, each over those before.
+    :param overlay: files that are laid over the configuration, each over those before.
     """
 
     config: Annotated[
@@ -83,7 +83,7 @@ class ServerOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class PartOptions:
-    """What a daemon runs.
+    """The parts of a daemon.
 
     :param agent: the one that it is, of a scenario with several.
     """
@@ -101,7 +101,7 @@ class PartOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class DaemonSourceOptions(SourceOptions):
-    """Where the files of a daemon's agent come from, and what it does."""
+    """Where the files of a daemon's agent come from; the policy for failures, and the recording."""
 
     clips_dirs: Annotated[tuple[Path, ...], Meta(description="A folder of CLIPS files. Repeatable.")] = ()
     on_failure: Annotated[

@@ -16,7 +16,7 @@ ANSWER_S = 30.0
 
 
 class _Request:
-    """Somebody waits for a component to be loaded or unloaded."""
+    """A client waits for a component to be loaded or unloaded."""
 
     def __init__(self, name: str, *, load: bool) -> None:
         self.name = name
@@ -58,7 +58,7 @@ class DaemonPlugins:
         self._closed = False
         self._notified: list[str] = []
         self.watchers: Watchers | None = None
-        """Gets what comes and goes, no matter who asked for it."""
+        """Gets a notice of each plugin that is loaded or unloaded, whichever client asked."""
 
     def available(self) -> Sequence[FawkesPlugin]:
         """Return all components that can be loaded and unloaded."""
@@ -98,7 +98,7 @@ class DaemonPlugins:
     # -- in the main loop's thread
 
     def poll(self) -> bool:
-        """Carry out what was asked for; return whether there was anything."""
+        """Carry out the requests; return whether there were any."""
         found = False
         while self._requests:
             request = self._requests.popleft()
@@ -113,7 +113,7 @@ class DaemonPlugins:
         return found
 
     def notify_watchers(self) -> None:
-        """Notify the watchers of what came and went since the last time."""
+        """Notify the watchers of plugins that were loaded or unloaded since the last call."""
         before, self._notified = self._notified, list(self.loaded())
         if self.watchers is not None:
             for name in before:
@@ -124,7 +124,7 @@ class DaemonPlugins:
                     self.watchers.notify_loaded(name)
 
     def close(self) -> None:
-        """Refuse what is asked for from now on, and what waits."""
+        """Refuse the waiting requests, and all further ones."""
         self._closed = True
         while self._requests:
             request = self._requests.popleft()

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 MOST_GOALS: Final = 400
 MOST_ACTIONS: Final = 400
 MOST_LINES: Final = 200
-"""Goals, plan-actions and log lines in an answer; so many lines are remembered."""
+"""Goals, plan-actions and log lines in an answer; the state remembers :data:`MOST_LINES` lines."""
 
 _TEXT: Final = 200
 
@@ -41,7 +41,7 @@ class DaemonState:
     """Gathers the state of the daemon.
 
     :param bus: has the log and the skills.
-    :param node: the executive; None: there shall be none.
+    :param node: the executive; None: a daemon without an executive.
     :param loop: whose loops are counted.
     """
 
@@ -57,7 +57,7 @@ class DaemonState:
 
     def _take(self, event: Event) -> None:
         if isinstance(event, LogLine):
-            with self._lock:  # those who ask for what is behind a number shall miss none before it
+            with self._lock:  # a client that asks for the lines after a number misses none before it
                 line = (next(self._numbers), event.level.value, event.component, cut(event.text, _TEXT))
                 self._lines.append(line)
         elif isinstance(event, SkillStatus):
@@ -66,7 +66,7 @@ class DaemonState:
     def describe(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return it, as JSON can have it.
 
-        :param given: ``since``: of the log what is behind this line number. ``goals``: so many at most,
+        :param given: ``since``: the log lines after this number. ``goals``: the number of goals at most,
             :data:`MOST_GOALS` by default. ``words``: only goals with this in them, and those above them.
         """
         since, most = int(given.get("since", 0)), int(given.get("goals", MOST_GOALS))
@@ -123,8 +123,8 @@ _LOGGED: Final = 500
 class DaemonRequests:
     """Takes requests and carries them out, one a loop.
 
-    :param bus: what happens, for those who watch.
-    :param node: the executive; None: there shall be none.
+    :param bus: the events of the daemon.
+    :param node: the executive; None: a daemon without an executive.
     :param rights: what clients may do.
     :param components: returns the state of each component of the daemon, in the order of their start.
     :param change_component: lets the component of that name take a transition.
@@ -169,7 +169,7 @@ class DaemonRequests:
             self._report_stop()
 
     def resume(self) -> None:
-        """Go on where the rules are stopped."""
+        """Resume the rules where they are stopped."""
         if self._node is not None and self._node.debugger is not None:
             self._node.debugger.go_on()
 
@@ -206,9 +206,9 @@ class DaemonRequests:
         self._interface.write()
 
     def _carry_out(self, verb: str, arguments: str) -> Any:
-        """Carry out a request and return what is to be answered, as JSON can have it.
+        """Carry out a request and return the answer, as JSON can have it.
 
-        :raises CxbridgeError: when it makes no sense, is not allowed, or cannot be done.
+        :raises CxbridgeError: when the request is wrong, not allowed, or fails.
         """
         from cxbridge.operations.table import operations  # noqa: PLC0415 - start-up time is a feature
 
@@ -228,7 +228,7 @@ class DaemonRequests:
 
 
 def _in_one_line(text: str) -> str:
-    """Return the start of a client's text, for the log: it must not look like lines of others."""
+    """Return the start of a client's text, for the log: as one line, so that it looks like no other line."""
     return one_line(text[:_LOGGED])
 
 

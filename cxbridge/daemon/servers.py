@@ -1,4 +1,4 @@
-"""The servers of a daemon, each in threads of its own: ZeroMQ, and Fawkes' protocol for Fawkes' tools."""
+"""The servers of a daemon, each in its threads: ZeroMQ, and Fawkes' protocol for Fawkes' tools."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cxbridge.run.components.component import Component
 
 
 class Server(Protocol):
-    """Serves in a thread of its own."""
+    """Serves in another thread."""
 
     def start(self) -> None:
         """Begin to serve."""
@@ -33,7 +33,7 @@ ServerType = TypeVar("ServerType", bound=Server)
 
 
 class ServerComponent(Component, ABC, Generic[ServerType]):
-    """A server, that is made and started when it is activated, and goes on while others are paused."""
+    """A server: made and started when it is activated; it serves while other components are paused."""
 
     steady = True
 

@@ -58,7 +58,7 @@ _KNOWN = (
 class FawkesSettings:
     """The port for Fawkes' tools.
 
-    :param allow: addresses and networks that may connect, beside the loopback.
+    :param allow: addresses and networks that may connect, besides the loopback.
     """
 
     host: str
@@ -73,7 +73,7 @@ class DaemonSettings:
     :param skiller: ``lua``, ``simulator``, ``none``, or the URL of a blackboard with a Skiller.
     :param endpoints: of ZeroMQ.
     :param secret_key: CURVE key file of the daemon; with ``clients``.
-    :param clients: folder with the public keys of those who may connect.
+    :param clients: folder with the public keys of clients that may connect.
     :param fawkes: None: no port for Fawkes' tools.
     :param sections: the settings of plug-ins, by the names of their rows in the table SETTINGS.
     :param rights: what clients may do.
@@ -103,7 +103,7 @@ class DaemonSettings:
     def of(cls, config: Configuration) -> DaemonSettings:
         """Read the settings of a configuration.
 
-        :raises ConfigError: when something is unknown, of the wrong type or makes no sense.
+        :raises ConfigError: when a setting is unknown or has a wrong type or value.
         """
         _refuse_unknown(config)
 
@@ -215,12 +215,12 @@ def _speech(config: Configuration) -> str:
 
 
 def core_of(config: Configuration) -> str | None:
-    """Return whose CX core is to be used; None: what goes with the rest."""
+    """Return the CX core to use; None: the one that fits the checkout."""
     return _choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
 
 
 def _refuse_unknown(config: Configuration) -> None:
-    """Refuse what is not known: a setting with a slip in its name would silently not count."""
+    """Refuse unknown settings: a misspelt setting would silently not count."""
     known = (*_KNOWN, *plugin_keys())
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")

@@ -55,7 +55,7 @@ MakeComponent = Callable[["Run"], Component]
 
 @dataclass(frozen=True, slots=True)
 class RunBase:
-    """What a run begins with, and shares with the other runs of a team.
+    """Configuration, clock, bus and loop of a run; the runs of a team share most of them.
 
     :param name: of the CLIPS environment.
     :param early: the files that were read before the recording begins; None when they are not recorded.
@@ -131,8 +131,8 @@ class Run(Closing):
     :param options: checked.
     :param base: configuration, clock, bus and loop; None: those that the options name.
     :param replay: plays the environment, in place of Skillers and of executors of this process.
-    :param additions: what a program adds.
-    :param components: make components that no configuration names; these start before the others.
+    :param additions: the features, skills and writers of a program.
+    :param components: make components that no configuration names; these start first.
     :param is_look: whether the agent is only looked at: it has no components, and no module that its
         configuration names is imported.
     :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
@@ -194,7 +194,7 @@ class Run(Closing):
             self._make_nodes()
 
     def _choose_spec(self, base: RunBase) -> str:
-        """Return the spec; note what is odd about configuration and plug-ins.
+        """Return the spec; note oddities of the configuration.
 
         :raises CxbridgeError: when there is no such spec, or a key is misspelt.
         """
@@ -209,7 +209,7 @@ class Run(Closing):
         return spec
 
     def _make_nodes(self) -> None:
-        """Make the executive, which others watch before it loads the agent."""
+        """Make the executive: recorders and servers watch it before it loads the agent."""
         made: ThinkingComponent = COMPONENTS.load(COMPONENTS.find(EXECUTIVE))(self)
         self.thinking_node = ManagedNode(EXECUTIVE, lambda: made, type(made), made)
         self.lifecycle.add(self.thinking_node)
@@ -324,7 +324,7 @@ class Run(Closing):
         self.loop.remove(Hook.WORLDSTATE, self.memory.attend)
 
     def enter_loop(self) -> None:
-        """Take steps in the main loop again, after those of all others."""
+        """Take steps in the main loop again, after those of all other agents."""
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         for component in self.components:
             self._join(component)
@@ -370,7 +370,7 @@ class Run(Closing):
         return next((component.loss for component in self.components if component.loss), "")
 
     def interrupt(self) -> None:
-        """End what the rules do now, and let none fire any more. From any thread."""
+        """End the rule that fires now, and let no rule fire any more. From any thread."""
         self.executive.env.interrupt()
 
     def finalize(self) -> None:
@@ -381,7 +381,7 @@ class Run(Closing):
     def kill(self) -> None:
         """Do nothing any more, as a process that was killed: no rule fires for the shutdown.
 
-        The run keeps what it has until :meth:`close`.
+        The run keeps its resources until :meth:`close`.
         """
         if self.thinking is not None:
             self.thinking.forgo_finalization()
@@ -396,7 +396,7 @@ class Run(Closing):
             self.release()
 
     def release(self) -> None:
-        """Close what the components share, after them."""
+        """Close blackboard and robot memory, after the components."""
         self.memory.close()
         self.board.shutdown()
 

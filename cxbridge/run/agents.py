@@ -37,7 +37,7 @@ def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
 
     :param config: has the settings of clocks of plug-ins.
     :param folder: what relative folders of the configuration are seen from.
-    :raises CxbridgeError: when the name is none of these, or the configuration makes no sense.
+    :raises CxbridgeError: when the name is none of these, or the configuration is wrong.
     """
     row = next((row for row in CLOCKS.rows if row.name == name), None)
     if row is not None:
@@ -61,7 +61,7 @@ def make_main_loop(period_us: int, bus: EventBus) -> MainLoop:
 def agent_names(config: Configuration) -> list[str]:
     """Return the names of the agents of a scenario; none when it has just one without a name.
 
-    :raises ConfigError: when the configuration of agents makes no sense.
+    :raises ConfigError: when the configuration of agents is wrong.
     """
     names = config.keys(AGENTS)
     if _is_value(config, AGENTS):

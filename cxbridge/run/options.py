@@ -166,7 +166,7 @@ class ScenarioOptions:
     """Which agent, and its configuration.
 
     :param agent: the one to run, of a scenario with several; None: all.
-    :param config: what is laid over the scenario's configuration, each over those before.
+    :param config: files that are laid over the scenario's configuration, each over those before.
     """
 
     scenario: Annotated[
@@ -324,7 +324,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             try:
                 mode = file.stat().st_mode
             except OSError:
-                continue  # not there, or out of reach: who opens it will report that
+                continue  # missing or out of reach: the writer reports that
             if file.suffix in _INPUTS and stat.S_ISREG(mode):
                 raise CxbridgeError(
                     f"--{name} would overwrite this file, which looks like an input",
@@ -336,7 +336,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
 
 def _check_reader(name: str, pipe: Path) -> None:
-    """Raise when nobody reads a named pipe: opening it for writing would wait for that."""
+    """Raise when a named pipe has no reader: opening the pipe for writing would wait for one."""
     try:
         os.close(os.open(pipe, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0)))
     except OSError as error:

@@ -31,10 +31,10 @@ DAEMON = "daemon"
 
 
 class RecordingSubject(Protocol):
-    """What is recorded: a run or a daemon.
+    """The subject of a recording: a run, a team or a daemon.
 
     :ivar spec: the executive's spec; empty without an executive.
-    :ivar early: what was read before; None when nothing was, or nobody wants it.
+    :ivar early: the files that were read before the recording; None when they are not recorded.
     """
 
     bus: EventBus
@@ -69,11 +69,11 @@ class RecorderComponent(Component):
         return str(self.recorder.errors[0]) if self.recorder.errors else ""
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Add what the recording says about the run."""
+        """Add facts about the run to the recording."""
         self.recorder.describe(metadata)
 
     def loop(self) -> None:
-        """Bring what was recorded into the files, now and then."""
+        """Write the recorded events to the files, now and then."""
         self.recorder.flush_when_due()
 
     def check(self) -> None:
@@ -92,7 +92,7 @@ def start_recording(
     """Open the files that the options name and record into them from now on.
 
     :param more: writers besides those of the options; the recorder closes them.
-    :param keep: what has such a name already gets another one; else it is written over.
+    :param keep: rename an earlier file of the same name; else it is written over.
     :raises TraceError: when a file cannot be written.
     """
     if keep:

@@ -51,9 +51,9 @@ def run_scenario(
 
     :param console: gets the log lines.
     :param attach: called with each agent, before it is started.
-    :param additions: what a program adds to the run.
-    :param interactive: somebody may stop the rules and type: a loop may take any time.
-    :param stay: called with the result when servers of the run go on after its end: whether the user has
+    :param additions: the features, skills and writers of a program.
+    :param interactive: a user may stop the rules and type: a loop may take any time.
+    :param stay: called with the result when servers of the run stay after its end: whether the user has
         ended them.
     :raises CxbridgeError: when the input is bad.
     """
@@ -272,7 +272,7 @@ class _Stalls(Stalls):
 def _start(assembly: Run | Team, interrupt: Interrupt) -> None:
     """Start it all.
 
-    :raises KeyboardInterrupt: when a signal came meanwhile.
+    :raises KeyboardInterrupt: when a signal came during the start.
     """
     try:
         assembly.start()
@@ -357,7 +357,7 @@ def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
 
 
 def _what_is_open(assembly: Run) -> str:
-    """Return what a run that timed out was waiting for."""
+    """Return the goals or steps that were open when a run timed out."""
     if not assembly.executive.initialized:
         return "the initialisation has not ended"
     goals = assembly.executive.goals

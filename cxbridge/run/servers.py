@@ -15,10 +15,10 @@ REST_S: Final = 0.02
 
 
 class RunServer:
-    """A server of a run. A subclass overrides what it needs."""
+    """A server of a run. A subclass overrides the methods that it needs."""
 
     stays: ClassVar[str] = ""
-    """The server in words, if it goes on after the end of the run until the user ends it: ``the page``."""
+    """The server in words, if it stays after the end of the run until the user ends it: ``the page``."""
 
     def serve(self, run: Any) -> AbstractContextManager[object]:  # noqa: ARG002 - for subclasses
         """Return a context that serves a run: it is entered before the run starts.
@@ -35,7 +35,7 @@ class RunServer:
 
 
 Stay: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
-"""Takes the result of a run whose servers go on; returns a test whether the user has ended the servers."""
+"""Takes the result of a run whose servers stay; returns a test whether the user has ended the servers."""
 
 
 def no_stay(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:

@@ -57,7 +57,7 @@ _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
 _FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_LUA = "src/lua"
-_OWN_INTERFACES = "interfaces"  # of a scenario, beside its scenario.yaml
+_OWN_INTERFACES = "interfaces"  # of a scenario, in the folder of its scenario.yaml
 
 
 _PERIOD: Final = "/fawkes/mainapp/desired_loop_time"
@@ -203,7 +203,7 @@ class Source:
         return Configuration.load(file, confdir=self.checkouts.confdir(file))
 
     def find_overlays(self) -> Sequence[Path]:
-        """Return the configuration files that are laid over the others.
+        """Return the configuration files that are laid over the scenario's.
 
         :raises CxbridgeError: when a file of a shipped overlay's name does not exist.
         """
@@ -356,10 +356,10 @@ def loop_period_us(config: Configuration) -> int:
 def skill_board_settings(
     config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
 ) -> BoardSettings | None:
-    """Return what the configuration says about a skill board; None when it has none.
+    """Return the settings of the configuration for a skill board; None without any.
 
     :param executors: those that a program adds; with them there is a skill board in any case.
-    :raises ConfigError: when that makes no sense.
+    :raises ConfigError: when a setting is wrong.
     """
     if not config.keys("/skill-board") and not executors:
         return None

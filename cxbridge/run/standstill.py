@@ -2,7 +2,7 @@
 
 :class:`Watchdog` is the thread that notices a loop which does not end, and finds out why; :class:`Stalls`
 reports such a loop. :class:`StuckWatch` notices a run in which nothing can happen any more; the executive
-says what the run waits for (:mod:`cxbridge.run.ending.stuck`).
+names the events that the run waits for (:mod:`cxbridge.run.ending.stuck`).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SPIN_S: Final = 1.5
 """Seconds after which a right-hand side that does not end counts as a stall, if the limit is not less."""
 
 HOPELESS_S: Final = 5.0
-"""Seconds after which a right-hand side is ended where nobody looks on: in tests, explorations, sweeps."""
+"""Seconds after which a right-hand side is ended in tests, explorations and sweeps, which no user watches."""
 
 _TICK_S = 0.25
 _AGAIN_S = 0.02
@@ -56,7 +56,7 @@ class Stall(Struct, frozen=True):
 
     :param seconds: how long it has taken by now, in real time.
     :param component: which component is at work; empty: it is not known.
-    :param what: what it does, for people.
+    :param what: the work of the loop, in words.
     :param in_rules: whether rules are at work, and nothing that they wait for.
     :param is_spin: whether it is one right-hand side that does not end.
     """
@@ -109,7 +109,7 @@ class WatchedRun(Protocol):
 
 
 class Watchdog:
-    """Watches a loop from a thread of its own, from :meth:`start` to :meth:`stop`.
+    """Watches a loop from another thread, from :meth:`start` to :meth:`stop`.
 
     It counts its own looks and not the time: a process that is stopped for a while (SIGSTOP, a laptop that
     sleeps) has not hung.
@@ -117,7 +117,7 @@ class Watchdog:
     :param loop: the loop, which runs in the thread that calls :meth:`start`.
     :param environments: returns the CLIPS environments there are.
     :param report: gets a stall when the limit has passed, and again each time the time has doubled; gets None
-        when the loop goes on. Called in the watchdog's thread.
+        when the loop continues. Called in the watchdog's thread.
     :param limit_s: seconds that a loop may take.
     """
 
@@ -253,9 +253,9 @@ class Stalls:
     """Reports a loop that does not come to its end, and ends what rules do in it. A context manager.
 
     :param environments: returns the CLIPS environments.
-    :param advice: what a user can do, for the log.
+    :param advice: the action of a user that ends the stall, for the log.
     :param limit_s: seconds that a loop may take.
-    :param on_stall: called after each report in the watchdog's thread, with None when the loop goes on.
+    :param on_stall: called after each report in the watchdog's thread, with None when the loop continues.
     """
 
     def __init__(
@@ -353,7 +353,7 @@ class RuleErrors:
 
 
 def end_spins(run: WatchedRun) -> Watchdog:
-    """Return a watchdog for a run that nobody looks at: it ends a rule whose right-hand side does not end."""
+    """Return a watchdog for a run without a user: it ends a rule whose right-hand side does not end."""
 
     def environments() -> dict[str, ClipsEnvironment]:
         return {agent.name: agent.executive.env for agent in run.agents}

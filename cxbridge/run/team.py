@@ -1,4 +1,4 @@
-"""Several agents in one run, each with an environment, a blackboard and Skillers of its own.
+"""Several agents in one run, each with its environment, blackboard and Skillers.
 
 See docs/several-agents.md.
 """
@@ -39,7 +39,7 @@ class Team(Closing):
     """A run of several agents, with the face of a :class:`Run`.
 
     :param options: the options of the run; checked.
-    :param base: what they share.
+    :param base: the clock, bus, loop and configuration that they share.
     :param names: the agents.
     :param replay: plays the environment of each.
     :param additions: what each gets besides.
@@ -96,7 +96,7 @@ class Team(Closing):
             agent.start()
 
     def kill(self, agent: Run) -> None:
-        """Let an agent end as by ``kill -9``; the databases that it shares with others stay as they are.
+        """Let an agent end as by ``kill -9``; the databases that it shares with other agents do not change.
 
         To be called between two loops. The agent is none of :attr:`agents` any more.
         """
@@ -137,7 +137,7 @@ class Team(Closing):
         return next((agent.loss for agent in self.agents if agent.loss), "")
 
     def interrupt(self) -> None:
-        """End what the rules do now, and let none fire any more. From any thread."""
+        """End the rules that fire now, and let no rule fire any more. From any thread."""
         for agent in self.agents:
             agent.interrupt()
 
@@ -186,7 +186,7 @@ class AgentBus(EventBus):
 
 
 class SharedMemory:
-    """What the agents of a run share of their embedded robot memories: the distributed databases.
+    """The shared part of the embedded robot memories of a run's agents: the distributed databases.
 
     :param base: whose configuration says where they survive.
     """
@@ -196,7 +196,7 @@ class SharedMemory:
         self._store: Store | None = None
 
     def part(self, agent: str, settings: Settings) -> Store:
-        """Return an agent's robot memory: databases of its own, and the shared ones.
+        """Return an agent's robot memory: its databases, and the shared ones.
 
         :raises CxbridgeError: when a file cannot be used.
         """

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 class Component:
-    """A part of a run or a daemon. Override what it needs; nothing has to be.
+    """A part of a run or a daemon. A subclass overrides the methods that it needs.
 
-    Making it acquires what it works with, and leaves nothing behind when it raises.
+    The constructor acquires the resources, and leaves nothing behind when it raises.
 
     :param run: the run or daemon, a :class:`cxbridge.run.agent.Run`: what all components share.
     """
@@ -24,13 +24,13 @@ class Component:
     """Where the main loop calls :meth:`loop`."""
 
     steady: ClassVar[bool] = False
-    """Whether it goes on while a daemon is paused or reset."""
+    """Whether the component works while a daemon is paused or reset."""
 
     description: ClassVar[str] = ""
     """A line about it, for ``ffplugin``."""
 
     def __init__(self, run: Any) -> None:
-        """Acquire what it works with."""
+        """Acquire the resources."""
 
     def configure(self) -> None:
         """Get ready to work; other components may call it from now on."""
@@ -61,12 +61,12 @@ class Component:
 
     @property
     def is_quiet(self) -> bool:
-        """Whether it changes nothing until rules ask it to: a run may end that waits for it in vain."""
+        """Whether the component changes nothing until rules ask it to: a run that waits for it may end."""
         return False
 
     @property
     def loss(self) -> str:
-        """Why a run cannot come to its end without what is gone; empty while all is there."""
+        """Why a run cannot come to its end: the part that is gone; empty while none is gone."""
         return ""
 
 
@@ -83,7 +83,7 @@ class ThinkingComponent(Component):
 
     @abstractmethod
     def watch(self) -> None:
-        """Watch what is to be followed and recorded, from before the first file is loaded."""
+        """Watch facts and rules for history and recording, from before the first file is loaded."""
 
     @property
     @abstractmethod
@@ -92,7 +92,7 @@ class ThinkingComponent(Component):
 
     @abstractmethod
     def waits_for(self, failed_rules: Iterable[str]) -> str:
-        """Return what the agent waits for in vain.
+        """Return the events that the agent waits for and that cannot come.
 
         :param failed_rules: the rules whose actions an error has ended.
         """

@@ -46,7 +46,7 @@ class ExecutiveComponent(ThinkingComponent):
         self.executive.known_skills = partial(known_skills, context)
 
     def watch(self) -> None:
-        """Watch what is to be followed and recorded, from before the first file is loaded."""
+        """Watch facts and rules for history and recording, from before the first file is loaded."""
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
         UnexecutedActions(self.context, self.executive)
@@ -89,7 +89,7 @@ class ExecutiveComponent(ThinkingComponent):
         return stuck.is_stuck(self.context)
 
     def waits_for(self, failed_rules: Iterable[str]) -> str:
-        """Return what the agent waits for in vain."""
+        """Return the events that the agent waits for and that cannot come."""
         return stuck.waits_for(self.context, failed_rules)
 
     @property
@@ -145,7 +145,7 @@ def make_executive(
 
 
 def _watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:
-    """Watch what is to be recorded at ``level`` when the configuration leaves debugging off."""
+    """Watch facts and rules for a recording of ``level`` when the configuration leaves debugging off."""
     if level == "transitions" or config.get_bool("/clips-executive/debug/enable", default=False):
         return
     watcher = executive.env.watcher

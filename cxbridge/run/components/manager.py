@@ -53,7 +53,7 @@ _FROM = {
 
 
 class Policy(Enum):
-    """What becomes of the others when a component fails; RAISE hands the error to the caller."""
+    """Whether the other components stop when a component fails; RAISE hands the error to the caller."""
 
     CONTINUE = "continue"
     STOP = "stop"
@@ -61,7 +61,7 @@ class Policy(Enum):
 
 
 class Interruption(Protocol):
-    """Says whether somebody wants the end."""
+    """Tells whether a signal asks for the end."""
 
     @property
     def received(self) -> bool:
@@ -69,11 +69,11 @@ class Interruption(Protocol):
 
 
 class LifecycleError(CxbridgeError):
-    """A component cannot do what it was asked to in the state that it is in, or failed at it."""
+    """A component is in no state for a transition, or failed at the transition."""
 
 
 class ComponentFailedError(CxbridgeError):
-    """A component failed in a way that nobody foresaw: not the user's mistake, and it may go well again."""
+    """A component failed with an unexpected error: not the user's mistake; a second attempt may succeed."""
 
     exit_status = 4
 
@@ -82,7 +82,7 @@ class ComponentFailedError(CxbridgeError):
 class ComponentStatus:
     """Describes a component.
 
-    :param reason: why it is not active; empty when it is, or when nobody has asked for it yet.
+    :param reason: why the component is not active; empty when it is active, or was never started.
     :param since_us: when it came into this state, microseconds since the epoch.
     """
 
@@ -108,7 +108,7 @@ class ManagedNode(Generic[ComponentType]):
     """A component with its state: made when it is configured, closed at its cleanup.
 
     :param name: for lists and logs.
-    :param make: makes the component; what it raises is a failure.
+    :param make: makes the component; an exception is a failure.
     :param kind: the component's class.
     :param component: the component, if it was made already.
     """
@@ -127,7 +127,7 @@ class ManagedNode(Generic[ComponentType]):
         self.state = State.UNCONFIGURED
         self.reason = ""
         self.error: Exception = LifecycleError(f"{name} has not failed")
-        """What it failed with last."""
+        """The error of the last failure."""
         self.component = component
         """None while it is not configured, unless it was made before."""
         self._make = make
@@ -228,12 +228,12 @@ class ComponentManager:
     """Starts components first to last, stops them last to first, and watches them in between.
 
     Everything happens in the thread that calls. Failures are logged, kept as the component's reason, and by
-    the policy either leave the others alone or set :attr:`failure`, upon which the owner should
+    the policy either leave the other components alone or set :attr:`failure`, upon which the owner should
     :meth:`shutdown`. Under the policy of a run they are raised.
 
     :param nodes: the components in the order of their start; those behind may need those before.
     :param log: None: changes of states are not logged.
-    :param policy: what becomes of the others when one fails.
+    :param policy: whether the other components stop when one fails.
     :param on_change: called after each change of a component's state or reason.
     """
 
@@ -259,7 +259,7 @@ class ComponentManager:
         self._since = dict.fromkeys((node.name for node in self.nodes), clock.now_us())
 
     def add(self, node: ManagedNode[Any]) -> None:
-        """Manage one more component, which stops before the others."""
+        """Manage one more component; it stops first."""
         self.nodes = (*self.nodes, node)
         self._since[node.name] = self._clock.now_us()
 
@@ -301,7 +301,7 @@ class ComponentManager:
                 self._try(node, "deactivate", "paused")
 
     def resume(self) -> bool:
-        """Activate what is inactive, first to last; return whether all are active."""
+        """Activate the inactive components, first to last; return whether all are active."""
         self.paused = False
         for node in self.nodes:
             if node.state is State.INACTIVE and not self.failure:
@@ -352,7 +352,7 @@ class ComponentManager:
                 raise LifecycleError(f"{name} cannot {step}: {node.reason}")
 
     def stop_one(self, name: str) -> None:
-        """Bring one component back to the start; no error when it is there.
+        """Bring one component back to the start; no error when it is unconfigured.
 
         :raises LifecycleError: when there is no such component.
         """
@@ -374,7 +374,7 @@ class ComponentManager:
     def change_one(self, name: str, transition: str) -> None:
         """Let one component take one step of its life.
 
-        A failure is an error for the caller, whatever the policy. What was shut down does not come back.
+        A failure is an error for the caller, whatever the policy. A component that was shut down stays so.
 
         :param transition: the name of a :class:`Transition`.
         :raises LifecycleError: when there is no such component or transition, the component is not in a state
@@ -453,7 +453,7 @@ class ComponentManager:
             getattr(node, step)()
         except Exception as error:
             if self.policy is Policy.RAISE:
-                raise  # the component is closed with all others
+                raise  # close() closes the component
             if node.state is State.UNCONFIGURED:
                 node.abort()
             words = _words(error)
@@ -476,7 +476,7 @@ def _attempt(step: Callable[[], object], failures: list[Exception]) -> None:
 
 
 def _words(error: Exception) -> str:
-    """Return what is wrong, in one line; of an error that nobody foresaw, its kind as well."""
+    """Return the text of an error in one line; of an unexpected error its class as well."""
     if isinstance(error, BrokenAgentError):
         return error.message  # who has asked for the start gets to know each mistake
     text = str(error) if isinstance(error, CxbridgeError) else f"{type(error).__name__}: {error}"

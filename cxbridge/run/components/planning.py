@@ -12,7 +12,7 @@ from cxbridge.run.specs import needs_memory
 class PlanningPlugins(Component):
     """Generates problems from the robot memory, and plans; for specs that wait for that (``pddl-init.clp``).
 
-    :raises CxbridgeError: when the configuration lacks something, or somebody else writes their interfaces.
+    :raises CxbridgeError: when the configuration lacks a setting, or an interface has another writer.
     """
 
     hooks = (Hook.ACT_EXEC,)
@@ -35,7 +35,7 @@ class PlanningPlugins(Component):
             raise
 
     def loop(self) -> None:
-        """Do what was asked for."""
+        """Carry out the requests."""
         self._generator.loop()
         self._planner.loop()
 

@@ -13,7 +13,7 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 
 PATTERNS = ("SkillerInterface", "SkillerDebugInterface")
-"""What is mirrored."""
+"""The interfaces that are mirrored."""
 
 PATIENCE_S = 5.0
 """Seconds that the Skiller has to appear."""
@@ -30,14 +30,14 @@ Opener = Callable[[str], BlackBoard]
 class RemoteSkiller:
     """Mirrors a Skiller's interfaces to our blackboard, and messages to the Skiller.
 
-    Works in a thread of its own: the other blackboard may be slow to answer, or away for a while.
+    Works in another thread: the other blackboard may be slow to answer, or away for a while.
 
     :param url: the blackboard with the Skiller.
     :param board: ours.
     :param open_blackboard: opens the blackboard at a URL.
     :param patience_s: how long to wait for the Skiller; 0: not at all, it may come later.
     :raises SkillerError: when there is no Skiller.
-    :raises BlackBoardError: when nobody is at the URL.
+    :raises BlackBoardError: when the URL has no blackboard.
     """
 
     def __init__(
@@ -90,11 +90,11 @@ class RemoteSkiller:
 
     @property
     def loss(self) -> str:
-        """Why a run cannot go on: the Skiller that was waited for is gone, or was; else empty."""
+        """Why a run cannot continue: the Skiller is gone, or was gone; else empty."""
         return self._loss
 
     def close(self) -> None:
-        """Carry over what is under way, and leave both blackboards.
+        """Carry over the messages that are under way, and leave both blackboards.
 
         A Fawkes that loads its Skiller again keeps its controller. So this waits a moment for the Skiller, to
         give control back.
@@ -113,7 +113,7 @@ class RemoteSkillers(Component):
 
     A run waits for the Skiller, and ends when it is gone; a daemon does without it until it comes.
 
-    :raises CxbridgeError: when nobody is at the URL, or in time no Skiller.
+    :raises CxbridgeError: when the URL has no blackboard, or the blackboard has no Skiller in time.
     """
 
     description = "Executes skills, or mirrors the Skiller that does"
@@ -132,7 +132,7 @@ class RemoteSkillers(Component):
 
     @property
     def loss(self) -> str:
-        """Why the run cannot go on."""
+        """Why the run cannot continue."""
         return self._remote.loss
 
     def close(self) -> None:

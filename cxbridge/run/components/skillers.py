@@ -30,7 +30,7 @@ class Skillers(Component):
     """Execute skill strings.
 
     :param skillers: those of a recording; None: those of the configuration.
-    :raises CxbridgeError: when skills cannot be loaded, or somebody else writes an interface.
+    :raises CxbridgeError: when skills cannot be loaded, or an interface has another writer.
     """
 
     hooks = (Hook.SKILL,)
@@ -62,7 +62,7 @@ class Skillers(Component):
 class Speech(Component):
     """Writes ``SpeechSynthInterface``; works after the Skiller.
 
-    :raises CxbridgeError: when it cannot speak, or somebody else writes its interface.
+    :raises CxbridgeError: when the output fails, or the interface has another writer.
     """
 
     hooks = (Hook.ACT,)
@@ -74,7 +74,7 @@ class Speech(Component):
         self._writer = make_speech(context.board, context.clock, context.bus, speech=context.options.speech)
 
     def loop(self) -> None:
-        """Take messages, and go on speaking."""
+        """Take messages, and speak."""
         self._writer.loop()
 
     @property
@@ -91,7 +91,7 @@ class SkillBoardComponent(Component):
     """Finds executors for skills.
 
     :param settings: those of a recording; None: those of the configuration.
-    :raises CxbridgeError: when an executor cannot be made, or somebody else writes an interface.
+    :raises CxbridgeError: when an executor cannot be made, or an interface has another writer.
     """
 
     hooks = (Hook.SKILL,)
@@ -146,7 +146,7 @@ def _execution(context: Run) -> Execution:
     from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
     from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415
 
-    make_failures(context.config, "")  # what is wrong shows now, not with the first call
+    make_failures(context.config, "")  # mistakes show now, not with the first call
     return DecidedExecution(
         lambda agent: Deciders([make_failures(context.config, agent), *make_deciders(context, agent)])
     )
@@ -168,7 +168,7 @@ def make_deciders(context: Run, skiller: str) -> list[Decider]:
 def make_skillers(context: Run, settings: Sequence[SkillerSettings]) -> SkillerGroup:
     """Make Skillers, for the hook :attr:`Hook.SKILL`.
 
-    :raises CxbridgeError: when skills cannot be loaded, or somebody else writes an interface.
+    :raises CxbridgeError: when skills cannot be loaded, or an interface has another writer.
     """
     with ExitStack() as undo:
         made = [undo.enter_context(_make(context, item)) for item in settings]
@@ -177,7 +177,7 @@ def make_skillers(context: Run, settings: Sequence[SkillerSettings]) -> SkillerG
 
 
 def _make(context: Run, item: SkillerSettings) -> SkillerBackend:
-    # Lua and estimators only for those who use them: start-up time is a feature
+    # only runs that use Lua or estimators import them: start-up time is a feature
     from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
 
     config = context.config

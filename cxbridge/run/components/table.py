@@ -22,7 +22,7 @@ RECORDER: Final = Row("recorder", "cxbridge.run.recording:RecorderComponent")
 def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
     """Return the Skillers that this process has to make.
 
-    :raises ConfigError: when the configuration of one makes no sense.
+    :raises ConfigError: when the configuration of one is wrong.
     """
     kind = run.options.skiller
     if kind == "none" or run.options.has_remote_skiller:
@@ -63,13 +63,13 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
     Row(PLANNING, f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard),
     Row(EXECUTIVE, f"{_PACKAGE}.executive:ExecutiveComponent", lambda run: bool(run.spec)),
 )
-"""The components of runs and daemons, in the order of their start; the executive starts after all others."""
+"""The components of runs and daemons, in the order of their start; the executive is the last."""
 
 
 def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Row]:
     """Return the components that a run or daemon needs, in the order of their start.
 
-    :param daemon: components that only daemons have; they start before the others.
+    :param daemon: components that only daemons have; they start first.
     :param replayed: whether a recording replaces the environment and the components of plug-ins.
     :raises CxbridgeError: when the configuration is wrong, or two components have the same name.
     """

@@ -1,7 +1,7 @@
 """The mistakes that a run finds in its agent while it loads it: a broken agent is not started.
 
-Nothing is loaded for that: what the loader of CLIPS files, the PDDL parser and the blackboard have noticed is
-collected, and the action mapping is held against the skills and operators that are there.
+Nothing is loaded for that: the checks collect the findings of the loader of CLIPS files, the PDDL parser and
+the blackboard, and compare the action mapping with the skills and operators of the agent.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 
 UNCLOSED: Final = "UNCLOSED"
 _UNKNOWN_NAME: Final = frozenset({"EXPRNPSR3", "GLOBLPSR1", "PRNTUTIL2"})
-"""What CLIPS says, among others, of names that another file would have defined."""
+"""Codes of CLIPS for names that another file may define."""
 
 _QUOTED: Final = re.compile(r"'([^']+)'")
 
 
 class AgentChecks:
-    """Looks for mistakes of the agents of a run as often as it is asked; says each once.
+    """Looks for mistakes of the agents of a run at each call; reports each mistake once.
 
     :param agents: made, and not started; from now on their mistakes are not logged one by one.
     :param strict: as :attr:`RunOptions.strict`; by default that of each agent's options.
@@ -62,7 +62,7 @@ class AgentChecks:
         self._agents = [each for each in self._agents if not each.is_of(agent.executive)]
 
     def start(self) -> None:
-        """See to it that what the agents have loaded by now is whole.
+        """Check the files that the agents have loaded by now.
 
         :raises BrokenAgentError: when it is not.
         """
@@ -70,7 +70,7 @@ class AgentChecks:
         self._raise([*self._missing, *found])
 
     def look(self) -> None:
-        """See to it that what the agents have loaded meanwhile is whole; to be called after each loop.
+        """Check the files that the agents have loaded since the last call; to be called after each loop.
 
         :raises BrokenAgentError: when it is not.
         """
@@ -106,7 +106,7 @@ class _Agent:
 
     @property
     def missing(self) -> list[ConfigError]:
-        """The files that are not there."""
+        """The files that do not exist."""
         return self._context.missing
 
     @property
@@ -117,7 +117,7 @@ class _Agent:
         return not self.is_initialized and self._executive.initialized
 
     def new(self) -> list[CxbridgeError]:
-        """Return what was found since."""
+        """Return the mistakes since the last call."""
         diagnostics = self._loader.diagnostics[self._seen :]
         self._seen += len(diagnostics)
         found = list(_causes(diagnostics, files_are_missing=bool(self.missing)))
@@ -166,7 +166,7 @@ def names_any(file: str | None, line: int | None, constructs: Collection[str]) -
 
 
 def mapping_mistakes(context: Run, executive: Executive) -> list[CxbridgeError]:
-    """Return what is wrong with the action mapping: skills that there are not, and unknown parameters."""
+    """Return the mistakes of the action mapping: unknown skills and unknown parameters."""
     skills = known_skills(context)
     operators = (
         {
@@ -216,7 +216,7 @@ def _with_values(action: str, template: str) -> str:
 
 
 def known_skills(context: Run) -> frozenset[str] | None:
-    """Return the skills that actions can be mapped to; None when others have them, or nobody says."""
+    """Return the skills that actions can be mapped to; None when the skills are those of another process."""
     board = context.skill_board
     if not context.known_skills and board is None:
         return None

@@ -1,4 +1,4 @@
-"""Where the files of an agent say what a run complains of; read again only when something is wrong."""
+"""The places in an agent's files that a complaint of a run is about; read only when something is wrong."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def places_of(context: Run, executive: Executive) -> Places:
 
 
 class UnexecutedActions:
-    """Reports each action once that fails because nobody executes it, and where the mistake is.
+    """Reports each action once that fails because no Skiller executes it, and the place of the mistake.
 
     :param context: of the agent.
     :param executive: of the agent; its facts are followed from now on.

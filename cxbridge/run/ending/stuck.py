@@ -1,4 +1,4 @@
-"""Finds out that nothing can ever happen again in a run, and what it waits for.
+"""Finds out that nothing can ever happen again in a run, and for which events the run waits.
 
 A run is stuck when its agenda is empty, no skill runs, no rule can be activated by time alone, and nobody
 else is there who could change anything: no Skiller elsewhere, no network, no robot memory, no component of an
@@ -27,7 +27,7 @@ _QUIET_FEATURES: Final = frozenset(
         "motor-switch", "tf",
     }
 )  # fmt: skip
-"""The features that assert nothing by themselves, unless what they wait for is seen otherwise."""
+"""The features that assert nothing by themselves; other signs show whether they wait for something."""
 
 _TIME: Final = "/clips-executive/assert-time-each-loop"
 
@@ -65,18 +65,18 @@ def _read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
 
 
 def _may_change(agent: Run, kind: str, name: str) -> bool:
-    """Whether somebody writes an interface who is not known to be at rest."""
+    """Whether an interface has a writer that may still write."""
     if kind == "SkillerInterface":
         return False  # its Skiller is one of the components, which are at rest
     infos = (info for info in agent.board.list_all() if (info.type, info.id) == (kind, name))
     return any(info.has_writer and not info.writer.startswith("CLIPS:") for info in infos)
 
 
-# ---- what it waits for
+# ---- the events that the run waits for
 
 
 def waits_for(agent: Run, failed_rules: Iterable[str]) -> str:
-    """Return what a run waits for in vain, as far as the facts show.
+    """Return the events that a run waits for and that cannot come, as far as the facts show.
 
     :param failed_rules: the rules whose actions an error has ended.
     """
@@ -146,7 +146,7 @@ def _goals(agent: Run, places: Places) -> Iterator[str]:
 
 
 def _without_files(agent: Run) -> Iterator[str]:
-    """Yield that the spec loads nothing, if so, with the place of the spec, or of what is chosen."""
+    """Yield that the spec loads nothing, if so, with the place of the spec or of its choice."""
     base, chosen = f"/clips-executive/specs/{agent.spec}", "/clips-executive/spec"
     if any("/file" in value.path.removeprefix(base) for value in agent.config.search(f"{base}/init")):
         return
@@ -165,7 +165,7 @@ def _empty(agent: Run) -> Iterator[str]:
 
 
 def _lacking(agent: Run, places: Places) -> list[str]:
-    """Return what a rule that makes goals lacks: the first whose facts are not all there."""
+    """Return the fact that a rule which makes goals lacks: of the first such rule."""
     from cxbridge.run.ending.timed_rules import lacking  # noqa: PLC0415 - for runs that are stuck
 
     for rule in places.rules_that_make_goals():
@@ -211,7 +211,7 @@ def _failed_rules(agent: Run, rules: Iterable[str]) -> Iterator[str]:
 
 
 def _unwritten(agent: Run, places: Places) -> Iterator[str]:
-    """Yield the interfaces that the rules read and nobody writes."""
+    """Yield the interfaces that the rules read and that have no writer."""
     written = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in _read_interfaces(agent.executive.env):
         if f"{kind}::{name}" not in written:

@@ -26,7 +26,7 @@ _CONTROL: Final = "skill-control-acquire"
 def timed_rules(env: ClipsEnvironment, skillers: Collection[str]) -> Iterator[str]:
     """Yield the rules that may fire some day though no other fact than that of the time comes.
 
-    :param skillers: the names of the Skillers that are there.
+    :param skillers: the names of the existing Skillers.
     """
     for name, text in rule_texts(env).items():
         if f"({TIME} " not in text or name in _TICKS:
@@ -54,16 +54,16 @@ def _condition(text: str) -> tuple[CE, ...]:
 
 
 def _can_get_control(env: ClipsEnvironment, skillers: Collection[str]) -> bool:
-    """Whether a Skiller that is asked for control is there.
+    """Whether a Skiller that is asked for control exists.
 
-    It may be there without a fact of its interface: until somebody has control it writes nothing.
+    A Skiller may exist without a fact of its interface: it writes nothing until a client has control.
     """
     controls = (slots for _, _, slots in env.facts("skiller-control"))
     return any(slots["acquired"] == "FALSE" and str(slots["skiller"]) in skillers for slots in controls)
 
 
 def _may_hold(env: ClipsEnvironment, element: CE) -> bool:
-    """Whether facts that are there, and any time, may fulfil a conditional element."""
+    """Whether existing facts, and any time, may fulfil a conditional element."""
     if isinstance(element, GroupCE):
         if element.kind in ("and", "logical", "exists"):
             return all(_may_hold(env, each) for each in element.items)

@@ -110,7 +110,7 @@ def _count(run: Recording, types: tuple[type[Event], ...]) -> int:
 
 
 class RunHead(Recording):
-    """The transitions of a run up to the last of so many.
+    """The first transitions of a run, up to a count.
 
     :param run: all of it.
     :param count: how many events of these types it has.
@@ -142,7 +142,7 @@ _SLACK_US: Final = 2 * MICROSECONDS
 
 
 class _TransitionWriter(McapWriter):
-    """Keeps what is compared, and the rules that led to it if they are watched."""
+    """Keeps the transitions to compare, and the firings of watched rules."""
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same
         """Return the types of events that are kept."""
@@ -165,7 +165,7 @@ class Replay:
     """
 
     board_class: type[LocalBlackBoard] = YieldingBoard
-    """What the run's blackboard must be."""
+    """The class of the run's blackboard."""
 
     def __init__(
         self,
@@ -182,7 +182,7 @@ class Replay:
         self.divergence: Divergence | None = None
         """The first command that was not the recorded one."""
         self.is_exhausted = False
-        """Whether a recording that was cut off has no more for somebody."""
+        """Whether a player has reached the end of a recording that was cut off."""
         self._order = order
         self._tolerance = tolerance
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
@@ -236,7 +236,7 @@ class Replay:
         return RecordedPlanning(plans, self._clock)
 
     def _check_plan(self, event: Event) -> None:
-        """See whether a plan is asked for as it was."""
+        """Compare a call of a planner with the recorded call."""
         if not isinstance(event, PlannerCall) or event.status != STARTED:
             return
         expected = self._plans.get(event.env, {}).get(event.call)
