@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from functools import cache
+from functools import cache, lru_cache
 from itertools import accumulate, repeat
 from typing import Final, NamedTuple
 
@@ -87,20 +87,28 @@ class _Kinds(dict[str, str]):
     """The terminal of each word of a text, found once."""
 
     def __missing__(self, word: str) -> str:
-        keywords, words = _words()
-        kind = keywords.get(word.lower()) or next(
-            name for name, pattern in words.items() if pattern.fullmatch(word)
-        )
-        self[word] = kind
+        kind = self[word] = _kind(word)
         return kind
 
 
+@lru_cache(maxsize=4096)
+def _kind(word: str) -> str:
+    """Return the terminal of a word: domain and problem, and problems of one domain, share most words."""
+    keywords, words = _words()
+    kind = keywords.get(word.lower())
+    if kind is None:
+        found = words.fullmatch(word)
+        kind = found and found.lastgroup
+    assert kind is not None
+    return kind
+
+
 @cache
-def _words() -> tuple[dict[str, str], dict[str, re.Pattern[str]]]:
-    """Return the terminals of keywords, and those of other words with their patterns."""
+def _words() -> tuple[dict[str, str], re.Pattern[str]]:
+    """Return the terminals of keywords, and the pattern of other words, whose groups are their terminals."""
     tables = load_tables()
-    patterns = {name: re.compile(pattern, re.ASCII) for name, pattern in tables.words.items()}
-    return tables.keywords, patterns
+    each = (f"(?P<{name}>{pattern})" for name, pattern in tables.words.items())
+    return tables.keywords, re.compile("|".join(each), re.ASCII)
 
 
 @cache
