@@ -9,8 +9,15 @@ import time
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanCall, PlanningService, PlanRequest, PlanStatus
+from cxbridge.executive.planning import (
+    PlanCall,
+    PlanningService,
+    PlanRequest,
+    PlanStatus,
+    UnsupportedProblemError,
+)
 from cxbridge.executive.planning.process import PlannerProcess
+from cxbridge.executive.planning.registry import AUTO, choose_planners
 
 DOMAIN = parse_domain("""(define (domain d) (:requirements :adl) (:predicates (p ?x) (lit))
   (:action light :parameters () :precondition (not (lit)) :effect (lit))
@@ -170,6 +177,20 @@ def test_unknown_planners_and_options_fail(service):
         result = service.plan(request(EASY, planner=name, options=options))
         assert result.status is PlanStatus.FAILED
         assert result.message
+
+
+def test_without_a_plug_in_an_error_says_which_package_has_more_planners(monkeypatch, service):
+    monkeypatch.setattr("cxbridge.plugins.installed_plugins", lambda: ())
+    domain = parse_domain("""(define (domain t) (:requirements :durative-actions) (:predicates (done))
+      (:durative-action work :parameters () :duration (= ?duration 4) :effect (at end (done))))""")
+    problem = parse_problem("(define (problem x) (:domain t) (:init) (:goal (done)))", domain)
+    with pytest.raises(UnsupportedProblemError, match="pyperplan knows nothing of durative") as raised:
+        choose_planners(AUTO, domain, problem)
+    assert "cxbridge-planning" in (raised.value.hint or "")
+    late = service.plan(request(ENDLESS, timeout=0.2, options={"search": "bfs"}))
+    assert "give more time, or try the planner auto" in late.message
+    late = service.plan(PlanRequest(DOMAIN, ENDLESS, timeout=0.2))
+    assert "cxbridge-planning" in late.message
 
 
 def eventually(condition):
