@@ -1,198 +1,149 @@
-"""Alignment of two sequences: which item of one is which of the other, in order.
+"""Alignment of two sequences: which item of the first is which of the second, in order.
 
-Short edits are found exactly (Myers' algorithm); ranges that have little in common are cut at items, or short
+Short edits are found exactly (Myers' algorithm). Ranges that have little in common are cut at items, or short
 runs of items, that both have once (as "patience" diffs do), so the time grows with the length, not with its
 square.
 """
 
 from __future__ import annotations
 
-from array import array
 from bisect import bisect_left
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final, TypeAlias
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from typing import Any, Final, TypeAlias, TypeVar
 
 MAX_EDITS: Final = 64
-"""Up to so many insertions and deletions in a range are looked for exactly."""
+"""The most insertions and deletions of a range for which the exact alignment is searched."""
 
 RUNS: Final = (1, 3, 8)
 """Lengths of runs of items that are looked for as places to cut; longer ones are rarely there but unique."""
 
 NONE: Final = -1
 
+Item = TypeVar("Item", bound=Hashable)
 Range: TypeAlias = tuple[int, int, int, int]
 """Begin and end in the first sequence, begin and end in the second."""
 
+Chain: TypeAlias = tuple[Any, tuple[int, int, int]] | None
+"""Equal runs: the chain of those before the last one, and the last one: begin, begin, length."""
 
-def align(a: Sequence[int], b: Sequence[int]) -> array[int]:
-    """Return for each item of ``a`` the index of its partner in ``b``, -1 for none; partners are equal.
 
-    The partners' indices grow.
-    """
-    partners = array("q", [NONE]) * len(a)
+def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
+    """Return the indices of partners, in order; partners are equal, and both indices grow."""
+    pairs: list[tuple[int, int]] = []
     stack: list[Range] = [(0, len(a), 0, len(b))]
     while stack:
-        among = _trim(a, b, stack.pop(), partners)
-        a_from, a_to, b_from, b_to = among
+        a_from, a_to, b_from, b_to = stack.pop()
+        while a_from < a_to and b_from < b_to and a[a_from] == b[b_from]:
+            pairs.append((a_from, b_from))
+            a_from, b_from = a_from + 1, b_from + 1
+        while a_from < a_to and b_from < b_to and a[a_to - 1] == b[b_to - 1]:
+            a_to, b_to = a_to - 1, b_to - 1
+            pairs.append((a_to, b_to))
         if a_from == a_to or b_from == b_to:
             continue
-        path = _furthest(a, b, among)
-        cuts = [] if path.ends else _cuts(a, b, among)
-        if cuts:
-            last_a, last_b = a_from, b_from
-            for one, other in cuts:
-                partners[one] = other
-                stack.append((last_a, one, last_b, other))
-                last_a, last_b = one + 1, other + 1
-            stack.append((last_a, a_to, last_b, b_to))
-        elif path.ends or path.worthwhile(a_from, b_from):
-            for one, other, length in path.runs:
-                _pair(partners, one, other, length)
-            if not path.ends:
-                stack.append((path.a_to, a_to, path.b_to, b_to))
-    return partners
+        among = (a_from, a_to, b_from, b_to)
+        path, end = _furthest(a, b, among)
+        cuts = [] if end == (a_to, b_to) else _cuts(a, b, among)
+        if not cuts:
+            cuts = [(one + i, other + i) for one, other, length in _links(path) for i in range(length)]
+            if end == (a_to, b_to):
+                pairs += cuts
+            elif 3 * len(cuts) > end[0] - a_from + end[1] - b_from:  # else the equal items are accidents
+                pairs += cuts
+                stack.append((end[0], a_to, end[1], b_to))
+            continue
+        pairs += cuts
+        begins = [(a_from, b_from), *((one + 1, other + 1) for one, other in cuts)]
+        for (one, other), (next_one, next_other) in zip(begins, [*cuts, (a_to, b_to)], strict=True):
+            stack.append((one, next_one, other, next_other))
+    return sorted(pairs)
 
 
-@dataclass(frozen=True, slots=True)
-class _Path:
-    """How far a few edits lead from the start of a range.
-
-    :param runs: the equal runs: index, index, length.
-    :param a_to: where it ends in the first sequence; ``b_to``: in the second.
-    :param ends: whether it leads to the end of the range.
-    """
-
-    runs: list[tuple[int, int, int]]
-    a_to: int
-    b_to: int
-    ends: bool
-
-    def worthwhile(self, a_from: int, b_from: int) -> bool:
-        """Whether most of what it passes is equal: else there is nothing in common to be found."""
-        return 3 * sum(length for _, _, length in self.runs) > (self.a_to - a_from) + (self.b_to - b_from)
-
-
-def _pair(partners: array[int], one: int, other: int, length: int) -> None:
-    """Note that two runs of items are equal."""
-    for offset in range(length):
-        partners[one + offset] = other + offset
-
-
-def _trim(a: Sequence[int], b: Sequence[int], among: Range, partners: array[int]) -> Range:
-    """Pair what is equal at the start and at the end of a range; return the rest."""
+def _furthest(a: Sequence[int], b: Sequence[int], among: Range) -> tuple[Chain, tuple[int, int]]:
+    """Return the equal runs on the path of fewest edits, and its end: that of the range, or the furthest."""
     a_from, a_to, b_from, b_to = among
-    while a_from < a_to and b_from < b_to and a[a_from] == b[b_from]:
-        partners[a_from] = b_from
-        a_from += 1
-        b_from += 1
-    while a_from < a_to and b_from < b_to and a[a_to - 1] == b[b_to - 1]:
-        a_to -= 1
-        b_to -= 1
-        partners[a_to] = b_to
-    return a_from, a_to, b_from, b_to
-
-
-def _furthest(a: Sequence[int], b: Sequence[int], among: Range) -> _Path:
-    """Return the path of fewest edits to the end of a range, or the one that leads furthest (Myers)."""
-    a_from, a_to, b_from, b_to = among
-    reach: dict[int, int] = {1: a_from}
-    history: list[dict[int, int]] = []
+    reach: dict[int, tuple[int, Chain]] = {1: (a_from, None)}
+    inside: list[tuple[int, int, Chain]] = []
     for edits in range(MAX_EDITS + 1):
-        history.append(dict(reach))
+        inside = []
         for diagonal in range(-edits, edits + 1, 2):
-            at = _step(reach, diagonal, edits)
-            other = at - a_from - diagonal + b_from
-            while at < a_to and other < b_to and a[at] == b[other]:
+            above, below = reach.get(diagonal + 1), reach.get(diagonal - 1)
+            if below is None or (above is not None and below[0] < above[0]):
+                at, path = above or (a_from, None)
+            else:
+                at, path = below[0] + 1, below[1]
+            shift = b_from - a_from - diagonal
+            begin = at
+            while at < a_to and at + shift < b_to and a[at] == b[at + shift]:
                 at += 1
-                other += 1
-            reach[diagonal] = at
-            if at >= a_to and other >= b_to:
-                return _Path(_walk_back(history, among, at, other), at, other, ends=True)
-    inside = [
-        (2 * at - a_from - diagonal + b_from, at, at - a_from - diagonal + b_from)
-        for diagonal, at in reach.items()
-        if (diagonal - MAX_EDITS) % 2 == 0 and at <= a_to and at - a_from - diagonal + b_from <= b_to
-    ]
-    if not inside:
-        return _Path([], a_from, b_from, ends=False)
-    _, at, other = max(inside)
-    return _Path(_walk_back(history, among, at, other), at, other, ends=False)
-
-
-def _step(reach: dict[int, int], diagonal: int, edits: int) -> int:
-    """Return where an edit leads on a diagonal: an insertion from above it, or a deletion from below."""
-    if _inserts(reach, diagonal, edits):
-        return reach[diagonal + 1]
-    return reach[diagonal - 1] + 1
-
-
-def _inserts(reach: dict[int, int], diagonal: int, edits: int) -> bool:
-    """Whether the further way onto a diagonal is an insertion."""
-    if diagonal == -edits:
-        return True
-    return diagonal != edits and reach.get(diagonal - 1, NONE) < reach.get(diagonal + 1, NONE)
-
-
-def _walk_back(
-    history: list[dict[int, int]], among: Range, at: int, other: int
-) -> list[tuple[int, int, int]]:
-    """Return the equal runs on the way to a place, from the last to the first."""
-    a_from, _, b_from, _ = among
-    runs = []
-    for edits in range(len(history) - 1, -1, -1):
-        reach = history[edits]
-        diagonal = (at - a_from) - (other - b_from)
-        down = _inserts(reach, diagonal, edits)
-        before = diagonal + 1 if down else diagonal - 1
-        start = reach[before] if edits else a_from
-        start_other = start - a_from - before + b_from if edits else b_from
-        begin = (start if down else start + 1) if edits else a_from
-        if at > begin:
-            runs.append((begin, other - (at - begin), at - begin))
-        at, other = start, start_other
-    return runs
+            if at > begin:
+                path = (path, (begin, begin + shift, at - begin))
+            if at >= a_to and at + shift >= b_to:
+                return path, (a_to, b_to)
+            reach[diagonal] = (at, path)
+            if at <= a_to and at + shift <= b_to:
+                inside.append((at, at + shift, path))
+    at, other, path = max(inside, key=lambda each: each[0] + each[1], default=(a_from, b_from, None))
+    return path, (at, other)
 
 
 def _cuts(a: Sequence[int], b: Sequence[int], among: Range) -> list[tuple[int, int]]:
     """Return items that belong together, in order: those that both have once, or begins of such runs."""
     a_from, a_to, b_from, b_to = among
     for length in RUNS:
-        ones = _once(a, a_from, a_to, length)
-        others = _once(b, b_from, b_to, length)
-        common = [
-            (at, others[item]) for item, at in ones.items() if item in others and a[at] == b[others[item]]
-        ]
+        ones, others = _once(a, a_from, a_to, length), _once(b, b_from, b_to, length)
+        common = [(at, others[run]) for run, at in ones.items() if run in others]
         if common:
-            return _rising(sorted(common))
+            return rising(sorted(common))
     return []
 
 
-def _once(items: Sequence[int], start: int, end: int, length: int) -> dict[int, int]:
-    """Return the runs of items (longer ones by their hash) that come only once in a range, and where."""
-    found: dict[int, int] = {}
-    for at in range(start, end - length + 1):
-        item = items[at] if length == 1 else hash(tuple(items[at : at + length]))
-        found[item] = NONE if item in found else at
-    return {item: at for item, at in found.items() if at != NONE}
+def _once(items: Sequence[int], start: int, end: int, length: int) -> dict[tuple[int, ...], int]:
+    """Return where the runs of items begin that come only once in a range."""
+    runs = [tuple(items[at : at + length]) for at in range(start, end - length + 1)]
+    counts = Counter(runs)
+    return {run: at for at, run in enumerate(runs, start) if counts[run] == 1}
 
 
-def _rising(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+def rising(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """Return a longest part of the pairs whose second indices grow, as the first do."""
     ends: list[int] = []  # the smallest last index of a rising part, by its length less one
-    at_end: list[int] = []
-    before: list[int] = []
-    for number, (_, other) in enumerate(pairs):
+    chains: list[Chain] = []
+    for one, other in pairs:
         place = bisect_left(ends, other)
-        before.append(at_end[place - 1] if place else NONE)
-        if place == len(ends):
-            ends.append(other)
-            at_end.append(number)
-        else:
-            ends[place], at_end[place] = other, number
-    chosen = []
-    number = at_end[-1] if at_end else NONE
-    while number != NONE:
-        chosen.append(pairs[number])
-        number = before[number]
-    return chosen[::-1]
+        ends[place : place + 1] = [other]
+        chains[place : place + 1] = [(chains[place - 1] if place else None, (one, other, 1))]
+    return [(one, other) for one, other, _ in _links(chains[-1] if chains else None)][::-1]
+
+
+def _links(chain: Chain) -> Iterator[tuple[int, int, int]]:
+    """Yield the runs of a chain, from the last to the first."""
+    while chain is not None:
+        chain, run = chain
+        yield run
+
+
+def take_equal(
+    ours: list[Item],
+    theirs: list[Item],
+    key: Callable[[Item], Hashable],
+    other_key: Callable[[Item], Hashable] | None = None,
+) -> list[tuple[Item, Item]]:
+    """Take the items with equal keys out of two lists, and return them as pairs, in order.
+
+    :param key: of an item; ``other_key``: of one of the second list, None for the same.
+    """
+    left: dict[Hashable, deque[Item]] = defaultdict(deque)
+    for item in theirs:
+        left[(other_key or key)(item)].append(item)
+    pairs = [(item, found.popleft()) for item in ours if (found := left[key(item)])]
+    drop_pairs(pairs, ours, theirs)
+    return pairs
+
+
+def drop_pairs(pairs: Sequence[tuple[Item, Item]], ours: list[Item], theirs: list[Item]) -> None:
+    """Remove the items of pairs from two lists."""
+    for run, items in enumerate((ours, theirs)):
+        gone = {pair[run] for pair in pairs}
+        items[:] = [item for item in items if item not in gone]

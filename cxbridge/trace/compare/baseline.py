@@ -3,63 +3,85 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import yaml
+from msgspec import Meta, Struct, ValidationError, convert
 
 from cxbridge.errors import TraceError
+from cxbridge.event_kinds import View
 from cxbridge.file_access import write_file
-from cxbridge.trace.compare.model import AcceptedDifference, Comparison, Difference, DifferenceKind
+from cxbridge.trace.compare.model import (
+    AcceptedDifference,
+    Comparison,
+    Difference,
+    DifferenceKind,
+    Order,
+)
 from cxbridge.trace.compare.names import anonymous_fact
 
 TEXTS: Final = ("subject", "what", "a", "b")
 """What an entry can say of a difference, with ``*`` for any text."""
 
-FIELDS: Final = frozenset({*TEXTS, "level", "order", "kind", "times", "reason"})
-
 _NUMBERS: Final = re.compile(r"(?<=f-)\d+ *|(?<=FIRE) +\d+|(?<=msgid=)\d+")
 
 
-@dataclass(slots=True)
-class BaselineEntry:
-    """An accepted difference.
+class BaselineEntry(Struct, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
+    """An accepted difference, as the file has it; what is empty may be anything.
 
-    :param texts: what its texts must match, by :data:`TEXTS`; one that is not there may be anything.
-    :param times: so many differences it accepts at most; None: any number.
-    :param line: where it begins in the file, from 1.
+    :param times: the number of differences that it accepts at most; None: any number.
     """
 
-    reason: str
+    level: View | None = None
+    order: Order | None = None
+    kind: DifferenceKind | None = None
+    subject: str = ""
+    what: str = ""
+    a: str = ""
+    b: str = ""
+    times: Annotated[int, Meta(ge=1)] | None = None
+    reason: Annotated[str, Meta(pattern=r"\S")]
+
+    @property
+    def texts(self) -> dict[str, str]:
+        """What the texts of a difference must match."""
+        return {name: text for name in TEXTS if (text := getattr(self, name))}
+
+
+@dataclass(slots=True)
+class ReadEntry:
+    """An entry of a file.
+
+    :param line: where it begins, from 1.
+    :param used: the number of differences that it has accepted.
+    """
+
+    entry: BaselineEntry
     line: int
-    texts: dict[str, str] = field(default_factory=dict)
-    level: str = ""
-    order: str = ""
-    kind: str = ""
-    times: int | None = None
     used: int = 0
 
     def applies(self, comparison: Comparison) -> bool:
         """Whether it is for comparisons of this level and order."""
-        return self.level in {"", comparison.view.value} and self.order in {"", comparison.order.value}
+        level, order = self.entry.level, self.entry.order
+        return level in {None, comparison.view} and order in {None, comparison.order}
 
     def accepts(self, difference: Difference) -> bool:
         """Whether it accepts this difference."""
-        if self.kind not in {"", difference.kind.value}:
+        entry, texts = self.entry, _texts(difference)
+        if entry.kind not in {None, difference.kind} or (entry.times and self.used >= entry.times):
             return False
-        if self.times is not None and self.used >= self.times:
-            return False
-        texts = _texts(difference)
-        return all(_glob(wanted, texts[name]) for name, wanted in self.texts.items())
+        return all(_glob(wanted, texts[name]) for name, wanted in entry.texts.items())
 
     def __str__(self) -> str:
-        shown = ", ".join(f"{name} '{text}'" for name, text in self.texts.items())
-        return f"line {self.line}: {shown or self.kind}"
+        shown = ", ".join(f"{name} '{text}'" for name, text in self.entry.texts.items())
+        return f"line {self.line}: {shown or (self.entry.kind and self.entry.kind.value)}"
 
 
-def load_baseline(path: Path) -> list[BaselineEntry]:
+def load_baseline(path: Path) -> list[ReadEntry]:
     """Read a baseline.
 
     :raises TraceError: when it is none; says where and why.
@@ -74,53 +96,40 @@ def load_baseline(path: Path) -> list[BaselineEntry]:
         raise TraceError("is not YAML", file=path, line=line, hint=getattr(error, "problem", None)) from error
     if node is None:
         return []
-    items = _items(path, node)
-    return [_entry(path, item) for item in items]
-
-
-def _items(path: Path, node: yaml.Node) -> list[yaml.Node]:
-    """Return the entries of a document."""
-    if isinstance(node, yaml.MappingNode):
-        for key, value in node.value:
-            if key.value == "differences" and isinstance(value, yaml.SequenceNode):
-                return list(value.value)
-    raise TraceError(
-        "is not a baseline: a mapping with a list 'differences' is wanted",
-        file=path,
-        line=node.start_mark.line + 1,
-        hint="--write-baseline makes one",
+    lists = (
+        []
+        if not isinstance(node, yaml.MappingNode)
+        else [
+            value
+            for key, value in node.value
+            if key.value == "differences" and isinstance(value, yaml.SequenceNode)
+        ]
     )
+    if not lists:
+        raise TraceError(
+            "is not a baseline: a mapping with a list 'differences' is wanted",
+            file=path,
+            line=node.start_mark.line + 1,
+            hint="--write-baseline makes one",
+        )
+    return [_entry(path, item) for item in lists[0].value]
 
 
-def _entry(path: Path, node: yaml.Node) -> BaselineEntry:
+def _entry(path: Path, node: yaml.Node) -> ReadEntry:
     """Return an entry."""
     line = node.start_mark.line + 1
-    value: Any = yaml.SafeLoader("").construct_document(node)
-    if not isinstance(value, dict):
-        raise TraceError("an entry that is not a mapping", file=path, line=line)
-    unknown = [str(name) for name in value if name not in FIELDS]
-    if unknown:
-        hint = f"use {', '.join(sorted(FIELDS))}"
-        raise TraceError(f"an entry with an unknown field '{unknown[0]}'", file=path, line=line, hint=hint)
-    reason = value.get("reason")
-    if not isinstance(reason, str) or not reason.strip():
-        raise TraceError("an entry without a reason", file=path, line=line, hint="say why it is accepted")
-    times = value.get("times")
-    if times is not None and (type(times) is not int or times < 1):
-        raise TraceError("'times' is a number from 1", file=path, line=line)
-    texts = {name: str(value[name]) for name in TEXTS if value.get(name) is not None}
-    kind = str(value.get("kind", ""))
-    if kind and kind not in {each.value for each in DifferenceKind}:
-        hint = f"use one of {', '.join(each.value for each in DifferenceKind)}"
-        raise TraceError(f"no kind of difference: '{kind}'", file=path, line=line, hint=hint)
-    if not texts and not kind:
+    try:
+        entry = convert(yaml.SafeLoader("").construct_document(node), BaselineEntry)
+    except (ValidationError, yaml.YAMLError) as error:
+        hint = f"an entry has {', '.join(BaselineEntry.__struct_fields__)}; reason must be there"
+        raise TraceError(f"is no entry of a baseline: {error}", file=path, line=line, hint=hint) from error
+    if not entry.texts and not entry.kind:
         hint = f"say what it is about: {', '.join(TEXTS)} or kind"
         raise TraceError("an entry that accepts everything", file=path, line=line, hint=hint)
-    level, order = str(value.get("level", "")), str(value.get("order", ""))
-    return BaselineEntry(reason.strip(), line, texts, level, order, kind, times)
+    return ReadEntry(entry, line)
 
 
-def accept(comparison: Comparison, entries: Sequence[BaselineEntry]) -> list[BaselineEntry]:
+def accept(comparison: Comparison, entries: Sequence[ReadEntry]) -> list[ReadEntry]:
     """Move the differences that a baseline lists to the accepted ones; return entries that met none.
 
     Entries for other levels and orders are left alone.
@@ -133,7 +142,7 @@ def accept(comparison: Comparison, entries: Sequence[BaselineEntry]) -> list[Bas
             left.append(difference)
         else:
             entry.used += 1
-            comparison.accepted.append(AcceptedDifference(difference, entry.reason))
+            comparison.accepted.append(AcceptedDifference(difference, entry.entry.reason.strip()))
     if left != comparison.differences:
         comparison.set_first(left)
     return [entry for entry in mine if not entry.used]
@@ -150,7 +159,7 @@ def write_baseline(path: Path, comparison: Comparison, reason: str) -> int:
         raise TraceError(
             f"{found} differences are too many to accept", hint="are these runs of one scenario?"
         )
-    entries = list(_plain(comparison, reason))
+    entries = list(_entries(comparison, reason))
     text = yaml.safe_dump({"differences": entries}, sort_keys=False, allow_unicode=True, width=110)
     write_file(path, f"{_HEAD}{text}")
     return len(entries)
@@ -162,25 +171,15 @@ _HEAD = """\
 """
 
 
-def _plain(comparison: Comparison, reason: str) -> Iterator[dict[str, Any]]:
+def _entries(comparison: Comparison, reason: str) -> Iterator[dict[str, Any]]:
     """Yield the differences as entries, equal ones together."""
-    known: dict[tuple[str, ...], dict[str, Any]] = {}
     reasoned = [(each.difference, each.reason) for each in comparison.accepted]
-    for difference, why in [*reasoned, *((each, reason) for each in comparison.differences)]:
-        texts = _texts(difference)
-        key = (difference.kind.value, *texts.values(), why)
-        if key in known:
-            known[key]["times"] += 1
-            continue
-        known[key] = {
-            "level": comparison.view.value,
-            "order": comparison.order.value,
-            "kind": difference.kind.value,
-            **texts,
-            "times": 1,
-            "reason": why,
-        }
-    yield from known.values()
+    found = [*reasoned, *((each, reason) for each in comparison.differences)]
+    counts = Counter((each.kind, tuple(_texts(each).items()), why) for each, why in found)
+    for (kind, texts, why), times in counts.items():
+        about = {"level": comparison.view, "order": comparison.order, "kind": kind}
+        plain = {name: value.value for name, value in about.items()}
+        yield {**plain, **dict(texts), "times": times, "reason": why}
 
 
 def _texts(difference: Difference) -> dict[str, str]:

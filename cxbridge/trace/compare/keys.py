@@ -20,7 +20,6 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
-from cxbridge.trace.compare.context import ContextTracker
 from cxbridge.trace.compare.names import MSGID, Namer, Names, interface_text, take_msgid, without_times_of_day
 from cxbridge.trace.compare.selection import Selection, with_kept
 from cxbridge.trace.formats.base import Run
@@ -28,11 +27,14 @@ from cxbridge.trace.formats.base import Run
 Key: TypeAlias = tuple[Any, ...]
 """What counts of an event apart from names: its kind, then the parts of its :class:`KeyForm`."""
 
+Said: TypeAlias = tuple[Key, Names]
+"""A key, and the names in it by numbers that are the same for partners."""
+
 MAX_CHANGED: Final = 3
 """Events that differ in more parts than this are not called changed, but others."""
 
 DIFFERENT_SCENARIOS: Final = 0.5
-"""Runs of which less than this part has partners are taken for runs of different scenarios."""
+"""Runs that share less than this part of their goal classes, rules, skills are of different scenarios."""
 
 MAX_SCOPES: Final = 5
 """So many classes, rules, skills are named that one run has alone."""
@@ -172,20 +174,20 @@ class Token(NamedTuple):
 class Tokens:
     """Reads one run: iterate over it, once.
 
-    :ivar context: the context of the event that was read last.
+    :ivar start_us: when the run began, microseconds; 0 before the first event is read.
     """
 
     def __init__(self, run: Run, view: View, selection: Selection | None = None) -> None:
         self.count = 0
+        self.start_us = 0
         self.namer = Namer()
-        self.context = ContextTracker()
         self._events = with_kept(run, view, selection)
         self._skillers = SkillerBacklog()
         self._makers = {kind: _KeyMaker(form, self.namer) for kind, form in FORMS.items()}
 
     def __iter__(self) -> Iterator[Token]:
         for event, kept in self._events:
-            self.context.add(event, None if kept is None else self.count)
+            self.start_us = self.start_us or event.time_us
             if kept is None:
                 continue
             number = self.count
@@ -287,55 +289,47 @@ def skill_scope(skill_string: str) -> str:
 
 
 def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
-    """Return a hint when two runs have too little in common to be of one scenario.
+    """Return a hint when two runs have too little in common to be of one scenario: what each has alone.
 
     :param scopes_a: the goal classes, rules, skills of one run; ``scopes_b``: of the other.
     """
     every = (scopes_a | scopes_b) - {""}
-    alike = len(scopes_a & scopes_b & every) / max(1, len(every))
-    return [different_scenarios(scopes_a, scopes_b)] if every and alike < DIFFERENT_SCENARIOS else []
-
-
-def different_scenarios(scopes_a: set[str], scopes_b: set[str]) -> str:
-    """Return in words that two runs look like runs of different scenarios, and what each has alone."""
+    if len(scopes_a & scopes_b & every) >= DIFFERENT_SCENARIOS * len(every):
+        return []
     parts = ["these look like runs of different scenarios"]
     for name, scopes in (("A", scopes_a - scopes_b), ("B", scopes_b - scopes_a)):
         listed = sorted(scope for scope in scopes if scope)
         more = f" and {len(listed) - MAX_SCOPES} more" if len(listed) > MAX_SCOPES else ""
         if listed:
             parts.append(f"only {name} has {', '.join(listed[:MAX_SCOPES])}{more}")
-    return "; ".join(parts)
+    return ["; ".join(parts)]
 
 
-def changed_parts(one: Key, labels_one: Names, other: Key, labels_other: Names) -> str:
-    """Return in words in what two events differ.
-
-    :param labels_one: the names in it, by numbers that are the same for partners; ``labels_other``: likewise.
-    """
-    if one[0] != other[0]:
+def changed_parts(one: Said, other: Said) -> str:
+    """Return in words in what two events differ."""
+    if one[0][0] != other[0][0]:
         return "another event"
-    form = _BY_KIND[one[0]]
-    words = (*form.parts, *form.details)
-    parts = zip(words, _parts(one, labels_one), _parts(other, labels_other), strict=True)
+    form = _BY_KIND[one[0][0]]
+    parts = zip((*form.parts, *form.details), _parts(*one), _parts(*other), strict=True)
     differing = [word for (word, _), a, b in parts if a != b]
     if not differing or len(differing) > MAX_CHANGED:
         return "another event"
     return "another " + " and ".join(differing)
 
 
-def detail_change(one: Key, labels_one: Names, other: Key, labels_other: Names) -> Key | None:
+def detail_change(one: Said, other: Said) -> Key | None:
     """Return what differs between two events when only details do; None when anything else does.
 
     :returns: the parts that name the goal or plan-action, and the details of both.
     """
-    form = _BY_KIND[one[0]]
-    if one[0] != other[0] or not form.details:
+    kind = one[0][0]
+    form = _BY_KIND[kind]
+    if kind != other[0][0] or not form.details:
         return None
-    parts, others = list(_parts(one, labels_one)), list(_parts(other, labels_other))
-    start = len(form.parts)
+    parts, others, start = list(_parts(*one)), list(_parts(*other)), len(form.parts)
     if parts[:start] != others[:start]:
         return None
-    return (*parts[: _SUBJECTS[one[0]] - 1], *parts[start:], *others[start:])
+    return (*parts[: _SUBJECTS[kind] - 1], *parts[start:], *others[start:])
 
 
 def _parts(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:

@@ -159,7 +159,6 @@ class Comparison:
     :param dropped: how many more differences there are than are kept.
     :param accepted: differences that a baseline lists.
     :param rows: both runs next to each other around the first difference; may be empty.
-    :param contexts: what led to the first difference in both, when it is known without reading again.
     :param alike: which part of the events has a partner, from 0 to 1; None when nobody counted.
     :param hints: what else a person should know about the difference.
     """
@@ -173,7 +172,6 @@ class Comparison:
     dropped: int = 0
     accepted: list[AcceptedDifference] = field(default_factory=list)
     rows: list[AlignedRow] = field(default_factory=list)
-    contexts: tuple[DifferenceContext, DifferenceContext] | None = None
     alike: float | None = None
     hints: list[str] = field(default_factory=list)
 
@@ -183,9 +181,9 @@ class Comparison:
         self.dropped += len(found) - len(self.differences)
 
     def set_first(self, differences: list[Difference]) -> None:
-        """Keep only these differences; what led to the first is read again when it is another one now."""
+        """Keep only these differences; rows around the first are gone when it is another one now."""
         if differences[:1] != self.differences[:1]:
-            self.rows, self.contexts = [], None
+            self.rows = []
         self.differences = differences
 
     @property

@@ -2,54 +2,46 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Hashable, Iterable, Iterator, Sequence
-from itertools import islice
+from collections import Counter, defaultdict, deque
+from collections.abc import Hashable, Iterable, Iterator
 from typing import Final
 
 from cxbridge.event_kinds import View
-from cxbridge.events import Event
 from cxbridge.trace.compare.align import NONE
 from cxbridge.trace.compare.checks import MessageIds, PartnerTimes, Tolerance, stream_of, time_words
-from cxbridge.trace.compare.context import LINES_BEFORE, ContextTracker
-from cxbridge.trace.compare.edits import Edit, Edits, RunTail, RunTails
+from cxbridge.trace.compare.context import event_line
+from cxbridge.trace.compare.edits import Alignment, Edit
 from cxbridge.trace.compare.keys import (
-    DIFFERENT_SCENARIOS,
+    Said,
     Token,
     Tokens,
     changed_parts,
     detail_change,
-    different_scenarios,
+    scenario_hints,
     scope_of,
     subject_of,
+    thread_key,
 )
 from cxbridge.trace.compare.model import (
-    MAX_DIFFERENCES,
     AlignedRow,
     Comparison,
     Difference,
-    DifferenceContext,
     DifferenceKind,
     EventLine,
     Order,
     Side,
 )
-from cxbridge.trace.compare.selection import Selection, compared
+from cxbridge.trace.compare.names import Names
+from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.listing import describe, describe_details
-
-ROWS_AFTER = 16
-"""So many rows are shown from the first difference on."""
-
-FEW_ORDER = 1
-"""With at least so many differences, all of order, the report names partial order."""
 
 NOTHING = "(nothing here)"
 OVER = "(the run is over)"
 
 WINDOW: Final = 2000
-"""So many events before the first difference are aligned again: of equal goals that were new there, what they
-do later says which is which."""
+"""The number of events before the first difference that are aligned again: of equal goals that are new there,
+later events say which is which."""
 
 
 def compare_total(
@@ -60,136 +52,179 @@ def compare_total(
     Memory does not grow with runs that are the same. From that place on they are aligned, so that what comes
     again in both does not count as different.
     """
-    return _TotalComparison(a, b, view, selection, tolerance).compare()
+    runs = (Tokens(a, view, selection), Tokens(b, view, selection))
+    checks = _PartnerChecks(tolerance)
+    differences: list[Difference] = []
+    window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW)
+    ours, theirs = iter(runs[0]), iter(runs[1])
+    while True:
+        known = len(runs[0].namer)
+        one, other = next(ours, None), next(theirs, None)
+        if one is None or other is None or one.key != other.key or one.names != other.names:
+            break
+        window.append((one, other, known))
+        if tolerance or one.msgid is not None or other.msgid is not None:
+            differences += checks.differences(one, other)
+    tails = [
+        [*same, *([] if token is None else [token]), *rest]
+        for same, token, rest in (
+            ([pair[0] for pair in window], one, ours),
+            ([pair[1] for pair in window], other, theirs),
+        )
+    ]
+    comparison = Comparison(view, Order.TOTAL, runs[0].count, runs[1].count)
+    if len(window) < max(map(len, tails)):
+        known = window[0][2] if window else known
+        divergence = Divergence(tails, known, (runs[0].start_us, runs[1].start_us))
+        first = not differences
+        differences += divergence.differences(checks, len(window))
+        comparison.rows = divergence.rows() if first else []
+        longer = max(comparison.count_a, comparison.count_b)
+        comparison.alike = (longer - divergence.unpaired) / longer
+        comparison.hints = divergence.hints(differences)
+    comparison.keep(differences)
+    return comparison
 
 
-class _TotalComparison:
-    """One comparison."""
+class _PartnerChecks:
+    """Finds what differs between partners, events that say the same: ids of messages, and times."""
 
-    def __init__(
-        self, a: Run, b: Run, view: View, selection: Selection | None, tolerance: Tolerance | None
-    ) -> None:
-        self._runs = (a, b)
-        self._view = view
-        self._selection = selection
-        self._ours, self._theirs = Tokens(a, view, selection), Tokens(b, view, selection)
+    def __init__(self, tolerance: Tolerance | None) -> None:
         self._msgids = MessageIds()
         self._times = PartnerTimes(tolerance) if tolerance else None
-        self._differences: list[Difference] = []
-        self._contexts: tuple[DifferenceContext, DifferenceContext] | None = None
-        self._diverged: tuple[int | None, int | None] = (None, None)
 
-    def compare(self) -> Comparison:
-        """Read both runs, and return the outcome."""
-        divergence = self._read()
-        comparison = Comparison(self._view, Order.TOTAL, self._ours.count, self._theirs.count)
-        if divergence is not None:
-            self._report(divergence, comparison)
-        comparison.keep(self._differences)
-        comparison.contexts = self._contexts
-        if self._contexts and not comparison.rows:
-            lines = zip(self._contexts[0].lines, self._contexts[1].lines, strict=False)
-            comparison.rows = [AlignedRow(one, other, not one.here) for one, other in lines]
-        return comparison
-
-    def _read(self) -> TailDivergence | None:
-        """Read both runs side by side; return their tails when they differ."""
-        ours, theirs = iter(self._ours), iter(self._theirs)
-        window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW)
-        while True:
-            known = len(self._ours.namer)
-            one, other = next(ours, None), next(theirs, None)
-            if one is None and other is None:
-                return None
-            if one is None or other is None or one.key != other.key or one.names != other.names:
-                break
-            window.append((one, other, known))
-            if one.msgid is not None or other.msgid is not None:
-                self._check_msgid(one, other)
-            if self._times:
-                self._check_time(one, other, self._times)
-        last = window[-1] if window else None
-        self._diverged = _number(one, last and last[0]), _number(other, last and last[1])
-        self._keep_contexts(*self._diverged)
-        tails = RunTails(window[0][2] if window else known)
-        for pair in window:
-            tails.add(pair[0], pair[1])
-        while one is not None or other is not None:
-            tails.add(one, other)
-            one, other = next(ours, None), next(theirs, None)
-        return TailDivergence(tails, len(window))
-
-    def _keep_contexts(self, at_a: int | None, at_b: int | None) -> None:
-        """Keep what led to the first difference."""
-        if self._contexts is None:
-            self._contexts = (self._ours.context.context(at_a), self._theirs.context.context(at_b))
-
-    def _check_msgid(self, one: Token, other: Token) -> None:
-        """Note a difference when the ids of messages do not go on alike."""
+    def differences(self, one: Token, other: Token) -> Iterator[Difference]:
+        """Yield what differs between the next partners."""
         if self._msgids.differ(stream_of(one.key), one.msgid or 0, other.msgid or 0):
-            self._note(one, other, DifferenceKind.MSGID, "another message id")
+            yield _between(one, other, DifferenceKind.MSGID, "another message id")
+        if self._times:
+            late = self._times.lag(one.thread, one.event.time_us, other.event.time_us)
+            if late is not None:
+                yield _between(one, other, DifferenceKind.TIME, time_words(late))
 
-    def _check_time(self, one: Token, other: Token, times: PartnerTimes) -> None:
-        """Note a difference when partners did not come at the same time."""
-        late = times.lag(one.thread, one.event.time_us, other.event.time_us)
-        if late is not None:
-            self._note(one, other, DifferenceKind.TIME, time_words(late))
-
-    def _note(self, one: Token, other: Token, kind: DifferenceKind, what: str) -> None:
-        """Note a difference between partners."""
-        self._keep_contexts(one.number, other.number)
-        ours, theirs = (Side(token.number, describe(token.event)) for token in (one, other))
-        self._differences.append(Difference(what, subject_of(one.event), ours, theirs, kind))
-
-    def _report(self, divergence: TailDivergence, comparison: Comparison) -> None:
-        """Put what became of the tails into a comparison."""
-        ours, theirs = self._ours, self._theirs
-        first = not self._differences
-        edits = divergence.edits(self._msgids, self._times)
-        room = max(0, MAX_DIFFERENCES - len(self._differences))
-        reread = [compared(run, self._view, self._selection) for run in self._runs]
-        self._differences += divergence.differences(edits[:room], reread)
-        comparison.dropped = len(edits[room:])
-        if first:
-            comparison.rows = divergence.rows((ours.context, theirs.context))
-            at_a, at_b = self._diverged
-            if self._differences[0].a.position != at_a and self._differences[0].b.position != at_b:
-                self._contexts = None  # something before is the first: it is read again
-        alike = ours.count - len(divergence.tails.a) + divergence.partner_count
-        comparison.alike = alike / max(ours.count, theirs.count, 1)
-        comparison.hints = divergence.hints(edits, comparison.alike)
+    def gap(self, token: Token) -> None:
+        """Take an event without a partner."""
+        if token.msgid is not None:
+            self._msgids.gap(stream_of(token.key))
 
 
-def _number(token: Token | None, last: Token | None) -> int | None:
-    """Return the number of an event, or of the last one when the run is over."""
-    token = token or last
-    return None if token is None else token.number
+def _between(one: Token, other: Token, kind: DifferenceKind, what: str) -> Difference:
+    """Return a difference between partners."""
+    ours, theirs = (Side(token.number, describe(token.event)) for token in (one, other))
+    return Difference(what, subject_of(one.event), ours, theirs, kind)
 
 
-class TailDivergence:
-    """The tails of two runs.
+class Divergence:
+    """The tails of two runs that differ, with names that are the same for what is the same.
 
-    :param same: so many events at their begin are the same: the last ones before the first difference.
+    :param tails: the events of both runs.
+    :param known: the number of names that are the same in both runs, number by number.
+    :param start_us: when each run began, microseconds.
     """
 
-    def __init__(self, tails: RunTails, same: int) -> None:
-        self.tails = tails
-        self._tails = (tails.a, tails.b)
-        self._same = same
-        self._partners = tails.align()
-        self._edits = Edits(tails, self._partners)
+    def __init__(self, tails: list[list[Token]], known: int, start_us: tuple[int, int]) -> None:
+        self._tails = tails
+        self._known = known
+        self._start_us = start_us
+        self._partner: dict[int, int] = {}  # names of B to those of A
+        self._taken: set[int] = set()  # names of A that have a partner
+        self._alignment = Alignment(*([token.key for token in tail] for tail in tails))
+        if any(token.names for tail in tails for token in tail):
+            self._learn_names()
+            states = [[self._said(run, at) for at in range(len(tail))] for run, tail in enumerate(tails)]
+            self._alignment = Alignment(*states)
+            self._adopt_names()
 
     @property
-    def partner_count(self) -> int:
-        """How many events of the tails have a partner at the same place."""
-        return sum(1 for partner in self._partners if partner != NONE)
+    def unpaired(self) -> int:
+        """How many events of the longer tail have no partner."""
+        return max(map(len, self._tails)) - len(self._alignment.pairs)
 
-    def edits(self, msgids: MessageIds, times: PartnerTimes | None) -> list[Edit]:
-        """Return all differences between the tails, in the order of the runs."""
-        found = list(self._edits)
-        found += self._checked(msgids, times)
-        found.sort(key=lambda edit: edit.place)
-        return list(self._without_repeated_details(found))
+    def differences(self, checks: _PartnerChecks, same: int) -> list[Difference]:
+        """Return all differences in the order of the runs.
+
+        :param same: the number of partners at the begin that were checked when they were read.
+        """
+        edits = self._alignment.edits(self._content, self._thread, owner=self._owner)
+        found = [(edit.place, self._difference(edit)) for edit in self._without_repeated_details(edits)]
+        begins = [(NONE, NONE), *self._alignment.pairs]
+        for (last_a, last_b), (one, other) in zip(begins, self._alignment.pairs, strict=False):
+            for token in (*self._tails[0][last_a + 1 : one], *self._tails[1][last_b + 1 : other]):
+                checks.gap(token)
+            if not one == other < same:
+                partners = self._tails[0][one], self._tails[1][other]
+                found += (((one, 0, one), each) for each in checks.differences(*partners))
+        return [difference for _, difference in sorted(found, key=lambda each: each[0])]
+
+    def rows(self) -> list[AlignedRow]:
+        """Return both runs next to each other around the first place where they differ."""
+        return self._alignment.rows(self._line)
+
+    def hints(self, differences: list[Difference]) -> list[str]:
+        """Return what a person should know about the differences beside them."""
+        if all(difference.kind is DifferenceKind.ORDER for difference in differences):
+            return ["only the order differs: compare with --order partial if the order is no matter"]
+        scopes = [{scope_of(key) for key in {token.key for token in tail}} for tail in self._tails]
+        return scenario_hints(*scopes)
+
+    # ---- names
+
+    def _learn_names(self) -> None:
+        """Let partners vote on which name of A is which of B; the most votes win."""
+        votes = Counter(
+            pair
+            for one, other in self._alignment.pairs
+            for pair in zip(self._tails[0][one].names, self._tails[1][other].names, strict=False)
+        )
+        for pair, _ in votes.most_common():
+            self._adopt(*pair)
+
+    def _adopt_names(self) -> None:
+        """Take goals that are in one run only, in the same gap, for the same when they can be."""
+        gaps: dict[Hashable, tuple[dict[int, None], dict[int, None]]] = defaultdict(lambda: ({}, {}))
+        for run in (0, 1):
+            for at in self._alignment.loose(run):
+                token = self._tails[run][at]
+                if token.key[0] == "goal" and self._owner(run, at) is not None:
+                    gaps[self._alignment.gap(run, at), thread_key(token.key)][run][token.names[0]] = None
+        for ours, theirs in gaps.values():
+            for pair in zip(ours, theirs, strict=False):
+                self._adopt(*pair)
+
+    def _adopt(self, one: int, other: int) -> None:
+        """Take two names for the same, unless one of them is known already."""
+        if min(one, other) >= self._known and other not in self._partner and one not in self._taken:
+            self._partner[other] = one
+            self._taken.add(one)
+
+    def _labels(self, run: int, names: Iterable[int]) -> Names:
+        """Return the names of A, and for names of B those of their partners; below 0: it has none."""
+        if run == 0:
+            return tuple(names)
+        return tuple(name if name < self._known else self._partner.get(name, -1 - name) for name in names)
+
+    def _open(self, labels: Names) -> Names:
+        """Return labels with -1 for the names that one run has alone."""
+        return tuple(name if name in self._taken or 0 <= name < self._known else -1 for name in labels)
+
+    # ---- what counts of an event
+
+    def _content(self, run: int, at: int) -> Hashable:
+        """Return what an event says, names that one run has alone being all the same."""
+        key, labels = self._said(run, at)
+        return key, self._open(labels)
+
+    def _thread(self, run: int, at: int) -> Hashable:
+        """Return what an event is a step of, the same for both runs."""
+        key, names = self._tails[run][at].thread
+        return key, self._labels(run, names)
+
+    def _owner(self, run: int, at: int) -> Hashable:
+        """Return the goal of an event when one run has it alone."""
+        names = self._labels(run, self._tails[run][at].thread[1][:1])
+        return names if names and self._open(names) == (NONE,) else None
+
+    # ---- differences in words
 
     def _without_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
         """Yield edits; a parameter that differs in all events of a goal or plan-action is one of them."""
@@ -200,163 +235,50 @@ class TailDivergence:
                 seen.add(change)
                 yield edit
 
-    def _checked(self, msgids: MessageIds, times: PartnerTimes | None) -> Iterator[Edit]:
-        """Yield the differences between partners: ids of messages, and times."""
-        a, b = self._tails
-        tails, next_b = self.tails, 0
-        for at, partner in enumerate(self._partners):
-            if partner == NONE:
-                self._gap(a, at, msgids)
-                continue
-            for other in range(next_b, partner):
-                self._gap(b, other, msgids)
-            next_b = partner + 1
-            if at == partner < self._same:
-                continue  # it was looked at when it was read
-            if a.msgids[at] != NONE and msgids.differ(self._stream(a, at), a.msgids[at], b.msgids[partner]):
-                yield Edit(DifferenceKind.MSGID, at, partner, (at, 0, at))
-            if times:
-                late = times.lag(tails.thread(a, at), a.times[at], b.times[partner])
-                if late is not None:
-                    yield Edit(DifferenceKind.TIME, at, partner, (at, 0, at), late=late)
-
-    def _gap(self, tail: RunTail, at: int, msgids: MessageIds) -> None:
-        """Note an event without a partner."""
-        if tail.msgids[at] != NONE:
-            msgids.gap(self._stream(tail, at))
-
-    def _stream(self, tail: RunTail, at: int) -> Hashable:
-        """Return what the ids of messages are counted by."""
-        return stream_of(self.tails.key(tail, at))
-
-    def differences(self, edits: Sequence[Edit], reread: Sequence[Iterable[Event]]) -> list[Difference]:
-        """Return edits in words.
-
-        :param reread: the events of both runs that are compared: those that were not kept are read again.
-        """
-        events = [
-            self._events(tail, {edit.at[run] for edit in edits if edit.at[run] != NONE}, reread[run])
-            for run, tail in enumerate(self._tails)
-        ]
-        found = []
-        for edit in edits:
-            shown = [events[run].get(edit.at[run]) for run in (0, 1)]
-            subject = next(event for event in shown if event is not None)
-            one, other = (self._side(run, edit, event) for run, event in enumerate(shown))
-            found.append(
-                Difference(
-                    self._what(edit), subject_of(subject), one, other, kind=edit.kind, count=edit.count
-                )
-            )
-        return found
-
-    def _events(self, tail: RunTail, wanted: set[int], reread: Iterable[Event]) -> dict[int, Event]:
-        """Return events of a tail by their indices."""
-        found = {at: tail.events[at] for at in wanted if at < len(tail.events)}
-        missing = {tail.numbers[at]: at for at in wanted if at >= len(tail.events)}
-        if missing:
-            upto = islice(reread, max(missing) + 1)
-            found |= {missing[number]: event for number, event in enumerate(upto) if number in missing}
-        return found
-
-    def _side(self, run: int, edit: Edit, event: Event | None) -> Side:
-        """Return what one run has."""
-        if event is not None:
-            text = describe(event)
-            if self._detail_change(edit):
-                text = f"{text} {describe_details(event)}"
-            return Side(self._tails[run].numbers[edit.at[run]], text)
-        before = self._edits.partner_before(1 - run, edit.at[1 - run])
-        number = None if before == NONE else self._tails[run].numbers[before]
-        return Side(number, OVER if self._ends(run, edit) else NOTHING)
-
     def _detail_change(self, edit: Edit) -> Hashable:
         """Return how partners differ when they do in details only, which their texts do not show."""
         if edit.kind is not DifferenceKind.CHANGED:
             return None
-        (a, b), (at, other), tails = self._tails, edit.at, self.tails
-        return detail_change(
-            tails.key(a, at), tails.labels(a, at), tails.key(b, other), tails.labels(b, other)
-        )
+        return detail_change(self._said(0, edit.at[0]), self._said(1, edit.at[1]))
 
-    def _ends(self, run: int, edit: Edit) -> bool:
-        """Whether a run that has nothing at an edit is over there, and the other one goes on to its end."""
-        other = 1 - run
-        if edit.whole or edit.at[other] + edit.count < len(self._tails[other]):
-            return False
-        return self._edits.partner_before(other, edit.at[other]) + 1 == len(self._tails[run])
+    def _said(self, run: int, at: int) -> Said:
+        """Return what an event says, the same for both runs."""
+        token = self._tails[run][at]
+        return token.key, self._labels(run, token.names)
+
+    def _difference(self, edit: Edit) -> Difference:
+        """Return an edit in words."""
+        tokens = [self._tails[run][at] for run, at in enumerate(edit.at) if at != NONE]
+        ours, theirs = self._side(0, edit), self._side(1, edit)
+        return Difference(self._what(edit), subject_of(tokens[0].event), ours, theirs, edit.kind, edit.count)
+
+    def _side(self, run: int, edit: Edit) -> Side:
+        """Return what one run has."""
+        at = edit.at[run]
+        if at != NONE:
+            token = self._tails[run][at]
+            details = f" {describe_details(token.event)}" if self._detail_change(edit) else ""
+            return Side(token.number, f"{describe(token.event)}{details}")
+        before = self._alignment.before(1 - run, edit.at[1 - run])
+        number = None if before == NONE else self._tails[run][before].number
+        return Side(number, OVER if self._alignment.ends(run, edit) else NOTHING)
 
     def _what(self, edit: Edit) -> str:
         """Return in words what differs."""
-        if edit.kind is DifferenceKind.MSGID:
-            return "another message id"
-        if edit.kind is DifferenceKind.TIME:
-            return time_words(edit.late)
         if edit.kind is DifferenceKind.CHANGED:
-            (a, b), (at, other), tails = self._tails, edit.at, self.tails
-            return changed_parts(
-                tails.key(a, at), tails.labels(a, at), tails.key(b, other), tails.labels(b, other)
-            )
+            return changed_parts(self._said(0, edit.at[0]), self._said(1, edit.at[1]))
         events = "an event" if edit.count == 1 else f"{edit.count} events"
         if edit.kind is DifferenceKind.ORDER:
             later = edit.place[:2] == (edit.at[0], 0)
             return f"{events} in another order: {'later' if later else 'earlier'} in B"
-        return self._only(edit, events)
-
-    def _only(self, edit: Edit, events: str) -> str:
-        """Return in words what one run has alone."""
         name, missing, other = ("A", 1, "B") if edit.kind is DifferenceKind.ONLY_A else ("B", 0, "A")
         if edit.whole:
             return f"a goal that only {name} has, with {edit.count} event{'' if edit.count == 1 else 's'}"
-        if self._ends(missing, edit):
+        if self._alignment.ends(missing, edit):
             return f"{other} ends here, {name} goes on"
         return f"{events} that only {name} has"
 
-    def rows(self, contexts: Sequence[ContextTracker]) -> list[AlignedRow]:
-        """Return both runs next to each other around the first place where they differ."""
-        first = next((i for i, partner in enumerate(self._partners) if partner != i), len(self._partners))
-        rows: list[AlignedRow] = []
-        at = [max(0, first - LINES_BEFORE)] * 2
-        end = first - at[0] + ROWS_AFTER
-        shown_first = False
-        while len(rows) < end:
-            chosen = self._next_row(*at)
-            same = NONE not in chosen and self._partners[chosen[0]] == chosen[1]
-            lines = [
-                self._line(run, chosen[run], contexts[run], here=not (same or shown_first)) for run in (0, 1)
-            ]
-            if lines == [None, None]:
-                break
-            shown_first = shown_first or not same
-            rows.append(AlignedRow(lines[0], lines[1], same))
-            at = [index + (one != NONE) for index, one in zip(at, chosen, strict=True)]
-        return rows
-
-    def _next_row(self, at_a: int, at_b: int) -> tuple[int, int]:
-        """Return which events come next to each other after these indices, -1 for a gap."""
-        if at_a >= len(self._tails[0]):
-            return NONE, at_b
-        if at_b >= len(self._tails[1]):
-            return at_a, NONE
-        partner = self._partners[at_a]
-        changed = self._edits.changed.get(at_a, NONE)
-        if at_b in {partner, changed}:
-            return at_a, at_b
-        waits = partner != NONE or (changed > at_b and not self._edits.has_partner(at_b))
-        return (NONE, at_b) if waits else (at_a, NONE)
-
-    def _line(self, run: int, at: int, context: ContextTracker, *, here: bool) -> EventLine | None:
-        """Return an event of a tail as a line, None when there is none or it was not kept."""
-        tail = self._tails[run]
-        if at == NONE or at >= len(tail.events):
-            return None
-        return context.line(tail.numbers[at], tail.events[at], here=here)
-
-    def hints(self, edits: Sequence[Edit], alike: float) -> list[str]:
-        """Return what a person should know about the differences beside them."""
-        if alike < DIFFERENT_SCENARIOS:
-            scopes = [{scope_of(self.tails.keys.all[key]) for key in set(tail.keys)} for tail in self._tails]
-            return [different_scenarios(*scopes)]
-        if len(edits) >= FEW_ORDER and all(edit.kind is DifferenceKind.ORDER for edit in edits):
-            return ["only the order differs: compare with --order partial if the order is no matter"]
-        return []
+    def _line(self, run: int, at: int) -> EventLine:
+        """Return an event as a line."""
+        token = self._tails[run][at]
+        return event_line(token.number, token.event, self._start_us[run])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from random import Random
@@ -49,7 +50,7 @@ def test_what_was_written_accepts_the_same_differences_with_other_names(tmp_path
 def test_a_reason_is_wanted(tmp_path: Path) -> None:
     path = tmp_path / "baseline.yaml"
     write_baseline(path, compare(), "")
-    with pytest.raises(TraceError, match="an entry without a reason") as caught:
+    with pytest.raises(TraceError, match="reason") as caught:
         load_baseline(path)
     assert caught.value.line == 4
 
@@ -61,7 +62,7 @@ def test_what_is_not_listed_remains_and_what_led_to_it_is_that_of_the_first_that
     path = baseline(tmp_path, "differences:\n- {what: another skill string, reason: other voice}\n")
     assert accept(comparison, load_baseline(path)) == []
     assert [difference.what for difference in comparison.differences] == ["another outcome and error"]
-    assert (comparison.contexts, comparison.rows) == (None, [])
+    assert comparison.rows == []
 
 
 @pytest.mark.parametrize(
@@ -98,7 +99,7 @@ def test_equal_differences_are_one_entry_that_is_used_up(tmp_path: Path) -> None
     comparison = compare_runs(MemoryRun(events), [MemoryRun(odd)])
     assert write_baseline(path, comparison, "known") == 1
     (entry,) = load_baseline(path)
-    assert entry.times == 2
+    assert entry.entry.times == 2
     accept(comparison, [entry])
     assert comparison.same
 
@@ -108,7 +109,7 @@ def test_a_new_baseline_keeps_the_old_reasons(tmp_path: Path) -> None:
     path = baseline(tmp_path, "differences:\n- {what: another skill string, reason: other voice}\n")
     accept(comparison, load_baseline(path))
     write_baseline(path, comparison, "new")
-    assert [entry.reason for entry in load_baseline(path)] == ["other voice", "new"]
+    assert [each.entry.reason for each in load_baseline(path)] == ["other voice", "new"]
 
 
 @pytest.mark.parametrize(
@@ -117,18 +118,18 @@ def test_a_new_baseline_keeps_the_old_reasons(tmp_path: Path) -> None:
         ("differences: [", "is not YAML", 1),
         ("- a\n- b\n", "is not a baseline", 1),
         ("differences: 3\n", "is not a baseline", 1),
-        ("differences:\n- 3\n", "an entry that is not a mapping", 2),
+        ("differences:\n- 3\n", "Expected `object`, got `int`", 2),
         ("differences:\n- {reason: x}\n", "an entry that accepts everything", 2),
-        ("differences:\n- {what: x}\n", "an entry without a reason", 2),
-        ("differences:\n- {what: x, reason: ' '}\n", "an entry without a reason", 2),
-        ("differences:\n- {what: x, reason: x}\n- {wat: x, reason: x}\n", "an unknown field 'wat'", 3),
-        ("differences:\n- {what: x, reason: x, times: 0}\n", "'times' is a number from 1", 2),
-        ("differences:\n- {kind: odd, reason: x}\n", "no kind of difference: 'odd'", 2),
+        ("differences:\n- {what: x}\n", "missing required field `reason`", 2),
+        ("differences:\n- {what: x, reason: ' '}\n", "at `$.reason`", 2),
+        ("differences:\n- {what: x, reason: x}\n- {wat: x, reason: x}\n", "unknown field `wat`", 3),
+        ("differences:\n- {what: x, reason: x, times: 0}\n", ">= 1 - at `$.times`", 2),
+        ("differences:\n- {kind: odd, reason: x}\n", "Invalid enum value 'odd' - at `$.kind`", 2),
     ],
 )
 def test_what_is_no_baseline_is_refused(tmp_path: Path, text: str, message: str, line: int) -> None:
     path = baseline(tmp_path, text)
-    with pytest.raises(TraceError, match=message) as caught:
+    with pytest.raises(TraceError, match=re.escape(message)) as caught:
         load_baseline(path)
     assert (caught.value.file, caught.value.line) == (str(path), line)
 

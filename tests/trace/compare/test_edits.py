@@ -195,13 +195,3 @@ def test_the_differences_are_sorted_and_the_rest_counted() -> None:
     assert (comparison.total, len(comparison.differences)) == (2000, 1000)
     positions = [difference.position for difference in comparison.differences]
     assert positions == sorted(positions)
-
-
-def test_events_far_behind_are_read_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cxbridge.trace.compare.edits.KEPT", 10)
-    events = [goal("gen1", f"MODE-{at}") for at in range(40)]
-    other = [event for at, event in enumerate(events) if at not in {5, 30}]
-    comparison = compare(events, other)
-    assert [difference.a.position for difference in comparison.differences] == [5, 30]
-    assert "mode=MODE-30 " in comparison.differences[1].a.text
-    assert len(comparison.rows) >= 6

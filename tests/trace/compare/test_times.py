@@ -12,6 +12,7 @@ from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, RuleFired
 from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Comparison, DifferenceKind, Order
+from cxbridge.trace.compare.render.text import make_report
 from cxbridge.trace.compare.runs import compare_runs
 from tests.trace.runs import MemoryRun, family, goal, skill
 
@@ -44,12 +45,13 @@ def test_another_start_makes_no_difference(order: Order, since: TimeFrom) -> Non
 @pytest.mark.parametrize("order", Order)
 def test_a_delay_is_found_once_in_its_thread(order: Order) -> None:
     """At event 14 the skill is over: its status, then what follows from it."""
-    comparison = compare(timed(family()), timed(family(), {14: 2.0}), order, 0.5, TimeFrom.THREAD)
+    a, b = timed(family()), timed(family(), {14: 2.0})
+    comparison = compare(a, b, order, 0.5, TimeFrom.THREAD)
     assert {difference.kind for difference in comparison.differences} == {DifferenceKind.TIME}
     assert comparison.differences[0].a.position == 14
     assert "another time: 2 s later in B" in comparison.differences[0].what
     assert len(comparison.differences) == 4  # the skill, its action, its goal, the parent
-    assert comparison.rows
+    assert make_report(comparison, MemoryRun(a), [MemoryRun(b)]).comparison.rows
     assert compare(timed(family()), timed(family(), {14: 0.4}), order, 0.5, TimeFrom.THREAD).same
 
 

@@ -14,7 +14,7 @@ from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
 
 if TYPE_CHECKING:
-    from cxbridge.trace.compare.baseline import BaselineEntry
+    from cxbridge.trace.compare.baseline import ReadEntry
     from cxbridge.trace.compare.checks import Tolerance
     from cxbridge.trace.compare.model import Comparison
     from cxbridge.trace.compare.render.text import ComparisonReport
@@ -140,14 +140,14 @@ def _tolerance(seconds: float | None, since: str) -> Tolerance | None:
     return None if seconds is None else Tolerance(seconds, counted)
 
 
-def _entries(baseline: Path | None) -> list[BaselineEntry]:
+def _entries(baseline: Path | None) -> list[ReadEntry]:
     """Return the accepted differences."""
     from cxbridge.trace.compare.baseline import load_baseline
 
     return [] if baseline is None else load_baseline(baseline)
 
 
-def _accept(comparison: Comparison, entries: list[BaselineEntry]) -> list[str]:
+def _accept(comparison: Comparison, entries: list[ReadEntry]) -> list[str]:
     """Leave out what is accepted; return the entries that were not met."""
     from cxbridge.trace.compare.baseline import accept
 

@@ -13,6 +13,7 @@ from cxbridge.trace.compare.model import (
     Comparison,
     Difference,
     DifferenceContext,
+    DifferenceKind,
     EventLine,
     Order,
     Side,
@@ -59,18 +60,16 @@ class ComparisonReport:
 def make_report(
     comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
 ) -> ComparisonReport:
-    """Gather what a comparison says; the runs are read again for what led to it, where they must be."""
+    """Gather what a comparison says; the runs are read again for what led to the first difference."""
     b = others[comparison.other]
-    if not comparison.differences:
-        contexts = DifferenceContext(), DifferenceContext()
-    elif comparison.contexts is not None:
-        contexts = comparison.contexts
-    else:
-        first, view = comparison.differences[0], comparison.view
-        contexts = (
-            context_of(a, view, first.a.position, selection),
-            context_of(b, view, first.b.position, selection),
-        )
+    first = comparison.differences[0] if comparison.differences else None
+    contexts = [
+        context_of(run, comparison.view, None if side is None else side.position, selection)
+        for run, side in ((a, first and first.a), (b, first and first.b))
+    ]
+    if first and first.kind in {DifferenceKind.MSGID, DifferenceKind.TIME} and not comparison.rows:
+        lines = zip(contexts[0].lines, contexts[1].lines, strict=False)
+        comparison.rows = [AlignedRow(one, other, not one.here) for one, other in lines]
     return ComparisonReport(comparison, a, b, *contexts)
 
 
