@@ -14,6 +14,7 @@ from cxbridge.events import EventBus, Level
 from cxbridge.skiller.backend import Mode, SkillerBackend
 from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
 from cxbridge.skiller.debugboard import DebugBoard
+from cxbridge.skiller.failure import FailureCause, SkillFailure
 from cxbridge.skiller.lua.engine import LuaEngine
 from cxbridge.skiller.lua.host import log_error
 from cxbridge.skiller.lua.watch import ModuleWatch
@@ -222,14 +223,11 @@ class Skiller(SkillerBackend):
         else:
             problem = self.engine.compile(text) if self.mode == "fawkes" else self._prepare(text)
         self._active = not problem
-        if not problem:
-            self._reset()
-            self._interface.status = Status.S_RUNNING
+        if problem:
+            self._fail(SkillFailure(FailureCause.SKILL_STRING, problem, self._place_of(text)), text)
             return
-        self._log.error(f"Failed to compile skill string: {text}|{problem}{self._mapped(text)}")
-        self._interface.status = Status.S_FAILED
-        if self.mode == "strict":
-            self._interface.error = problem
+        self._reset()
+        self._interface.status = Status.S_RUNNING
 
     def _prepare(self, text: str) -> str:
         """Take a skill string as data; return its mistake.
@@ -262,30 +260,17 @@ class Skiller(SkillerBackend):
     def _execute(self) -> None:
         tick = self.engine.run()
         if tick.error:
-            self._fail(tick.error)
+            self._fail(SkillFailure(FailureCause.CODE, tick.error, self._place_of(self.skill_string)))
+            self._interface.write()
+            self._drop()
+            if self.mode == "fawkes":  # S_FAILED is overwritten at once, so that most readers never see it
+                self._publish(Status.S_INACTIVE)
+            self._debug.publish()
         else:
             self._publish(tick.status)
             self._debug.publish()
             if tick.status is not Status.S_RUNNING:
                 self._drop()
-
-    def _fail(self, error: str) -> None:
-        """End a skill string with which Lua did not come to an end."""
-        text = f"{self._interface.skill_string}|{error}"
-        mapped = self._mapped(text)
-        log_error(self._log, Level.ERROR, f"Failed to execute skill{mapped}: {text}", self.engine.modules)
-        self._interface.error = text
-        self._interface.status = Status.S_FAILED
-        self._interface.write()
-        self._drop()
-        if self.mode == "fawkes":  # where S_FAILED is overwritten at once, so that most readers never see it
-            self._publish(Status.S_INACTIVE)
-        self._debug.publish()
-
-    def _mapped(self, text: str) -> str:
-        """Return where the configuration maps an action to the skill of a skill string, as a remark."""
-        place = self._place_of(text)
-        return f" (mapped at {place})" if place else ""
 
     def _publish(self, status: Status) -> None:
         """Write the status if it is another one."""
@@ -293,16 +278,27 @@ class Skiller(SkillerBackend):
             return
         self._interface.status = status
         if status is Status.S_FAILED:
-            error = self.engine.first_error()
-            if self.mode == "strict":
-                error = self.engine.init_error() or error or self.engine.failure_text()
-            if error:
-                self._interface.error = error
-                if self.mode == "fawkes":
-                    self._interface.write()
+            self._fail(SkillFailure(FailureCause.OUTCOME, self.engine.failure(first=self.mode == "fawkes")))
         elif status is not Status.S_INACTIVE:
             self._interface.error = ""
         self._interface.write()
+
+    def _fail(self, failure: SkillFailure, skill_string: str = "") -> None:
+        """Log a failure, and set status and error of the interface.
+
+        :param skill_string: the whole one, when the interface may have a part of it.
+        """
+        line = failure.line(skill_string or self.skill_string)
+        if failure.cause is FailureCause.CODE:
+            log_error(self._log, Level.ERROR, line, self.engine.modules)
+        elif failure.cause is FailureCause.SKILL_STRING:
+            self._log.error(line)
+        shown = self._interface.error
+        failure.show(self._interface)
+        if not failure.text or (self.mode == "fawkes" and failure.cause is FailureCause.SKILL_STRING):
+            self._interface.error = shown  # the error of an earlier skill string
+        elif self.mode == "fawkes" and failure.cause is FailureCause.OUTCOME:
+            self._interface.write()
 
     def _drop(self) -> None:
         self._active = False

@@ -14,6 +14,7 @@ from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import MasterState, SkillCall
 from cxbridge.skiller.board.watch import ExecutorInfo
 from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
+from cxbridge.skiller.failure import FailureCause, SkillFailure
 from cxbridge.skiller.skillstring import parse_skill_string
 from cxbridge.skiller.status import Status
 
@@ -94,9 +95,10 @@ class BoardSkiller(SkillerBackend):
             return
         bad = next((m for m in masters if m.state in (MasterState.FAILED, MasterState.CANCELLED)), None)
         if bad is not None:
-            self._end(Status.S_FAILED, bad.error or f"{bad.call.skill} was cancelled")
+            text = bad.error or f"{bad.call.skill} was cancelled"
+            self._end(SkillFailure(FailureCause.OUTCOME, text))
         elif all(master.is_over for master in masters):
-            self._end(Status.S_FINAL)
+            self._end()
 
     def close(self) -> None:
         """Drop the skill string, close the interface."""
@@ -123,8 +125,7 @@ class BoardSkiller(SkillerBackend):
         except SkillError as error:
             self._drop()
             self._log.error(str(error))
-            self._interface.error = error.message
-            self._interface.status = Status.S_FAILED
+            SkillFailure.of_string(error).show(self._interface)
         return True
 
     def _stop(self, message: Any) -> bool:
@@ -138,10 +139,12 @@ class BoardSkiller(SkillerBackend):
         self._interface.status = Status.S_INACTIVE
         return True
 
-    def _end(self, status: Status, error: str = "") -> None:
+    def _end(self, failure: SkillFailure | None = None) -> None:
         self._drop()
-        self._interface.error = error
-        self._interface.status = status
+        self._interface.error = ""
+        self._interface.status = Status.S_FINAL
+        if failure is not None:
+            failure.show(self._interface)
         self._interface.write()
 
     def _drop(self) -> None:

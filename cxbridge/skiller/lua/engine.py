@@ -212,17 +212,12 @@ class LuaEngine:
         """The overall status of the skills called in the last loop; nothing called is S_INACTIVE."""
         return _status(self._call("overall_status")[0])
 
-    def first_error(self) -> str:
-        """Return the error text of the skill that was called first in the last loop."""
-        return from_lua(self._text("first_error"))
+    def failure(self, *, first: bool = False) -> str:
+        """Return why the skill string failed, as far as a skill says so; empty when none does.
 
-    def init_error(self) -> str:
-        """Return the error of the init of the failed skill's start state; empty when there was none."""
-        return from_lua(self._text("init_error"))
-
-    def failure_text(self) -> str:
-        """Return why the first failed skill failed: its error text, or the label of its last transition."""
-        return from_lua(self._text("failure_text"))
+        :param first: only the error text of the skill that was called first counts, as in Fawkes.
+        """
+        return from_lua(self._text("failure", first))
 
     def graph(self, skill: str, direction: str, *, coloured: bool, always: bool) -> tuple[bool, str]:
         """Draw the state machine of a skill in the dot language.

@@ -105,27 +105,21 @@ attempt("reset_all", library.reset_all)
 
 runner.overall_status = status_now
 
---- The error text of the skill that was called first in the last loop.
-question("first_error", "", function()
-    local fsm = library.get_skill_fsm((library.get_active_skills()))
-    return fsm and fsm.error
-end)
-
---- The error of the init of the start state, of the first skill that failed. Such a state is looped nevertheless,
--- as in Fawkes, and the error of its loop, which only follows, replaces that of its init.
-question("init_error", "", function()
+--- Why the skill string failed, as far as a skill says so. An init of a start state that raised an error counts
+-- most: such a state is looped nevertheless, as in Fawkes, and the error of its loop, which only follows, replaces
+-- that of its init. Then the error text of the skill that was called first in the last loop, then that of the first
+-- skill that failed, or the label of its last transition.
+-- @param first only the error text of the skill that was called first counts
+question("failure", "", function(first)
+    local called = library.get_skill_fsm((library.get_active_skills()))
+    local error = called and called.error
+    if first then return error end
     local name = library.get_failed_skills()
-    local fsm = name and library.get_skill_fsm(name)
-    return fsm and fsm.init_problem
-end)
-
---- Why the skill string failed, as far as a skill says so: of the first skill that did.
-question("failure_text", "", function()
-    local name = library.get_failed_skills()
-    local fsm = name and library.get_skill_fsm(name)
-    if not fsm then return "" end
-    if (fsm.error or "") ~= "" then return fsm.error end
-    local last = fsm.previous and fsm.previous:last_transition()
+    local failed = name and library.get_skill_fsm(name)
+    for _, text in ipairs({failed and failed.init_problem or "", error or "", failed and failed.error or ""}) do
+        if type(text) == "string" and text ~= "" then return text end
+    end
+    local last = failed and failed.previous and failed.previous:last_transition()
     return last and last.description
 end)
 

@@ -15,6 +15,7 @@ from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
 from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.control import ReaderWatch, sender_of, serial_of
+from cxbridge.skiller.failure import FailureCause, SkillFailure
 from cxbridge.skiller.simulation.deciders import Decider, Deciders, Effect, Outcome
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_string
@@ -186,8 +187,7 @@ class SkillerSimulator(SkillerBackend):
         except SkillError as error:  # Fawkes lets the exception fly
             self._outcome = None
             self._log.error(str(error))
-            self._interface.error = error.message
-            self._interface.status = Status.S_FAILED
+            SkillFailure.of_string(error).show(self._interface)
             return
         self._outcome, seconds = _joined(self._parts)
         effects = [(part.seconds, part.outcome.then) for part in self._parts if part.outcome.then]
@@ -230,12 +230,13 @@ class SkillerSimulator(SkillerBackend):
 
     def _finish(self, outcome: Outcome) -> None:
         self._outcome = None
-        end = "is final"
-        if outcome.status is not Status.S_FINAL:
-            end = f"failed: {outcome.error}"
+        failure = SkillFailure(FailureCause.OUTCOME, outcome.error) if outcome.failed else None
+        end = f"failed: {failure.text}" if failure else "is final"
         self._log.info(f"Skill '{self._interface.skill_string}' {end}")
         self._interface.error = outcome.error
         self._interface.status = outcome.status
+        if failure is not None:
+            failure.show(self._interface)
 
 
 def _joined(parts: Sequence[_Part]) -> tuple[Outcome, float]:

@@ -157,8 +157,8 @@ def test_a_skill_that_hangs_holds_up_nothing(tmp_path: Path, name: str):
         viewer.msgq_enqueue(viewer.SetGraphMessage(what))
         rig.exec("evil{}", loops=2)
     engine = rig.backends[0].engine
-    assert isinstance(engine.first_error(), str)
-    assert isinstance(engine.failure_text(), str)
+    assert isinstance(engine.failure(first=True), str)
+    assert isinstance(engine.failure(), str)
     assert set(engine.skills) == {"count", "fail", "done", "evil"}
     assert engine.documentation("evil") == "x"
     rig.exec("done{}")
