@@ -82,7 +82,10 @@ def plain_outcomes() -> dict[str, Any]:
     """Return the outcomes, and which states have which, as JSON for pages."""
     states = {"goal": _OF_GOAL, "action": _OF_ACTION, "skill": _OF_SKILL}
     return {
-        "kinds": {kind.name.lower(): {"word": kind.word, "icon": kind.icon} for kind in OutcomeKind},
+        "kinds": {
+            kind.name.lower(): {"word": kind.word, "icon": kind.icon, "tone": kind.tone}
+            for kind in OutcomeKind
+        },
         "ended": ENDED_MODES,
         **{of: {state: kind.name.lower() for state, kind in table.items()} for of, table in states.items()},
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -14,6 +13,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
 from cxbridge.trace.formats.mcap.writer import McapWriter
+from tests.support import needs_plugin
 from tests.trace.html.browser import needs_browser, show
 from tests.trace.runs import family, skill
 
@@ -71,7 +71,7 @@ def test_json_is_complete(runs: tuple[str, str], capsys: pytest.CaptureFixture[s
     report = json.loads(captured.out)
     assert sorted(report) == [
         "a", "accepted", "alike", "b", "baseline_unused", "differences", "first", "hints", "level",
-        "options", "order", "same", "total", "version",
+        "notes", "options", "order", "same", "summary", "total", "version",
     ]  # fmt: skip
     assert report["version"] == 1
     assert report["options"]["ignore"] == ["goal:gen7"]
@@ -125,52 +125,46 @@ def test_what_xml_cannot_hold_is_replaced(tmp_path: Path) -> None:
     assert "y\ufffd" in text
 
 
-class Links(HTMLParser):
-    """What a page would fetch, and its text."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.fetched: list[str] = []
-        self.text = ""
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.fetched += [value or "" for name, value in attrs if name in {"src", "href"}]
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
-
-
+@needs_plugin("web")
 @pytest.mark.parametrize("order", ["total", "partial"])
-def test_the_page_needs_nothing_and_breaks_on_nothing(
+def test_the_page_has_the_json_inside(
+    runs: tuple[str, str], tmp_path: Path, order: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from web_tests.test_report import data_of, inside_of
+
+    path = tmp_path / "diff.html"
+    assert diff(*runs, "--html", path, "--order", order, "--json") == 1
+    page = path.read_text()
+    assert json.loads(data_of(page)) == json.loads(capsys.readouterr().out)
+    assert inside_of(page) == {"kind": "comparison", "name": "a.mcap and b & c.mcap"}
+
+
+@needs_plugin("web")
+@needs_browser
+@pytest.mark.parametrize("order", ["total", "partial"])
+def test_a_browser_draws_the_page_without_complaint(
     runs: tuple[str, str], tmp_path: Path, order: str
 ) -> None:
     path = tmp_path / "diff.html"
     assert diff(*runs, "--html", path, "--order", order) == 1
-    page = path.read_text()
-    links = Links()
-    links.feed(page)
-    assert all(link.startswith(("#", "data:,")) for link in links.fetched)
-    assert "</script><b>{}" not in page
-    assert "</script><b>{}" in links.text
-    for part in ("First difference", "Side by side", "Rules that fired", "Goals at that point", "Further"):
-        assert part in links.text
-    assert "prefers-color-scheme: dark" in page
-
-
-def test_the_page_of_equal_runs(runs: tuple[str, str], tmp_path: Path) -> None:
-    path = tmp_path / "diff.html"
-    assert diff(runs[0], runs[0], "--html", path) == 0
-    assert "same: 18 transitions, total order" in path.read_text()
-
-
-@needs_browser
-def test_a_browser_draws_the_page_without_complaint(runs: tuple[str, str], tmp_path: Path) -> None:
-    path = tmp_path / "diff.html"
-    assert diff(*runs, "--html", path) == 1
     shown = show(path, tmp_path / "profile")
     assert shown.console == []
+    for part in ("First difference", "Side by side", "Rules that fired", "Goals at that point", "Further"):
+        assert f"{part}" in shown.dom
     assert "What led to it" not in shown.dom
     assert 'class="aligned"' in shown.dom
+    assert "&lt;/script&gt;&lt;b&gt;{}" in shown.dom
+
+
+@needs_plugin("web")
+@needs_browser
+def test_the_page_of_equal_runs_and_of_accepted_differences(runs: tuple[str, str], tmp_path: Path) -> None:
+    path, baseline = tmp_path / "diff.html", tmp_path / "baseline.yaml"
+    assert diff(runs[0], runs[0], "--html", path) == 0
+    assert "same: 18 transitions, total order" in show(path, tmp_path / "profile").dom
+    assert diff(*runs, "--write-baseline", baseline, "--reason", "known") == 1
+    assert diff(*runs, "--baseline", baseline, "--html", path) == 0
+    assert "Accepted differences" in show(path, tmp_path / "profile").dom
 
 
 def test_a_baseline_by_way_of_the_command(
@@ -179,11 +173,10 @@ def test_a_baseline_by_way_of_the_command(
     path = tmp_path / "baseline.yaml"
     assert diff(*runs, "--write-baseline", path, "--reason", "known") == 1
     assert "2 accepted differences" in capsys.readouterr().err
-    assert diff(*runs, "--baseline", path, "--html", tmp_path / "page.html") == 0
+    assert diff(*runs, "--baseline", path) == 0
     captured = capsys.readouterr()
     assert "same: 18 transitions, total order, but for 2 accepted differences" in captured.out
     assert "plan gen1-PLAN of goal gen1: an event that only A has: known" in captured.out
-    assert "Accepted differences" in (tmp_path / "page.html").read_text()
     assert diff(runs[0], runs[0], "--baseline", path) == 0
     assert capsys.readouterr().err.count("met nothing; is it still needed?") == 2
 

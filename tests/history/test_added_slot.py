@@ -112,11 +112,14 @@ def test_rest_has_it(package: Path):
 @needs_plugin("web")
 @pytest.mark.skipif(NODE is None, reason="needs node")
 def test_the_page_has_it(package: Path, events: list[dict[str, Any]]):
-    (package / "cxbridge_web" / "static" / "package.json").write_text('{"type": "module"}')
+    static = package / "cxbridge_web" / "static"
+    (static / "package.json").write_text('{"type": "module"}')
+    (static / "node_modules").mkdir()
+    (static / "node_modules" / "cx").symlink_to(static / "js")
     assert NODE is not None
     script = ROOT / "plugins/cxbridge-web/tests/web_tests" / "page" / "model_of_run.mjs"
     done = subprocess.run(
-        [NODE, str(script), str(package / "cxbridge_web" / "static" / "js"), json.dumps(plain_outcomes())],
+        [NODE, str(script), str(static / "js"), json.dumps(plain_outcomes())],
         input="\n".join(map(json.dumps, events)),
         capture_output=True,
         text=True,

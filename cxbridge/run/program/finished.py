@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from base64 import b64encode
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
@@ -23,12 +24,21 @@ if TYPE_CHECKING:
     from cxbridge.trace.compare.model import Comparison
 
 
-VIEWS: Final[Table[Callable[[RecordedRun], str]]] = Table(
+VIEWS: Final[Table[Callable[..., str]]] = Table(
     "VIEWS", callable, "a function that makes a page, as HTML, of a recorded run"
 )
-"""The pages about runs."""
+"""The pages about runs; ``document`` makes a page of the kind, the title and the text of a JSON document."""
 
 _REPORT: Final = "report"
+
+
+def write_document(path: Path, kind: str, title: str, document: Mapping[str, Any]) -> None:
+    """Write a page that shows a JSON document.
+
+    :raises CxbridgeError: when no installed package makes pages, or it cannot be written.
+    """
+    page = VIEWS.load(VIEWS.find("document"))
+    write_file(path, page(kind, title, document))
 
 
 class Run:
@@ -154,9 +164,9 @@ class Run:
         row = next((row for row in VIEWS.rows if row.name == _REPORT), None)
         if row is None:
             return f"<pre>{escape(str(self))}</pre>"
-        page = escape(VIEWS.load(row)(self.source), quote=True)
-        return (
-            f'<iframe srcdoc="{page}" title="{escape(repr(self))}" sandbox="allow-scripts"'
+        page = b64encode(VIEWS.load(row)(self.source).encode("utf-8")).decode()
+        return (  # a document in srcdoc resolves the links of the page against the notebook
+            f'<iframe src="data:text/html;base64,{page}" title="{escape(repr(self))}" sandbox="allow-scripts"'
             ' style="width:100%;height:36rem;border:0"></iframe>'
         )
 

@@ -22,7 +22,7 @@ class DetailNews:
     """Shows the details of goals and plan-actions where they are new: one that differs then differs once."""
 
     def __init__(self) -> None:
-        self._last: dict[tuple[str, ...], tuple[str, ...]] = {}
+        self._last: dict[tuple[str, ...], tuple[tuple[str, ...], tuple[str, ...]]] = {}
 
     def of(self, event: Event) -> tuple[str, ...]:
         """Return the details of an event, with one name for all absolute times.
@@ -30,16 +30,16 @@ class DetailNews:
         Each is empty when the event before it of its subject had it too.
         """
         kind = event.KIND
-        if not kind.details:
-            return ()
-        values = (without_times_of_day(getattr(event, name), event.time_us) for name in kind.details)
-        now = tuple(map(without_times, values))
+        given = tuple(getattr(event, name) for name in kind.details)
         subject = (kind.name, *(getattr(event, name) for name in kind.subject))
         before = self._last.get(subject)
-        self._last[subject] = now
+        if before is not None and before[0] == given:
+            return ("",) * len(given)
+        now = tuple(without_times(without_times_of_day(value, event.time_us)) for value in given)
+        self._last[subject] = (given, now)
         if before is None:
             return now
-        return tuple("" if new == old else new for new, old in zip(now, before, strict=True))
+        return tuple("" if new == old else new for new, old in zip(now, before[1], strict=True))
 
 
 def with_common_details(runs: Sequence[Run]) -> list[Run]:

@@ -140,18 +140,19 @@ class Alignment:
         :param line: returns the state of a run at an index as a line.
         """
         before: deque[AlignedRow] = deque(maxlen=ROWS_BEFORE)
-        rows = (
-            AlignedRow(*(None if at[run] == NONE else line(run, at[run]) for run in (0, 1)), same=same)
-            for *at, same in self._places()
-        )
+        rows = (self._row((one, other), line, same=same) for one, other, same in self._places())
         for row in rows:
             if not row.same:
-                first = AlignedRow(
-                    *(each and replace(each, here=True) for each in (row.a, row.b)), same=False
-                )
-                return [*before, first, *islice(rows, ROWS_AFTER - 1)]
+                ours, theirs = (each and replace(each, here=True) for each in (row.a, row.b))
+                return [*before, AlignedRow(ours, theirs, same=False), *islice(rows, ROWS_AFTER - 1)]
             before.append(row)
         return list(before)
+
+    @staticmethod
+    def _row(at: Sequence[int], line: Callable[[int, int], EventLine], *, same: bool) -> AlignedRow:
+        """Return the states at two indices as a row."""
+        ours, theirs = (None if at[run] == NONE else line(run, at[run]) for run in (0, 1))
+        return AlignedRow(ours, theirs, same)
 
     def _places(self) -> Iterator[tuple[int, int, bool]]:
         """Yield the indices that are beside each other, and whether they are partners; -1 is a gap."""

@@ -100,9 +100,9 @@ def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Ite
             # an action that one run has alone is a difference already
             ours, theirs = ([step for step in steps if step.state[0] in actions] for steps in said)
             details.append((name, ours, theirs))
-        for name, ours, theirs in details:
-            if ours and theirs:
-                yield StepPair(f"details of {name}", "value", (ours, theirs), timed=False)
+        for name, *said_of in details:
+            if all(said_of):
+                yield StepPair(f"details of {name}", "value", (said_of[0], said_of[1]), timed=False)
 
 
 def _plan_subject(match: GoalMatch, goal: Goal, plan: str) -> str:

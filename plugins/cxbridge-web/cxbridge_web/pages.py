@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import MutableMapping, Sequence
+from base64 import b64encode
+from collections.abc import Mapping, MutableMapping, Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,19 +13,29 @@ from starlette.exceptions import HTTPException
 from starlette.responses import PlainTextResponse, Response
 from starlette.staticfiles import StaticFiles
 
-from cxbridge.trace.html.page import asset, base_script
+from cxbridge.history.outcome import plain_outcomes
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
+
+def digest(text: str) -> str:
+    """Return how a content security policy names an inline script."""
+    return f"'sha256-{b64encode(sha256(text.encode('utf-8')).digest()).decode()}'"
+
+
 FOLDER: Final = Path(__file__).resolve().parent / "static"
 """The served folder: ``index.html`` is at ``/``."""
 
+_INDEX: Final = (FOLDER / "index.html").read_text(encoding="utf-8")
+_IMPORTS: Final = _INDEX.partition('<script type="importmap">')[2].partition("</script>")[0]
+
 POLICY: Final = (
-    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; object-src 'none'; "
-    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+    f"default-src 'self'; script-src 'self' {digest(_IMPORTS)}; img-src 'self' data: blob:; "
+    "style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; form-action 'self'; "
+    "frame-ancestors 'none'"
 )
-"""Pages may load from this server and talk to it, and to no other."""
+"""Pages may load from this server and talk to it, and to no other. One inline script maps the modules."""
 
 _HEADERS: Final = ((b"content-security-policy", POLICY.encode()), (b"cache-control", b"no-cache"))
 
@@ -40,24 +52,29 @@ def views_module() -> str:
     return f"export default {json.dumps(sorted(path.stem for path in VIEWS.glob('*.js')))};\n"
 
 
-def site_module(runs: Sequence[tuple[str, str]] | None) -> str:
+def site_module(runs: Sequence[tuple[str, str]] | None, inside: Mapping[str, Any] | None = None) -> str:
     """Return the module that tells the page its source of data.
 
     :param runs: recorded runs, by path and name; None: a daemon or a run, with the API.
+    :param inside: of the recording in the page itself; None: there is none.
     """
     found = None if runs is None else [{"path": path, "name": name} for path, name in runs]
-    return f"export default {json.dumps({'runs': found})};\n"
+    return f"export default {json.dumps({'runs': found, 'inside': inside})};\n"
+
+
+def base_script() -> str:
+    """Return what all pages share: ``cx``, with the outcomes of goals, actions and skills."""
+    outcomes = json.dumps(plain_outcomes(), ensure_ascii=False)
+    return (FOLDER / "shared/base.js").read_text(encoding="utf-8").replace("OUTCOMES_OF_CXBRIDGE", outcomes)
 
 
 def shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -> tuple[str, str] | None:
-    """Return a shared file's text and media type; None: there is no such file.
+    """Return the text and the media type of a file that is made; None: it is none of them.
 
     :param path: of the request.
     :param runs: see :func:`site_module`.
     """
     match path.removeprefix(SHARED):
-        case "base.css":
-            return asset("base.css"), "text/css"
         case "base.js":
             return base_script(), "text/javascript"
         case "site.js":

@@ -24,4 +24,7 @@ SETTINGS = (
     Row("web", "cxbridge_web.settings:WebSettings"),
     Row("foxglove", "cxbridge_web.foxglove.settings:FoxgloveSettings"),
 )
-VIEWS = (Row("report", "cxbridge_web.report.page:report"),)
+VIEWS = (
+    Row("report", "cxbridge_web.report:report"),
+    Row("document", "cxbridge_web.report:document_page"),
+)

@@ -161,18 +161,19 @@ def _print_outcome(
 
     :param method: the options that say how it is compared.
     """
-    from cxbridge.trace.compare.render.html import write_page
+    from cxbridge.run.program.finished import write_document
     from cxbridge.trace.compare.render.json import plain_report
     from cxbridge.trace.compare.render.junit import write_junit
     from cxbridge.trace.compare.render.text import text_report
 
     if outputs.junit is not None:
         write_junit(outputs.junit, report, unused)
+    plain = plain_report(report, method, unused)
     if outputs.page is not None:
-        given = [f"{name} {value}" for name, value in method.items() if value and name != "time_from"]
-        write_page(outputs.page, report, given, unused)
+        title = f"{report.a.path.name} and {report.b.path.name}"
+        write_document(outputs.page, "comparison", title, plain)
     if outputs.as_json:
-        say_json(plain_report(report, method, unused))
+        say_json(plain)
     else:
         for line in text_report(report):
             say(line)

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any, Final
 
 from cxbridge.trace.compare.model import Difference
-from cxbridge.trace.compare.render.text import ComparisonReport
+from cxbridge.trace.compare.render.text import ComparisonReport, summary
 
 VERSION: Final = 1
 """Version of the form; it grows when a field goes or changes its meaning, not when one is new."""
@@ -25,6 +25,7 @@ def plain_report(
     return {
         "version": VERSION,
         "same": comparison.same,
+        "summary": summary(comparison),
         "level": comparison.view.value,
         "order": comparison.order.value,
         "options": dict(options or {}),
@@ -42,6 +43,7 @@ def plain_report(
         ],
         "baseline_unused": list(unused),
         "hints": list(comparison.hints),
+        "notes": [f"{run.path}: {note}" for _, run, _ in report.sides for note in run.notes],
         "alike": comparison.alike,
         "first": _first(report) if comparison.differences else None,
     }

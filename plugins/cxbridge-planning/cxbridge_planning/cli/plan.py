@@ -90,9 +90,9 @@ def plan(
     domain, problem, result = _plan(domain_file, problem_file, asked, as_fawkes=as_fawkes)
     _give(result, asked.planner, given)
     if given.html is not None:
-        from cxbridge_planning.cli.page import plan_page
+        from cxbridge_planning.cli.page import write_page
 
-        plan_page(domain, problem, result).write(given.html)
+        write_page(given.html, domain, problem, result)
     return EXIT[result.status.value]
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from rcll_tests.league import write_refbox, write_team
+from tests.support import needs_plugin
 
 
 @pytest.fixture
@@ -49,12 +50,15 @@ def test_a_recording(words, tmp_path, capsys):
     assert "points: " in capsys.readouterr().out
 
 
+@needs_plugin("web")
 def test_the_page_of_a_game(words, tmp_path, capsys):
+    from web_tests.test_report import data_of
+
     page = tmp_path / "game.html"
     assert invoke([*words, "--html", str(page)]) == 0
     assert "machine: C-BS IDLE" in capsys.readouterr().out
-    text = page.read_text()
-    for word in ("robot1", "moveto C-BS-OUTPUT", "READY-AT-OUTPUT", "1: C0", "Taken at C-BS"):
+    text = data_of(page.read_text()).decode()
+    for word in ("robot1", "C-BS-OUTPUT", "READY-AT-OUTPUT", '"complexity": "C0"', "Taken at C-BS"):
         assert word in text
 
 

@@ -22,7 +22,7 @@ def report(
     Example: cxbridge trace report out/run.mcap -o out/run.html
     """
     from cxbridge.trace.formats.registry import open_run
-    from cxbridge_web.report.page import write_report
+    from cxbridge_web.report import write_report
 
     run = open_run(file)
     if output.exists() and output.samefile(file):

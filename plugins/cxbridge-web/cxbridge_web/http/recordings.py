@@ -6,7 +6,7 @@ import html
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
 from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response, StreamingResponse
@@ -14,6 +14,7 @@ from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, R
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.linking import links
 from cxbridge.trace.codec import encode_with_kind
+from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.pages import Pages
 
@@ -82,8 +83,9 @@ class RecordingsApp:
             return PlainTextResponse("There is no such run here\n", 404)
         headers = {"Cache-Control": "no-cache"}
         if query == _LINKS:
-            return Response(_guessed_links(file), media_type="application/json", headers=headers)
-        if _is_mcap(file):
+            text = json.dumps(guessed_links(open_run(file)))
+            return Response(text, media_type="application/json", headers=headers)
+        if is_mcap(file):
             return FileResponse(file, media_type="application/octet-stream", headers=headers)
         return StreamingResponse(_lines(file), media_type="application/x-ndjson", headers=headers)
 
@@ -93,7 +95,8 @@ def _name(path: Path) -> str:
     return path.name or "run"
 
 
-def _is_mcap(path: Path) -> bool:
+def is_mcap(path: Path) -> bool:
+    """Return whether the page can read a file as it is."""
     if not path.is_file():
         return False
     with path.open("rb") as file:
@@ -107,18 +110,15 @@ def _lines(path: Path) -> Iterator[bytes]:
             yield encode_with_kind(event) + b"\n"
 
 
-def _guessed_links(path: Path) -> str:
-    """Return the guessed pairs as JSON: environment, goal, plan, action; Skiller, text, message, begin."""
-    run = open_run(path)
+def guessed_links(run: Run) -> list[list[Any]]:
+    """Return the guessed pairs: environment, goal, plan, action; Skiller, text, message, begin."""
     history = RunHistory.of(run, UNLIMITED, run.start_us)
     start_us = history.clock.first_us or 0
     pairs = [(link.action, link.call) for link in links(history) if link.guessed]
-    return json.dumps(
+    return [
         [
-            [
-                *(action.env, action.goal, action.plan, action.id),
-                *(call.skiller, call.skill_string, call.msgid, start_us + call.begin[1]),
-            ]
-            for action, call in pairs
+            *(action.env, action.goal, action.plan, action.id),
+            *(call.skiller, call.skill_string, call.msgid, start_us + call.begin[1]),
         ]
-    )
+        for action, call in pairs
+    ]

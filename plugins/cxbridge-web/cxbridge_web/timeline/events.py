@@ -13,7 +13,7 @@ from enum import IntEnum
 from typing import Any
 
 from cxbridge.history.keeping import cut
-from cxbridge.trace.html.text import visible
+from cxbridge_web.escaping import visible
 
 Moment = tuple[int, int]
 """Number of an event of the run, and its time in microseconds since the first."""

@@ -12,10 +12,10 @@ from cxbridge.file_access import replacing
 from cxbridge.history.keeping import cut
 from cxbridge.history.linking import links
 from cxbridge.trace.formats.base import Run
-from cxbridge_web.report.model import ReportLimits, RunModel
-from cxbridge_web.report.reading import LONGEST_VALUE, read
 from cxbridge_web.timeline.events import Events, Track, Tracks
 from cxbridge_web.timeline.goals import OPEN, GoalTracks, add_goals
+from cxbridge_web.timeline.model import ReportLimits, RunModel
+from cxbridge_web.timeline.reading import LONGEST_VALUE, read
 from cxbridge_web.timeline.skiller_writes import SkillerWrites
 
 LIMITS = ReportLimits(

@@ -7,7 +7,7 @@ from operator import itemgetter
 
 from cxbridge.history.builder import ENDED, RUNNING
 from cxbridge.history.model import SkillExecution
-from cxbridge_web.report.model import InterfaceCount, RunModel
+from cxbridge_web.timeline.model import InterfaceCount, RunModel
 
 
 class SkillerWrites:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import posixpath
 import re
 
 from cxbridge_web.pages import FOLDER
@@ -27,9 +26,9 @@ def missing(path: str) -> list[str]:
     """Return the modules that one imports and that are not there, and the names that these do not export."""
     found = []
     for names, other in IMPORT.findall(MODULES[path]):
-        target = posixpath.normpath(posixpath.join(posixpath.dirname(path), other))
-        if target.startswith("../shared/"):
+        if other.startswith("shared/"):
             continue
+        target = other.removeprefix("cx/")
         known = exports(target) if target in MODULES else set()
         wanted = re.findall(r"(\w+)(?:\s+as\s+\w+)?", names)
         found += [f"{name} of {other}" for name in wanted if name not in known]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from cxbridge.cli.main import invoke
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.trace.runs import family
+from web_tests.test_report import inside_of
 
 
 def recorded(tmp_path):
@@ -41,4 +42,4 @@ def test_what_is_lost_of_a_file_that_was_cut_off_is_told(tmp_path, capsys):
     page = tmp_path / "run.html"
     assert invoke(["trace", "report", str(path), "-o", str(page)]) == 0
     assert "cut off" in capsys.readouterr().err
-    assert "cut off" in page.read_text()
+    assert "cut off" in inside_of(page.read_text())["notes"][0]

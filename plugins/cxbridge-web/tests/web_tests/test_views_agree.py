@@ -36,9 +36,8 @@ from cxbridge_explore.counterexample_playing import play
 from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from cxbridge_web.report.page import page_data
-from cxbridge_web.report.reading import read
 from cxbridge_web.timeline.export import trace_events
+from cxbridge_web.timeline.reading import read
 from explore_tests.defects.seeded import DEFECTS, Defect, runs
 from tests.history import runs as made
 from tests.history.runs import ListRun
@@ -110,15 +109,6 @@ def in_why(run: Run) -> Iterator[Pair]:
                     yield key, call.skiller, name_of(call.skill_string)
 
 
-def in_report(run: Run) -> Iterator[Pair]:
-    data = page_data(read(run))
-    for number, call, guessed in data["links"]:
-        assert not guessed
-        _, goal, plan, action, _, env, _ = data["actions"][number]
-        _, skiller, text, *_ = data["calls"][call]
-        yield (env, goal, plan, action), skiller, name_of(text)
-
-
 def in_timeline(run: Run) -> Iterator[Pair]:
     """Yield the ends of each arrow: the slice of the action, and that of the skill call."""
     names: dict[int, str] = {}
@@ -146,10 +136,10 @@ def in_timeline(run: Run) -> Iterator[Pair]:
 @pytest.fixture(scope="session")
 def page_modules(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page's modules where node takes them for modules."""
-    folder = tmp_path_factory.mktemp("page")
-    shutil.copytree(PAGE, folder / "js")
+    folder = tmp_path_factory.mktemp("page") / "node_modules" / "cx"
+    shutil.copytree(PAGE, folder)
     (folder / "package.json").write_text('{"type": "module"}')
-    return folder / "js"
+    return folder
 
 
 def in_page(run: Run, modules: Path) -> dict[str, list[Any]]:
@@ -195,7 +185,6 @@ def check(run: Run, modules: Path) -> int:
     """Compare all views of a run with the executive's record; return how many calls there are."""
     known = record_of_the_executive(run)
     said = sorted(known)
-    assert sorted(set(in_report(run))) == said
     last = {(action, skiller): text for action, skiller, text in known}
     why = {(action, skiller): text for action, skiller, text in in_why(run)}
     assert why.keys() <= last.keys()
@@ -205,8 +194,8 @@ def check(run: Run, modules: Path) -> int:
         model = in_page(run, modules)
         assert sorted(set(page_pairs(model))) == said
         compare_histories(RunHistory.of(run), model)
-        report = page_data(read(run))["actions"]
-        assert sorted(text for *_, text in model["actions"]) == sorted(row[4] for row in report)
+        actions = read(run).history.actions
+        assert sorted(text for *_, text in model["actions"]) == sorted(each.text for each in actions)
     return len(known)
 
 

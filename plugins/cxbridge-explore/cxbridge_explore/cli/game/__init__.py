@@ -119,7 +119,7 @@ def _one(result: GameResult, page: Path | None, *, as_json: bool) -> int:
     else:
         say_game(result)
     if page is not None:
-        from cxbridge_explore.game.page.page import write_page
+        from cxbridge_explore.game.page import write_page
 
         write_page(result, page, shlex.join(["cxbridge", *sys.argv[1:]]))
     return _status({result.seed: result})

@@ -12,7 +12,8 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge_explore.sweep.rows import CRASHED, RunRow
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
+from tests.trace.html.browser import needs_browser, show
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
 RUNS = 6
@@ -86,6 +87,8 @@ def changed(folder: Path) -> Path:
     return copy
 
 
+@needs_plugin("web")
+@needs_browser
 def test_two_agents_in_the_same_worlds(capsys, tmp_path):
     other = changed(tmp_path)
     page = tmp_path / "page.html"
@@ -93,8 +96,9 @@ def test_two_agents_in_the_same_worlds(capsys, tmp_path):
     assert found["against"]["runs"] == RUNS
     assert set(found["comparison"]) == {"completed", "makespan", "seeds"}
     assert all(100 <= each["seed"] < 100 + RUNS for each in found["comparison"]["seeds"])
-    text = page.read_text()
-    assert all(part in text for part in ("Comparison", "Outcomes", "Makespan", "<svg", str(other)))
+    shown = show(page, tmp_path / "profile")
+    assert shown.console == []
+    assert all(part in shown.dom for part in ("Comparison", "Outcomes", "Makespan", "<svg", str(other)))
 
 
 def test_an_agent_differs_in_nothing_from_its_copy(capsys, tmp_path):

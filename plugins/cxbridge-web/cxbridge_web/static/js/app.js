@@ -1,13 +1,13 @@
 // What the views share: the model, where its events come from, and how to get about.
-import SITE from "../shared/site.js";
-import { get, post, throttled } from "./api.js";
-import { countFrom, el } from "./dom.js";
-import { readOf } from "./env.js";
-import { MAIN_ENV, Model } from "./model.js";
-import { openPast } from "./recording/open.js";
-import { Past } from "./recording/past.js";
-import { Selection } from "./selection.js";
-import { Stream } from "./stream.js";
+import SITE from "shared/site.js";
+import { get, post, throttled } from "cx/api.js";
+import { countFrom, el } from "cx/dom.js";
+import { readOf } from "cx/env.js";
+import { MAIN_ENV, Model } from "cx/model.js";
+import { openPast } from "cx/recording/open.js";
+import { Past } from "cx/recording/past.js";
+import { Selection } from "cx/selection.js";
+import { Stream } from "cx/stream.js";
 
 // What is known of these is the same in whichever view one begins
 const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];

@@ -1,5 +1,5 @@
 // A canvas that fills its box on screens of any density, drawn once a frame, in the page's colours.
-import { el } from "./dom.js";
+import { el } from "cx/dom.js";
 
 export const SERIES_COLOURS = 8;
 const FONT = "12px system-ui, sans-serif";

@@ -1,8 +1,8 @@
 // Who has exclusive control of a Skiller, in words. The interface has a serial number only; that it is an
 // executive of this daemon, its facts say.
-import { get, part } from "./api.js";
-import { valuesOf, parseFact } from "./clips/text.js";
-import { MAIN_ENV } from "./model.js";
+import { get, part } from "cx/api.js";
+import { valuesOf, parseFact } from "cx/clips/text.js";
+import { MAIN_ENV } from "cx/model.js";
 
 const TEMPLATE = "skiller-control";
 

@@ -1,7 +1,7 @@
 // Breakpoints and steps of the executive's rules (docs/debugging.md). Opens by itself when the rules are at a
 // break.
-import { get, part, post, remove, throttled } from "./api.js";
-import { button, el } from "./dom.js";
+import { get, part, post, remove, throttled } from "cx/api.js";
+import { button, el } from "cx/dom.js";
 
 const BASE = "cxbridge/debugger",
   LOOK_MS = 700;

@@ -1,8 +1,8 @@
 // CLIPS environments: which one is looked at (all views agree on it), and what the API tells of any of them.
-import { get, part } from "./api.js";
-import { MODELS } from "./clips/text.js";
-import { el } from "./dom.js";
-import { MAIN_ENV } from "./model.js";
+import { get, part } from "cx/api.js";
+import { MODELS } from "cx/clips/text.js";
+import { el } from "cx/dom.js";
+import { MAIN_ENV } from "cx/model.js";
 
 /**
  * Goals, plans or the domain of an environment. The API has those of the executive's own; of others they

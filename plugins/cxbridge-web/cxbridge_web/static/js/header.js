@@ -1,9 +1,9 @@
 // State of the daemon, its clock, pause and resume.
-import { debugBar } from "./debug.js";
-import { button, clockText, el, switchTimes } from "./dom.js";
-import { stateBadge } from "./looks.js";
-import { chooseFile } from "./recording/open.js";
-import { themeSwitch } from "./theme.js";
+import { debugBar } from "cx/debug.js";
+import { button, clockText, el, switchTimes } from "cx/dom.js";
+import { stateBadge } from "cx/looks.js";
+import { chooseFile } from "cx/recording/open.js";
+import { themeSwitch } from "cx/theme.js";
 
 /** @param search the button that opens the search over everything */
 export function header(app, search) {
@@ -41,7 +41,7 @@ export function header(app, search) {
       el(
         "a",
         { class: "brand", href: "#/", "aria-label": "cxbridge, first view" },
-        el("img", { src: "icon.svg", alt: "", width: 22, height: 22 }),
+        el("img", { src: document.querySelector("link[rel=icon]").href, alt: "", width: 22, height: 22 }),
         el("span", {}, "cxbridge"),
       ),
       state,

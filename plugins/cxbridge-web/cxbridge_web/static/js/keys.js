@@ -1,5 +1,5 @@
 // Keys that work everywhere, and the help that tells of them.
-import { button, el } from "./dom.js";
+import { button, el } from "cx/dom.js";
 
 export function keys(app, views) {
   const help = document.getElementById("help");

@@ -1,6 +1,6 @@
 // Text in which the names of goals, rules and facts are links to them.
-import { part } from "./api.js";
-import { el } from "./dom.js";
+import { part } from "cx/api.js";
+import { el } from "cx/dom.js";
 
 const WORD = /[A-Za-z_][\w-]*(?:#\d+)?/g;
 

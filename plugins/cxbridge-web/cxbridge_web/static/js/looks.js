@@ -1,6 +1,6 @@
 // How states look that are no outcomes of goals, actions or skills alone.
-import { badge } from "./dom.js";
-import { outcomeBadge, skillOutcome } from "./outcome.js";
+import { badge } from "cx/dom.js";
+import { outcomeBadge, skillOutcome } from "cx/outcome.js";
 
 const OTHER = ["other", "?"];
 

@@ -1,15 +1,16 @@
 // Routes, header and keys.
-import { app } from "./app.js";
-import { el, none } from "./dom.js";
-import { header } from "./header.js";
-import { keys } from "./keys.js";
-import { openNoRun, openNotFound } from "./not_found.js";
-import { palette } from "./palette/palette.js";
-import { dropZone, openLinked } from "./recording/open.js";
-import { scrubber } from "./recording/scrubber.js";
-import { parseAddress } from "./selection.js";
-import { applyTheme } from "./theme.js";
-import { loadViews } from "./views.js";
+import SITE from "shared/site.js";
+import { app } from "cx/app.js";
+import { el, none } from "cx/dom.js";
+import { header } from "cx/header.js";
+import { keys } from "cx/keys.js";
+import { openNoRun, openNotFound } from "cx/not_found.js";
+import { palette } from "cx/palette/palette.js";
+import { dropZone, inside, openLinked } from "cx/recording/open.js";
+import { scrubber } from "cx/recording/scrubber.js";
+import { parseAddress } from "cx/selection.js";
+import { applyTheme } from "cx/theme.js";
+import { loadViews } from "cx/views.js";
 
 const main = document.getElementById("main");
 window.addEventListener("error", (event) => app.toast("Error of the page: " + event.message, true));
@@ -85,7 +86,20 @@ function router({ tabs, parts }) {
 
 applyTheme();
 
+/** Show a document that is in the page, instead of a run. */
+async function openDocument({ kind, name }) {
+  const text = new TextDecoder().decode(await inside()),
+    { open } = await import("cx/documents/" + kind + ".js");
+  document.title = name;
+  document.getElementById("head").append(el("h1", {}, name));
+  open(main, JSON.parse(text));
+}
+
 async function start() {
+  if (SITE.inside && SITE.inside.kind) {
+    await openDocument(SITE.inside);
+    return;
+  }
   const views = await loadViews((name, error) =>
     app.toast("The view " + name + " cannot be shown: " + error.message, true),
   );
@@ -97,6 +111,7 @@ async function start() {
   const route = router(views);
   app.start();
   if (app.runs) {
+    app.selection.read(parseAddress(location.hash).query); // a moment of the recording
     await openLinked(app);
     if (app.recording) return;
     app.hasNoRun = true;

@@ -1,6 +1,6 @@
 // What is known about a run: made of its events, live or recorded. Views are notified once a frame.
-import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "./names.js";
-import { History } from "./timeline/history.js";
+import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "cx/names.js";
+import { History } from "cx/timeline/history.js";
 
 export { MAIN_ENV, goalKey };
 const MOST_LOG = 20000,

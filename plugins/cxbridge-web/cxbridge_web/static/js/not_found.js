@@ -1,5 +1,5 @@
 // The views of an address that leads nowhere, and of a run that cannot be opened.
-import { el, none } from "./dom.js";
+import { el, none } from "cx/dom.js";
 
 export function openNotFound(main, address, tabs) {
   const box = none("Nothing is at " + address, "The views are:");

@@ -1,6 +1,6 @@
 // Light, dark, or as the system has it; remembered. Style sheets ask for `prefers-color-scheme` only: what
 // they get as an answer is changed here, in the sheets that the page has loaded.
-import { el } from "./dom.js";
+import { el } from "cx/dom.js";
 
 const KEY = "cxbridge-theme",
   THEMES = ["system", "light", "dark"],

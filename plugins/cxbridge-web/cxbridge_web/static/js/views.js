@@ -1,6 +1,6 @@
 // The views: each is one file in views/, which the server lists. A file that exports `tab` is a tab at
 // "#/FILE"; one that exports `parts` has addresses within a tab of another file.
-import NAMES from "../shared/views.js";
+import NAMES from "shared/views.js";
 
 /**
  * Load all views.
@@ -10,7 +10,7 @@ import NAMES from "../shared/views.js";
 export async function loadViews(failed) {
   const modules = await Promise.all(
     NAMES.map((name) =>
-      import("./views/" + name + ".js").catch((error) => {
+      import("cx/views/" + name + ".js").catch((error) => {
         failed(name, error);
         return null;
       }),

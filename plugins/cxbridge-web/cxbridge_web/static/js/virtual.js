@@ -1,6 +1,6 @@
 // Lists of any length: only the rows that are seen exist. Arrows walk; in a tree left and right close and
 // open.
-import { el } from "./dom.js";
+import { el } from "cx/dom.js";
 
 const EXTRA = 6;
 const RELEASES = ["pointerup", "pointercancel", "blur"];

@@ -9,7 +9,7 @@ import pytest
 
 from cxbridge.history.builder import RunHistory
 from cxbridge.trace.codec import encode_with_kind
-from cxbridge_web.report.page import report
+from cxbridge_web.report import report
 from tests.history.test_board_executions import exchange
 from tests.trace.runs import MemoryRun, family, goal
 from web_tests.page.conftest import in_both, wait_for

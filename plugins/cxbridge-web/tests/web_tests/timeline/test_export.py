@@ -24,13 +24,13 @@ from cxbridge.events import (
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_web.report.reading import read
 from cxbridge_web.timeline.export import trace_events, write_timeline
 from cxbridge_web.timeline.goals import DROPPED, INDENT, OPEN
+from cxbridge_web.timeline.reading import read
 from tests.trace.events import events
-from tests.trace.html.test_text import HOSTILE
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, goal, recording
-from web_tests.report.test_page import hostile
+from web_tests.test_escaping import HOSTILE
+from web_tests.test_report import hostile
 from web_tests.timeline.checker import check, counts, load, threads
 
 

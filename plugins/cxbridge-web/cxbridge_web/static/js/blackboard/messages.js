@@ -1,6 +1,6 @@
 // Messages of an interface: those that were sent, and a form to send one.
-import { part, post } from "../api.js";
-import { clockText, el } from "../dom.js";
+import { part, post } from "cx/api.js";
+import { clockText, el } from "cx/dom.js";
 
 const MOST = 20;
 let chosenMessage = ""; // stays when another interface was looked at

@@ -1,6 +1,6 @@
 // Where constructs are written: of a daemon as it answers, of a recording as its attached files have them.
-import { get, part } from "../api.js";
-import { constructsOf } from "./source.js";
+import { get, part } from "cx/api.js";
+import { constructsOf } from "cx/clips/source.js";
 
 const parsed = new WeakMap(); // recording -> environment -> constructs
 

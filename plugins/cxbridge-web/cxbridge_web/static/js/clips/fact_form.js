@@ -1,7 +1,7 @@
 // A fact to be changed in its place, slot by slot, or retracted.
-import { part, patch, post, remove } from "../api.js";
-import { parseFact } from "./text.js";
-import { button, el } from "../dom.js";
+import { part, patch, post, remove } from "cx/api.js";
+import { parseFact } from "cx/clips/text.js";
+import { button, el } from "cx/dom.js";
 
 /** @param done called after something was changed, with the index that the fact has now; null: it is gone */
 export function factForm(app, env, fact, done) {

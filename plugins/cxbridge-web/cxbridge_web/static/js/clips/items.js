@@ -1,6 +1,6 @@
 // The rows of the lists of CLIPS: facts, rules, agenda.
-import { el } from "../dom.js";
-import { recordedRules } from "./constructs.js";
+import { el } from "cx/dom.js";
+import { recordedRules } from "cx/clips/constructs.js";
 
 function inOrder(items) {
   for (let at = 1; at < items.length; at++)

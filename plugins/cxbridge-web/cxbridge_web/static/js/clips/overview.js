@@ -1,6 +1,6 @@
 // What is beside the lists of CLIPS while nothing is chosen: facts by deftemplate, the rules that fire most.
-import { part } from "../api.js";
-import { button, el, none, wideTable } from "../dom.js";
+import { part } from "cx/api.js";
+import { button, el, none, wideTable } from "cx/dom.js";
 
 const MOST = 25;
 

@@ -1,10 +1,10 @@
 // One rule: where it is, its source, why it has not fired.
-import { get, part } from "../api.js";
-import { button, el } from "../dom.js";
-import { ruleWhy } from "../goals/why.js";
-import { MAIN_ENV } from "../model.js";
-import { constructText } from "./constructs.js";
-import { highlighted } from "./source.js";
+import { get, part } from "cx/api.js";
+import { button, el } from "cx/dom.js";
+import { ruleWhy } from "cx/goals/why.js";
+import { MAIN_ENV } from "cx/model.js";
+import { constructText } from "cx/clips/constructs.js";
+import { highlighted } from "cx/clips/source.js";
 
 /**
  * @param rule what is known: {name, module, file, line, salience}

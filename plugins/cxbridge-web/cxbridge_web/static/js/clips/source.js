@@ -1,5 +1,5 @@
 // The text of CLIPS constructs: found in files, and shown with colours.
-import { el } from "../dom.js";
+import { el } from "cx/dom.js";
 
 const TOKEN = /;[^\n]*|"(?:\\.|[^"\\])*"|\$?\?[\w-]*|\?\*[\w-]+\*|[()]|[^\s()";]+|\s+/gs;
 const CONSTRUCT = /^def\w+$/;

@@ -1,6 +1,6 @@
 // Conditions of PDDL: made of the facts of a domain, evaluated, and drawn as a tree that shows which atom is
 // false. A node is {type, text, satisfied (null: not known), children}.
-import { el } from "../dom.js";
+import { el } from "cx/dom.js";
 
 const TYPES = { conjunction: "and", disjunction: "or", negation: "not" };
 const EQUALITY = "EQUALITY";

@@ -1,7 +1,7 @@
 // One operator: its precondition with what is true and false now, and its effects, for arguments that can be
 // chosen.
-import { el } from "../dom.js";
-import { evaluated, formulaTree } from "./formula.js";
+import { el } from "cx/dom.js";
+import { evaluated, formulaTree } from "cx/domain/formula.js";
 
 /** What an atom says with these arguments. */
 const atomText = (atom, binding) => evaluated(atom, binding, new Set()).text;

@@ -1,5 +1,5 @@
 // The operators of a domain: parameters, precondition and effects, made of the facts of the executive.
-import { parseFact, valuesOf } from "../clips/text.js";
+import { parseFact, valuesOf } from "cx/clips/text.js";
 
 export const TEMPLATES = [
   "domain-operator",

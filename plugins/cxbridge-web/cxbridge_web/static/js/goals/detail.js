@@ -1,11 +1,11 @@
 // One goal: what it is, why it is so, its plans and sub-goals, and how it came here.
-import { part } from "../api.js";
-import { button, clockText, durationText, el, pairs } from "../dom.js";
-import { goalText } from "../looks.js";
-import { MAIN_ENV } from "../model.js";
-import { goalOutcome, outcomeBadge } from "../outcome.js";
-import { durationOf, robotsOf } from "./numbers.js";
-import { drawPlan } from "./plan.js";
+import { part } from "cx/api.js";
+import { button, clockText, durationText, el, pairs } from "cx/dom.js";
+import { goalText } from "cx/looks.js";
+import { MAIN_ENV } from "cx/model.js";
+import { goalOutcome, outcomeBadge } from "cx/outcome.js";
+import { durationOf, robotsOf } from "cx/goals/numbers.js";
+import { drawPlan } from "cx/goals/plan.js";
 
 // what is shown by other names, in other places, or not at all
 const SHOWN = new Set(

@@ -1,5 +1,5 @@
 // The way from a goal that failed to the first cause: the sub-goal, the action and the skill that failed.
-import { actionOutcome, goalOutcome } from "../outcome.js";
+import { actionOutcome, goalOutcome } from "cx/outcome.js";
 
 const isBad = (goal) => ["failed", "rejected"].includes(goalOutcome(goal));
 const endOf = (goal) => {

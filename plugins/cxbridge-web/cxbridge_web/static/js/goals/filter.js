@@ -1,7 +1,7 @@
 // Choices above the goals: outcome, class, robot. They stay when another view was open.
-import { el } from "../dom.js";
-import { goalOutcome, NAMES, OUTCOMES } from "../outcome.js";
-import { robotsOf } from "./numbers.js";
+import { el } from "cx/dom.js";
+import { goalOutcome, NAMES, OUTCOMES } from "cx/outcome.js";
+import { robotsOf } from "cx/goals/numbers.js";
 
 const chosen = { outcome: "", cls: "", robot: "" };
 

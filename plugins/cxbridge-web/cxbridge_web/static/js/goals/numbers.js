@@ -1,5 +1,5 @@
 // What a goal's row says besides its name: how long it took, how far it is, which robots work for it.
-import { goalOutcome, hasEnded, isOpen } from "../outcome.js";
+import { goalOutcome, hasEnded, isOpen } from "cx/outcome.js";
 
 /**
  * How long a goal has run, or waited if it has not been dispatched; microseconds.

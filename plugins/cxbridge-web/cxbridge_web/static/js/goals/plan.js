@@ -1,7 +1,7 @@
 // The plans of a goal: actions with their states, and what a waiting one still lacks.
-import { el } from "../dom.js";
-import { formulaTree, ofApi } from "../domain/formula.js";
-import { actionOutcome, OUTCOMES, outcomeBadge } from "../outcome.js";
+import { el } from "cx/dom.js";
+import { formulaTree, ofApi } from "cx/domain/formula.js";
+import { actionOutcome, OUTCOMES, outcomeBadge } from "cx/outcome.js";
 
 const WAITING = ["FORMULATED", "PENDING"];
 

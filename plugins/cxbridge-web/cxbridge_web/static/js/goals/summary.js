@@ -1,6 +1,6 @@
 // The run as a whole, beside the tree while no goal is chosen: its outcome, counts, the way to what failed.
-import { part } from "../api.js";
-import { clockText, durationText, el, none, pairs, wideTable } from "../dom.js";
+import { part } from "cx/api.js";
+import { clockText, durationText, el, none, pairs, wideTable } from "cx/dom.js";
 
 import {
   goalOutcome,
@@ -10,10 +10,10 @@ import {
   outcomeBadge,
   skillOutcome,
   actionOutcome,
-} from "../outcome.js";
-import { failures, wayToFailure } from "./failure.js";
-import { childrenOf } from "./tree.js";
-import { durationOf } from "./numbers.js";
+} from "cx/outcome.js";
+import { failures, wayToFailure } from "cx/goals/failure.js";
+import { childrenOf } from "cx/goals/tree.js";
+import { durationOf } from "cx/goals/numbers.js";
 
 const MOST = 8;
 const goalLink = (goal) => el("a", { href: "#/goals/" + part(goal.key) }, goal.id);

@@ -1,9 +1,9 @@
 // Why a goal came to its outcome or what it waits for, and why a rule has not fired: the daemon's answer as
 // lists of reasons, with links.
-import { part } from "../api.js";
-import { highlighted } from "../clips/source.js";
-import { el } from "../dom.js";
-import { linked } from "../links.js";
+import { part } from "cx/api.js";
+import { highlighted } from "cx/clips/source.js";
+import { el } from "cx/dom.js";
+import { linked } from "cx/links.js";
 
 const clock = (seconds) => seconds.toFixed(3) + " s";
 const ruleLink = (name) => el("a", { href: "#/clips/rules/" + part(name) }, name);

@@ -1,8 +1,8 @@
 // A state machine as a drawing.
-import { el, svg } from "../dom.js";
-import { animate } from "./animate.js";
-import { DotError, parseDot } from "./dot.js";
-import { layered } from "./layout.js";
+import { el, svg } from "cx/dom.js";
+import { animate } from "cx/graph/animate.js";
+import { DotError, parseDot } from "cx/graph/dot.js";
+import { layered } from "cx/graph/layout.js";
 
 const LETTER = 7.3,
   SMALL = 6.4,

@@ -1,8 +1,8 @@
 // The map on a canvas: a grid in metres, the navigation graph, frames, robots and their trails.
-import { Canvas, niceStep } from "../canvas.js";
-import { el } from "../dom.js";
-import { dashOf } from "../plot/chart.js";
-import { gestures } from "../panzoom.js";
+import { Canvas, niceStep } from "cx/canvas.js";
+import { el } from "cx/dom.js";
+import { dashOf } from "cx/plot/chart.js";
+import { gestures } from "cx/panzoom.js";
 
 const LEAST = 2,
   MOST = 4000, // pixels a metre

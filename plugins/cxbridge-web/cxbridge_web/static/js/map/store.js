@@ -1,6 +1,6 @@
 // The tracks that the map shows: live ones, and those of the recording that is open.
-import { get } from "../api.js";
-import { Tracks } from "./tracks.js";
+import { get } from "cx/api.js";
+import { Tracks } from "cx/map/tracks.js";
 
 const stores = new WeakMap();
 

@@ -1,5 +1,5 @@
 // Where robots and frames were over time, from interface writes: poses, transforms, what navigators say.
-import { compose, inverse, yawOf } from "./plane.js";
+import { compose, inverse, yawOf } from "cx/map/plane.js";
 
 const MOST_POINTS = 20_000;
 const TYPES = new Set(["Position3DInterface", "TransformInterface", "NavigatorInterface"]);

@@ -1,6 +1,6 @@
 // Search over everything: Ctrl-K, words, arrows, Enter.
-import { button, el } from "../dom.js";
-import { asked, entries, score } from "./sources.js";
+import { button, el } from "cx/dom.js";
+import { asked, entries, score } from "cx/palette/sources.js";
 
 const MOST = 60,
   MOST_OF_GROUP = 12;

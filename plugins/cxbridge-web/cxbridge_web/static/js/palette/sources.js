@@ -1,7 +1,7 @@
 // What the search over everything looks through. Each entry: {group, text, more, href}.
-import { get, part } from "../api.js";
-import { MAIN_ENV } from "../model.js";
-import { parseCall } from "../skills/parameters.js";
+import { get, part } from "cx/api.js";
+import { MAIN_ENV } from "cx/model.js";
+import { parseCall } from "cx/skills/parameters.js";
 
 const MOST_LINES = 5000; // of the log: the latest
 

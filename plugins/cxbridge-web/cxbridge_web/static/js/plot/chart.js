@@ -1,8 +1,8 @@
 // A line chart over time on a canvas: several series, an axis for each group of them, zoom and pan.
-import { Canvas, niceStep } from "../canvas.js";
-import { el } from "../dom.js";
-import { gestures } from "../panzoom.js";
-import { decimate, numberText } from "./series.js";
+import { Canvas, niceStep } from "cx/canvas.js";
+import { el } from "cx/dom.js";
+import { gestures } from "cx/panzoom.js";
+import { decimate, numberText } from "cx/plot/series.js";
 
 const AXIS = 58,
   WORDS_AXIS = 150,

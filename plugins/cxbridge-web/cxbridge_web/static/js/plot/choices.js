@@ -1,7 +1,7 @@
 // Names that can be plotted, for completion: those of the blackboard, of facts, and those seen in events.
-import { get, part } from "../api.js";
-import { parseFact } from "../clips/text.js";
-import { fieldNames } from "./names.js";
+import { get, part } from "cx/api.js";
+import { parseFact } from "cx/clips/text.js";
+import { fieldNames } from "cx/plot/names.js";
 
 const MOST = 4000;
 

@@ -1,5 +1,5 @@
 // What can be plotted, by name: `Type::id.field[2]`, `env:template{slot=value}.slot[1]`, `loop`.
-import { parseFact, valuesOf } from "../clips/text.js";
+import { parseFact, valuesOf } from "cx/clips/text.js";
 
 const FIELD = /^([A-Za-z_]\w*)::(.+)\.([A-Za-z_]\w*)(?:\[(\d+)\])?$/s;
 const SLOT = /^(?:([^\s:{}]+):)?([^\s:{}.]+)(?:\{([^{}]*)\})?\.([^\s.[\]]+)(?:\[(\d+)\])?$/;

@@ -1,7 +1,7 @@
 // What is plotted: the series, live ones and those of the recording that is open. Lives as long as the page.
-import { get, part } from "../api.js";
-import { parseName } from "./names.js";
-import { Series } from "./series.js";
+import { get, part } from "cx/api.js";
+import { parseName } from "cx/plot/names.js";
+import { Series } from "cx/plot/series.js";
 
 export const MOST_SERIES = 8;
 const path = (id) => id.split("/").map(part).join("/");

@@ -1,5 +1,5 @@
 // Recordings that are text: lines of `cxbridge trace cat --json`, and logs in the layout of Fawkes'.
-import { KIND_OF } from "./mcap.js";
+import { KIND_OF } from "cx/recording/mcap.js";
 
 const KINDS = new Set(Object.values(KIND_OF));
 const LOG = /^([DIWE]) (\d\d):(\d\d):(\d\d)\.(\d{6}) ([^:]*(?::(?! )[^:]*)*): (.*)$/s;

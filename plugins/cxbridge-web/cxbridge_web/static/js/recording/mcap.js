@@ -1,6 +1,6 @@
 // Reads the events of an mcap file that cxbridge wrote: JSON messages in chunks that are not packed.
 // https://mcap.dev/spec
-import { Sources } from "./sources.js";
+import { Sources } from "cx/recording/sources.js";
 
 const MAGIC = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];
 const OP = { SCHEMA: 3, CHANNEL: 4, MESSAGE: 5, CHUNK: 6, ATTACHMENT: 9, METADATA: 12, DATA_END: 15 };

@@ -1,9 +1,9 @@
 // Ways to open a recording: choose a file, drop one, or a link to one that this server has.
-import SITE from "../../shared/site.js";
-import { button, el } from "../dom.js";
-import { readLines } from "./lines.js";
-import { isMcap, readMcap } from "./mcap.js";
-import { Recording } from "./run.js";
+import SITE from "shared/site.js";
+import { button, el } from "cx/dom.js";
+import { readLines } from "cx/recording/lines.js";
+import { isMcap, readMcap } from "cx/recording/mcap.js";
+import { Recording } from "cx/recording/run.js";
 
 const MOST_BYTES = 512 << 20,
   SLICE_MS = 30,
@@ -107,11 +107,25 @@ export async function openFile(app, file) {
   await attempt(app, file.name, async () => new Uint8Array(await file.arrayBuffer()));
 }
 
+/** The bytes of the recording, or of the document, that is in the page itself. */
+export async function inside() {
+  const packed = atob(document.getElementById("recording").textContent),
+    bytes = Uint8Array.from(packed, (character) => character.charCodeAt(0)),
+    unpacked = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(unpacked).arrayBuffer());
+}
+
 /**
- * The recording that the address asks for: `?run=PATH` of a file of this server. One that serves recordings
+ * The recording in the page, or the one that the address asks for: `?run=PATH` of a file of this server. One that serves recordings
  * only has one for addresses without.
  */
 export async function openLinked(app) {
+  if (SITE.inside) {
+    const { name, links, notes } = SITE.inside;
+    await attempt(app, name, inside, async () => links);
+    for (const note of notes) app.toast(note, true);
+    return;
+  }
   const [first = null] = SITE.runs || [],
     path = new URLSearchParams(location.search).get("run") || (first && first.path);
   if (!path) return;

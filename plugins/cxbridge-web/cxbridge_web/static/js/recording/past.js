@@ -1,5 +1,5 @@
 // What has happened of a live run, kept so that its past can be looked at as a recording is.
-import { Recording } from "./run.js";
+import { Recording } from "cx/recording/run.js";
 
 const KEPT = new Set(["goal", "plan-action", "skill", "log", "message", "planner"]);
 const MOST_EVENTS = 100_000;

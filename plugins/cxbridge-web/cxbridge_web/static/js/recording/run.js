@@ -1,6 +1,6 @@
 // A recorded run at one of its moments.
-import { Model } from "../model.js";
-import { History } from "../timeline/history.js";
+import { Model } from "cx/model.js";
+import { History } from "cx/timeline/history.js";
 
 const STEP_KINDS = new Set(["goal", "plan-action", "skill"]);
 

@@ -1,6 +1,6 @@
 // The bar that goes through the time of a recording; of a live run it names the moment that is chosen.
-import { button, clockText, el } from "../dom.js";
-import { runAddress } from "../not_found.js";
+import { button, clockText, el } from "cx/dom.js";
+import { runAddress } from "cx/not_found.js";
 
 const PLAY_MS = 120;
 const SHOWS_NOW = "This view shows what is now: the past has goals, skills, messages and the log.";

@@ -1,6 +1,6 @@
 // The executors of the skill board (docs/skill-board.md): who they are, what they can do, what they do now.
-import { part } from "../api.js";
-import { badge, el, wideTable } from "../dom.js";
+import { part } from "cx/api.js";
+import { badge, el, wideTable } from "cx/dom.js";
 
 export const EXECUTOR = "SkillExecutorInterface";
 const STATES = { IDLE: ["new", "○"], RESERVED: ["chosen", "◔"], BUSY: ["active", "▶"] };

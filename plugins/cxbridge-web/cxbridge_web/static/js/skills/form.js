@@ -1,6 +1,6 @@
 // A form that calls one skill: a field for each parameter that is known.
-import { el } from "../dom.js";
-import { skillString } from "./parameters.js";
+import { el } from "cx/dom.js";
+import { skillString } from "cx/skills/parameters.js";
 
 /**
  * @param parameters of parametersOf()

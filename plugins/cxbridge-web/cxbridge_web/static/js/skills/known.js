@@ -1,6 +1,6 @@
 // The skills of a Skiller by name, and why there may be none.
-import { none } from "../dom.js";
-import { parseCall } from "./parameters.js";
+import { none } from "cx/dom.js";
+import { parseCall } from "cx/skills/parameters.js";
 
 /**
  * @param names that the Skiller has

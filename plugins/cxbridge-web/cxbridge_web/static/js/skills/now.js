@@ -1,8 +1,8 @@
 // What a Skiller says of itself, and its calls up to now.
-import { get } from "../api.js";
-import { idPath } from "../blackboard/messages.js";
-import { button, clockText, durationText, el } from "../dom.js";
-import { skillBadge } from "../looks.js";
+import { get } from "cx/api.js";
+import { idPath } from "cx/blackboard/messages.js";
+import { button, clockText, durationText, el } from "cx/dom.js";
+import { skillBadge } from "cx/looks.js";
 
 export const STATUS = "SkillerInterface::";
 export const DEBUG = "SkillerDebugInterface::";

@@ -1,10 +1,10 @@
 // Beside the timeline: what is chosen, from the goal to its action, its skill call, its log lines and its why.
-import { button, durationText, el, none, pairs } from "../dom.js";
-import { goalOutcome, actionOutcome, outcomeBadge } from "../outcome.js";
-import { axisText } from "./paint.js";
-import { pathTo, resolve } from "./path.js";
-import { outcomeAt, timesOf } from "./spans.js";
-import { causes, errorsAt } from "./why.js";
+import { button, durationText, el, none, pairs } from "cx/dom.js";
+import { goalOutcome, actionOutcome, outcomeBadge } from "cx/outcome.js";
+import { axisText } from "cx/timeline/paint.js";
+import { pathTo, resolve } from "cx/timeline/path.js";
+import { outcomeAt, timesOf } from "cx/timeline/spans.js";
+import { causes, errorsAt } from "cx/timeline/why.js";
 
 const MOST = 200; // entries of a list
 

@@ -1,8 +1,8 @@
 // What is at a place of the timeline: the bar or the mark below the pointer, in words.
-import { durationText } from "../dom.js";
-import { OUTCOMES } from "../outcome.js";
-import { AXIS, MARKS, axisText } from "./paint.js";
-import { spansOf } from "./spans.js";
+import { durationText } from "cx/dom.js";
+import { OUTCOMES } from "cx/outcome.js";
+import { AXIS, MARKS, axisText } from "cx/timeline/paint.js";
+import { spansOf } from "cx/timeline/spans.js";
 
 const NEAR = 6; // pixels
 

@@ -1,8 +1,8 @@
 // What happened when: goals, plan-actions, skill calls and errors with their changes over time, read from events.
 // The one reader of such times: the timeline, the goals' view and reports take them from here.
-import { hasEnded, skillOutcome } from "../outcome.js";
-import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "../names.js";
-import { BoardMessages, laneOf } from "./board.js";
+import { hasEnded, skillOutcome } from "cx/outcome.js";
+import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "cx/names.js";
+import { BoardMessages, laneOf } from "cx/timeline/board.js";
 
 const MOST_GOALS = 20000,
   MOST_CALLS = 20000,

@@ -1,7 +1,7 @@
 // The names beside the lanes: what is read, and what screen readers say.
-import { durationText, el } from "../dom.js";
-import { OUTCOMES } from "../outcome.js";
-import { outcomeAt, timesOf } from "./spans.js";
+import { durationText, el } from "cx/dom.js";
+import { OUTCOMES } from "cx/outcome.js";
+import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 
 const isLife = ({ kind }) => kind === "goal" || kind === "action";
 

@@ -1,6 +1,6 @@
 // The whole run in a strip: how many goals ran when, where something failed, and the stretch that is seen, which
 // can be dragged, and resized at its ends.
-import { spansOf } from "./spans.js";
+import { spansOf } from "cx/timeline/spans.js";
 
 const HIGH = 34,
   END = 8; // pixels in which an end can be taken

@@ -1,7 +1,7 @@
 // Draws rows, the axis and marks onto a canvas: only what is seen, and of what falls on one pixel only one.
-import { clockText, durationText } from "../dom.js";
-import { spansOf } from "./spans.js";
-import { ticks } from "./window.js";
+import { clockText, durationText } from "cx/dom.js";
+import { spansOf } from "cx/timeline/spans.js";
+import { ticks } from "cx/timeline/window.js";
 
 export const AXIS = 24; // pixels: the axis
 export const MARKS = 18; // and the lane of errors below it

@@ -1,8 +1,8 @@
 // The timeline on paper: pictures of all rows, below each other, in the colours of paper.
-import { el } from "../dom.js";
-import { AXIS, Painter } from "./paint.js";
-import { palette } from "./texture.js";
-import { TimeWindow } from "./window.js";
+import { el } from "cx/dom.js";
+import { AXIS, Painter } from "cx/timeline/paint.js";
+import { palette } from "cx/timeline/texture.js";
+import { TimeWindow } from "cx/timeline/window.js";
 
 const WIDTH = 1000, // pixels of the picture; the paper scales it
   NAMES = 260,

@@ -1,7 +1,7 @@
 // Rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters.
-import { parentsOf } from "../forest.js";
-import { NAMES } from "../outcome.js";
-import { outcomeAt, spansOf } from "./spans.js";
+import { parentsOf } from "cx/forest.js";
+import { NAMES } from "cx/outcome.js";
+import { outcomeAt, spansOf } from "cx/timeline/spans.js";
 
 /**
  * @typedef {object} Row

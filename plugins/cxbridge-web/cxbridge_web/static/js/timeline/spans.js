@@ -1,6 +1,6 @@
 // Bars: the stretches of a goal's, a plan-action's or a skill call's life, with their outcomes.
-import { actionOutcome, goalOutcome, skillOutcome } from "../outcome.js";
-import { lastUpTo } from "./history.js";
+import { actionOutcome, goalOutcome, skillOutcome } from "cx/outcome.js";
+import { lastUpTo } from "cx/timeline/history.js";
 
 /**
  * @typedef {object} Span

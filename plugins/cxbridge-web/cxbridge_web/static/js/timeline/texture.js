@@ -1,5 +1,5 @@
 // Colours and textures of outcomes for a canvas: those of css/outcomes.css.
-import { NAMES, OUTCOMES } from "../outcome.js";
+import { NAMES, OUTCOMES } from "cx/outcome.js";
 
 const SIZE = 8;
 

@@ -1,21 +1,21 @@
 // The timeline: goals, plan-actions, skill calls and errors over time. The page and reports show this component.
-import { el, none } from "../dom.js";
-import { VirtualList } from "../virtual.js";
-import { Detail } from "./detail.js";
-import { findAt, tipOf } from "./find.js";
-import { keyInput, pointerInput } from "./input.js";
-import { nameOf, signOf } from "./labels.js";
-import { Overview } from "./overview.js";
-import { marksOf } from "./marks.js";
-import { AXIS, MARKS, Painter } from "./paint.js";
-import { pathTo, resolve } from "./path.js";
-import { printsTimeline } from "./print.js";
-import { Rows } from "./rows.js";
-import { timesOf } from "./spans.js";
-import { palette } from "./texture.js";
-import { Tip } from "./tip.js";
-import { Toolbar } from "./toolbar.js";
-import { TimeWindow } from "./window.js";
+import { el, none } from "cx/dom.js";
+import { VirtualList } from "cx/virtual.js";
+import { Detail } from "cx/timeline/detail.js";
+import { findAt, tipOf } from "cx/timeline/find.js";
+import { keyInput, pointerInput } from "cx/timeline/input.js";
+import { nameOf, signOf } from "cx/timeline/labels.js";
+import { Overview } from "cx/timeline/overview.js";
+import { marksOf } from "cx/timeline/marks.js";
+import { AXIS, MARKS, Painter } from "cx/timeline/paint.js";
+import { pathTo, resolve } from "cx/timeline/path.js";
+import { printsTimeline } from "cx/timeline/print.js";
+import { Rows } from "cx/timeline/rows.js";
+import { timesOf } from "cx/timeline/spans.js";
+import { palette } from "cx/timeline/texture.js";
+import { Tip } from "cx/timeline/tip.js";
+import { Toolbar } from "cx/timeline/toolbar.js";
+import { TimeWindow } from "cx/timeline/window.js";
 
 const LIVE_MS = 50,
   SETTLED_MS = 160,

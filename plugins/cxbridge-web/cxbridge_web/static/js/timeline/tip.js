@@ -1,5 +1,5 @@
 // What is said of the bar or the mark below the pointer.
-import { el } from "../dom.js";
+import { el } from "cx/dom.js";
 
 export class Tip {
   /** @param canvas beside which it stands, in the same box */

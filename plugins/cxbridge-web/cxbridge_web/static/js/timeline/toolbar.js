@@ -1,6 +1,6 @@
 // Above the timeline: outcomes, which are the legend and a filter; search, folds, axis, zoom.
-import { button, checkbox, el, search } from "../dom.js";
-import { NAMES, OUTCOMES } from "../outcome.js";
+import { button, checkbox, el, search } from "cx/dom.js";
+import { NAMES, OUTCOMES } from "cx/outcome.js";
 
 export class Toolbar {
   /** @param more elements of the page that shows the timeline */

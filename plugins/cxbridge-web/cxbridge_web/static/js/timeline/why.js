@@ -1,7 +1,7 @@
 // Why something ended as it did, or goes on: from a goal down to the sub-goal, action, skill and log line behind it.
-import { OUTCOMES } from "../outcome.js";
-import { outcomeAt, timesOf } from "./spans.js";
-import { pathTo } from "./path.js";
+import { OUTCOMES } from "cx/outcome.js";
+import { outcomeAt, timesOf } from "cx/timeline/spans.js";
+import { pathTo } from "cx/timeline/path.js";
 
 const DEEPEST = 50,
   LINES = 3,

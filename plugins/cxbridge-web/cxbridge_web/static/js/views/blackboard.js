@@ -1,10 +1,10 @@
 // Interfaces: who writes and reads them, their values as they change, and messages to send.
-import { get, part, throttled } from "../api.js";
-import { idPath, messageForm, sentMessages } from "../blackboard/messages.js";
-import { button, clockText, el, none, pairs, panel, refill, search, tabs } from "../dom.js";
-import { fieldNames } from "../plot/names.js";
-import { plot } from "../plot/store.js";
-import { VirtualList } from "../virtual.js";
+import { get, part, throttled } from "cx/api.js";
+import { idPath, messageForm, sentMessages } from "cx/blackboard/messages.js";
+import { button, clockText, el, none, pairs, panel, refill, search, tabs } from "cx/dom.js";
+import { fieldNames } from "cx/plot/names.js";
+import { plot } from "cx/plot/store.js";
+import { VirtualList } from "cx/virtual.js";
 
 export const tab = { title: "Blackboard", order: 50 };
 export const kinds = ["interface"];

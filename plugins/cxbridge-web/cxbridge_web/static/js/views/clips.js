@@ -1,14 +1,14 @@
 // CLIPS: facts, rules and agenda of an environment; why a rule has not fired; asserting, changing and
 // retracting.
-import { get, part, post, throttled } from "../api.js";
-import { button, checkbox, el, none, paced, panel, refill, search, tabs } from "../dom.js";
-import { envSelect } from "../env.js";
-import { templateOwners } from "../clips/constructs.js";
-import { factForm } from "../clips/fact_form.js";
-import { agendaItems, factItems, ruleItems, rulesOfRecording } from "../clips/items.js";
-import { factsOverview, rulesOverview } from "../clips/overview.js";
-import { ruleDetail } from "../clips/rule.js";
-import { VirtualList } from "../virtual.js";
+import { get, part, post, throttled } from "cx/api.js";
+import { button, checkbox, el, none, paced, panel, refill, search, tabs } from "cx/dom.js";
+import { envSelect } from "cx/env.js";
+import { templateOwners } from "cx/clips/constructs.js";
+import { factForm } from "cx/clips/fact_form.js";
+import { agendaItems, factItems, ruleItems, rulesOfRecording } from "cx/clips/items.js";
+import { factsOverview, rulesOverview } from "cx/clips/overview.js";
+import { ruleDetail } from "cx/clips/rule.js";
+import { VirtualList } from "cx/virtual.js";
 
 export const tab = { title: "CLIPS", order: 60 };
 export const kinds = ["fact", "rule"];

@@ -1,9 +1,9 @@
 // The configuration, the daemon's components, and its plugins.
-import { get, part, put, throttled } from "../api.js";
-import { button, timeOfDay, el, none, panel, search, tabs } from "../dom.js";
-import { badge } from "../dom.js";
-import { componentBadge } from "../looks.js";
-import { VirtualList } from "../virtual.js";
+import { get, part, put, throttled } from "cx/api.js";
+import { button, timeOfDay, el, none, panel, search, tabs } from "cx/dom.js";
+import { badge } from "cx/dom.js";
+import { componentBadge } from "cx/looks.js";
+import { VirtualList } from "cx/virtual.js";
 
 export const tab = { title: "Config", order: 90, formerly: "settings" };
 export const kinds = [];

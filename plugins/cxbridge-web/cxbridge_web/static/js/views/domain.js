@@ -1,11 +1,11 @@
 // The PDDL domain: facts, objects, predicates, operators.
-import { get, part as segment, throttled } from "../api.js";
-import { MODELS } from "../clips/text.js";
-import { checkbox, el, none, panel, refill, search, tabs } from "../dom.js";
-import { operatorView } from "../domain/operator_view.js";
-import { readDomain, TEMPLATES } from "../domain/operators.js";
-import { envSelect, readOf } from "../env.js";
-import { VirtualList } from "../virtual.js";
+import { get, part as segment, throttled } from "cx/api.js";
+import { MODELS } from "cx/clips/text.js";
+import { checkbox, el, none, panel, refill, search, tabs } from "cx/dom.js";
+import { operatorView } from "cx/domain/operator_view.js";
+import { readDomain, TEMPLATES } from "cx/domain/operators.js";
+import { envSelect, readOf } from "cx/env.js";
+import { VirtualList } from "cx/virtual.js";
 
 export const tab = { title: "Domain", order: 40 };
 export const kinds = ["fact"];

@@ -1,10 +1,10 @@
 // CLIPS environments: make and destroy them, load files into them, request features, watch, drop log
 // lines, evaluate.
-import { get, part, post, put, remove, throttled } from "../api.js";
-import { badge, button, el, none, pairs, panel, refill } from "../dom.js";
-import { MAIN_ENV } from "../model.js";
-import { VirtualList } from "../virtual.js";
-import { clipsTabs } from "./clips.js";
+import { get, part, post, put, remove, throttled } from "cx/api.js";
+import { badge, button, el, none, pairs, panel, refill } from "cx/dom.js";
+import { MAIN_ENV } from "cx/model.js";
+import { VirtualList } from "cx/virtual.js";
+import { clipsTabs } from "cx/views/clips.js";
 
 export const parts = ["clips/environments"];
 export const kinds = [];

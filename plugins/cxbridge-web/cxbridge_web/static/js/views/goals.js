@@ -1,18 +1,18 @@
 // The forest of goals, and beside it the chosen goal (what it is, its plans, how it came here, why) or the run.
-import { get, part, throttled } from "../api.js";
-import { button, checkbox, durationText, el, none, paced, panel, refill, search } from "../dom.js";
-import { envSelect, readOf } from "../env.js";
-import { parentsOf } from "../forest.js";
-import { goalDetail } from "../goals/detail.js";
-import { goalFilter } from "../goals/filter.js";
-import { durationOf, progressOf, robotsOf } from "../goals/numbers.js";
-import { runSummary } from "../goals/summary.js";
-import { childrenOf, rowsOf } from "../goals/tree.js";
-import { goalWhy } from "../goals/why.js";
-import { goalText } from "../looks.js";
-import { MAIN_ENV } from "../model.js";
-import { goalOutcome, isOpen, OUTCOMES } from "../outcome.js";
-import { VirtualList } from "../virtual.js";
+import { get, part, throttled } from "cx/api.js";
+import { button, checkbox, durationText, el, none, paced, panel, refill, search } from "cx/dom.js";
+import { envSelect, readOf } from "cx/env.js";
+import { parentsOf } from "cx/forest.js";
+import { goalDetail } from "cx/goals/detail.js";
+import { goalFilter } from "cx/goals/filter.js";
+import { durationOf, progressOf, robotsOf } from "cx/goals/numbers.js";
+import { runSummary } from "cx/goals/summary.js";
+import { childrenOf, rowsOf } from "cx/goals/tree.js";
+import { goalWhy } from "cx/goals/why.js";
+import { goalText } from "cx/looks.js";
+import { MAIN_ENV } from "cx/model.js";
+import { goalOutcome, isOpen, OUTCOMES } from "cx/outcome.js";
+import { VirtualList } from "cx/virtual.js";
 
 export const tab = { title: "Goals", order: 20 };
 export const moment = "past";

@@ -1,9 +1,9 @@
 // Drawings of the blackboard (who writes and reads what) and of the coordinate frames, as Fawkes' webview
 // has them.
-import { get, throttled } from "../api.js";
-import { button, el, none, panel, refill, search } from "../dom.js";
-import { drawGraph } from "../graph/draw.js";
-import { blackboardTabs } from "./blackboard.js";
+import { get, throttled } from "cx/api.js";
+import { button, el, none, panel, refill, search } from "cx/dom.js";
+import { drawGraph } from "cx/graph/draw.js";
+import { blackboardTabs } from "cx/views/blackboard.js";
 
 export const parts = ["blackboard/graph", "blackboard/transforms"];
 export const kinds = [];

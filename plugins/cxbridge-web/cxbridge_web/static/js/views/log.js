@@ -1,6 +1,6 @@
 // The log, with levels and search. At its end it follows.
-import { checkbox, clockText, el, none, paced, panel, search } from "../dom.js";
-import { VirtualList } from "../virtual.js";
+import { checkbox, clockText, el, none, paced, panel, search } from "cx/dom.js";
+import { VirtualList } from "cx/virtual.js";
 
 export const tab = { title: "Log", order: 80 };
 export const moment = "own";

@@ -1,9 +1,9 @@
 // The map: the navigation graph, coordinate frames, robots with their trails.
-import { throttled } from "../api.js";
-import { SERIES_COLOURS, save } from "../canvas.js";
-import { button, checkbox, dataTable, el, none, panel, refill } from "../dom.js";
-import { Drawing } from "../map/drawing.js";
-import { tracksOf } from "../map/store.js";
+import { throttled } from "cx/api.js";
+import { SERIES_COLOURS, save } from "cx/canvas.js";
+import { button, checkbox, dataTable, el, none, panel, refill } from "cx/dom.js";
+import { Drawing } from "cx/map/drawing.js";
+import { tracksOf } from "cx/map/store.js";
 
 export const tab = { title: "Map", order: 57 };
 export const moment = "own";

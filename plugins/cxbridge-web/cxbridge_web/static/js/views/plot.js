@@ -1,12 +1,12 @@
 // Values over time: fields of interfaces, slots of facts, the time that loops take.
-import { palette, save } from "../canvas.js";
-import { button, clockText, zeroOfTimes, dataTable, el, none, panel, refill } from "../dom.js";
-import { Chart, dashOf } from "../plot/chart.js";
-import { choices } from "../plot/choices.js";
-import { csv } from "../plot/csv.js";
-import { HINT } from "../plot/names.js";
-import { numberText } from "../plot/series.js";
-import { plotAddress, plotsOf } from "../plot/store.js";
+import { palette, save } from "cx/canvas.js";
+import { button, clockText, zeroOfTimes, dataTable, el, none, panel, refill } from "cx/dom.js";
+import { Chart, dashOf } from "cx/plot/chart.js";
+import { choices } from "cx/plot/choices.js";
+import { csv } from "cx/plot/csv.js";
+import { HINT } from "cx/plot/names.js";
+import { numberText } from "cx/plot/series.js";
+import { plotAddress, plotsOf } from "cx/plot/store.js";
 
 export const tab = { title: "Plot", order: 55 };
 export const moment = "own";

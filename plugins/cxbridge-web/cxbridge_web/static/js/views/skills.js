@@ -1,16 +1,16 @@
 // Skills: what runs, its state graph, to call and to stop.
-import { get, part, post, remove, throttled } from "../api.js";
-import { button, el, none, pairs, panel, refill, search } from "../dom.js";
-import { controllerName } from "../controller.js";
-import { drawGraph } from "../graph/draw.js";
-import { skillBadge } from "../looks.js";
-import { EXECUTOR, executorsOf, executorTable } from "../skills/executors.js";
-import { skillForm } from "../skills/form.js";
-import { knownSkills, noSkills } from "../skills/known.js";
-import { callList, callsOf, DEBUG, readStatus, skillerState, STATUS } from "../skills/now.js";
-import { mappedSkills, parametersOf } from "../skills/parameters.js";
-import { nameOfLane } from "../timeline/board.js";
-import { VirtualList } from "../virtual.js";
+import { get, part, post, remove, throttled } from "cx/api.js";
+import { button, el, none, pairs, panel, refill, search } from "cx/dom.js";
+import { controllerName } from "cx/controller.js";
+import { drawGraph } from "cx/graph/draw.js";
+import { skillBadge } from "cx/looks.js";
+import { EXECUTOR, executorsOf, executorTable } from "cx/skills/executors.js";
+import { skillForm } from "cx/skills/form.js";
+import { knownSkills, noSkills } from "cx/skills/known.js";
+import { callList, callsOf, DEBUG, readStatus, skillerState, STATUS } from "cx/skills/now.js";
+import { mappedSkills, parametersOf } from "cx/skills/parameters.js";
+import { nameOfLane } from "cx/timeline/board.js";
+import { VirtualList } from "cx/virtual.js";
 
 export const tab = { title: "Skills", order: 30 };
 export const moment = "past";

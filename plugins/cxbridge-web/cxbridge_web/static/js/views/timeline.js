@@ -1,10 +1,10 @@
 // The timeline of what happens now, or of the recording that is looked at.
-import { get, part } from "../api.js";
-import { paced, zeroOfTimes } from "../dom.js";
-import { envSelect } from "../env.js";
-import { MAIN_ENV } from "../names.js";
-import { partsOf, pathOf } from "../timeline/path.js";
-import { Timeline } from "../timeline/timeline.js";
+import { get, part } from "cx/api.js";
+import { paced, zeroOfTimes } from "cx/dom.js";
+import { envSelect } from "cx/env.js";
+import { MAIN_ENV } from "cx/names.js";
+import { partsOf, pathOf } from "cx/timeline/path.js";
+import { Timeline } from "cx/timeline/timeline.js";
 
 export const tab = { title: "Timeline", order: 10 };
 export const moment = "own";

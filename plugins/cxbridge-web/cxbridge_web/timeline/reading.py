@@ -18,7 +18,7 @@ from cxbridge.history.builder import RunHistory
 from cxbridge.history.keeping import Kept, cut
 from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.base import Run
-from cxbridge_web.report.model import InterfaceCount, ReportLimits, RuleCount, RunModel
+from cxbridge_web.timeline.model import InterfaceCount, ReportLimits, RuleCount, RunModel
 
 FACT_POINTS = 2000
 """How many points the curve of facts has at most."""

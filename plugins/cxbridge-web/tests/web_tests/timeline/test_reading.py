@@ -17,8 +17,8 @@ from cxbridge.events import (
 )
 from cxbridge.history.model import goal_forest
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_web.report.model import ReportLimits
-from cxbridge_web.report.reading import FACT_POINTS, read
+from cxbridge_web.timeline.model import ReportLimits
+from cxbridge_web.timeline.reading import FACT_POINTS, read
 from tests.trace.events import events
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, action, family, recording
 

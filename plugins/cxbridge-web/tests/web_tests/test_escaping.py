@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.trace.html.text import embed, html, visible
+from cxbridge_web.escaping import embed, html, visible
 
 HOSTILE = [
     "</script><script>document.title='owned'</script>",

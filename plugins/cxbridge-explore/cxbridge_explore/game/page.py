@@ -1,0 +1,44 @@
+"""The page about a game."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from cxbridge.run.program.finished import write_document
+from cxbridge_explore.game.judge import PRODUCTION
+from cxbridge_explore.game.score import POST_GAME, Award, GameResult
+from cxbridge_explore.game.timeline import Span
+
+
+def write_page(result: GameResult, file: Path, command: str) -> None:
+    """Write the page.
+
+    :param command: what makes it once more.
+    :raises CxbridgeError: when the file cannot be written, or no installed package makes pages.
+    """
+    write_document(file, "game", f"Game of seed {result.seed}", as_document(result, command))
+
+
+def as_document(result: GameResult, command: str) -> dict[str, Any]:
+    """Return what the page shows."""
+    score, timeline = result.score, result.timeline
+    return {
+        **result.as_dict(),
+        "command": command,
+        "seconds": timeline.seconds,
+        "awards": [{**asdict(each), "second": second_of(each, timeline.seconds)} for each in score.awards],
+        "skills": _spans(timeline.skills),
+        "states": _spans(timeline.machines),
+    }
+
+
+def second_of(award: Award, seconds: float) -> float:
+    """Return the second of the production when points were given; those of other phases are at its ends."""
+    return min(award.game_time, seconds) if award.phase in (PRODUCTION, POST_GAME) else 0.0
+
+
+def _spans(spans: Mapping[str, tuple[Span, ...]]) -> dict[str, list[dict[str, Any]]]:
+    return {name: [asdict(span) for span in of] for name, of in spans.items()}
