@@ -1,4 +1,4 @@
-"""Why a skill string failed: one value, made where it fails; what its readers are told of it is said here.
+"""Why a skill string failed: one value, made at the place of the failure, with the texts for its readers.
 
 The field ``error`` of SkillerInterface carries the text to the executive, whose rules take it into the slot
 ``error-msg`` of the skill and of the plan-action.

@@ -31,7 +31,7 @@ _NUMBERS: Final = re.compile(r"(?<=f-)\d+ *|(?<=FIRE) +\d+|(?<=msgid=)\d+")
 
 
 class BaselineEntry(Struct, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
-    """An accepted difference, as the file has it; what is empty may be anything.
+    """An accepted difference of a file; an empty field accepts any value.
 
     :param times: the number of differences that it accepts at most; None: any number.
     """
@@ -149,7 +149,7 @@ def accept(comparison: Comparison, entries: Sequence[ReadEntry]) -> list[ReadEnt
 
 
 def write_baseline(path: Path, comparison: Comparison, reason: str) -> int:
-    """Write a baseline that accepts what a comparison found, and what was accepted; return how many entries.
+    """Write a baseline that accepts the found and the accepted differences; return the number of entries.
 
     :param reason: for those that have none yet; empty: to be written into the file by hand.
     :raises TraceError: when it cannot be written, or more was found than is kept.

@@ -27,7 +27,7 @@ RULES_BEFORE = 5
 def context_of(
     run: Run, view: View, position: int | None, selection: Selection | None = None
 ) -> DifferenceContext:
-    """Read a run up to an event, and return what led to it.
+    """Read a run up to an event, and return the context of the event.
 
     :param position: the event's number among those that are compared, from 0; None: nothing is found.
     """
@@ -69,7 +69,7 @@ def event_line(number: int, event: Event, start_us: int, *, here: bool = False) 
 
 
 def goal_lines(goals: Mapping[str, GoalTransition]) -> Iterator[GoalAtDifference]:
-    """Yield goals as a tree; retracted roots, and what is below them, are left out.
+    """Yield goals as a tree; retracted roots, and the goals below them, are left out.
 
     :param goals: the last transition of each goal.
     """

@@ -1,4 +1,4 @@
-"""Edits between two sequences of states: what moved, changed, or is in one of them alone."""
+"""Edits between two sequences of states: states that moved, changed, or are in one sequence only."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Alignment:
         return self._beside[gap - 1][1 - run] if gap else NONE
 
     def ends(self, run: int, edit: Edit) -> bool:
-        """Whether a run that has nothing at an edit is over there, and the other run goes on to its end."""
+        """Whether a run without a state at an edit is over there, and the other run continues to its end."""
         at = edit.at[1 - run]
         if edit.whole or at + edit.count < self._ends[1 - run]:
             return False
@@ -86,9 +86,9 @@ class Alignment:
     ) -> list[Edit]:
         """Return the edits, in the order of the runs.
 
-        :param content: what is the same when a state is at another place.
-        :param thread: what a state is a step of; a state has changed when the other run has another one
-            between the same steps.
+        :param content: the part of a state that is the same at another place.
+        :param thread: the goal, plan or Skiller of a state; a state has changed when the other
+            run has another state between the same steps.
         :param owner: the goal of a state when the other run has no such goal: its states are one edit.
         :param joined: the kinds of edits that are one edit when they are in a row.
         """

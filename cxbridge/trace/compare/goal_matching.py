@@ -12,7 +12,7 @@ from cxbridge.trace.compare.goals import Goal, GoalForest, sign
 from cxbridge.trace.compare.names import anonymous
 
 LIKE: Final = 0.5
-"""Goals of different classes, or of different parents, can be the same when so much of what they did is."""
+"""The least likeness of goals that are a pair although their classes, or their parents, differ."""
 
 MAX_COMPARED: Final = 900
 """The most pairs of siblings of which the likeness is compared; of more, the order decides."""
@@ -45,8 +45,8 @@ def match_goals(a: GoalForest, b: GoalForest) -> GoalMatch:
 
     Goals are a pair when their parents are, and environment, class, sub-type and id without its gensym number
     are the same. Among several such siblings, those that did the same are paired first, then those that did
-    most alike. What is left over then is paired with what did much the same below another parent, or as a
-    goal of another class; such pairs are differences.
+    most alike. The remaining goals are paired with similar goals below another parent, or of another
+    class; such pairs are differences.
     """
     matcher = _Matcher(a, b)
     matcher.descend("", a.roots, b.roots)
@@ -89,7 +89,7 @@ class _Matcher:
                 self.match.labels.update({goal: self._label(path, goal) for goal in left})
 
     def adopt(self) -> None:
-        """Pair what is left with what did much the same below another parent."""
+        """Pair the remaining goals with similar goals below another parent."""
         by_kind: dict[object, list[Goal]] = defaultdict(list)
         only_a, only_b = self.match.only
         for goal in only_b:

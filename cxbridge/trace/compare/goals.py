@@ -29,9 +29,9 @@ class Goal:
     :param parent: the parent it had last, None for none.
     :param own: its transitions; one that only changes the parent is none.
     :param plans: the transitions of its plan-actions, by plan id; once all is read, by ids of every run.
-    :param details: what it said of its parameters and the like, where that changed.
-    :param plan_details: what its plan-actions did, by the same; each state begins with the action's id.
-    :param deeds: what it did, once it is compared with others.
+    :param details: its parameters and other details, where they changed.
+    :param plan_details: the details of its plan-actions, by the same; each state begins with the action's id.
+    :param deeds: its states and those of its plans, once it is compared with other goals.
     :param named_by: kind of each goal that names this one in an error, and at which of its transitions.
     """
 
@@ -63,7 +63,7 @@ class Goal:
         return sum(1 for _ in downwards([self]))
 
     def likeness(self, other: Goal) -> float:
-        """Return which part of what this goal and another did is the same, from 0 to 1, in whatever order."""
+        """Return the equal part of the states of this goal and another, from 0 to 1, in any order."""
         ours, theirs = self._known_deeds(), other._known_deeds()
         return 2 * (ours & theirs).total() / max(1, ours.total() + theirs.total())
 
@@ -96,7 +96,7 @@ class Goal:
 
 
 class GoalForest:
-    """All goals of a run, with what skillers said.
+    """All goals of a run, and the statuses of its Skillers.
 
     :param events: those of the run, read once, here.
     """

@@ -1,4 +1,4 @@
-"""Compares in partial order: what depends on what must be in the same order, nothing else.
+"""Compares in partial order: only events that depend on each other must be in the same order.
 
 docs/comparing.md, section "Partial order", is the definition that this module implements.
 """
@@ -28,10 +28,10 @@ Relation: TypeAlias = tuple[Goal, str]
 def compare_partial(
     a: Iterable[Event], others: Sequence[Iterable[Event]], tolerance: Tolerance | None = None
 ) -> Comparison:
-    """Compare the transitions of a run with those of others, each read once.
+    """Compare the transitions of a run with those of other runs, each read once.
 
-    With several others, the run must have the same goals, plans, statuses as each of them; of the relations
-    between a goal and its parent only those count that all the others agree on.
+    With several other runs, the run must have the same goals, plans, statuses as each of them; of the
+    relations between a goal and its parent only those count that all the other runs agree on.
     """
     ours = GoalForest(a)
     relations: dict[Relation, _AgreedRelation] = {}
@@ -74,18 +74,18 @@ def _below(goal: Goal) -> str:
 
 
 def _named(goal: Goal) -> str:
-    """Return what a goal is."""
+    """Return id, class and sub-type of a goal."""
     return f"goal {goal.key[1]} of class {goal.goal_class}, sub-type {goal.sub_type}"
 
 
 def _goal_text(goal: Goal) -> str:
-    """Return what a goal is that one run has only."""
+    """Return the description of a goal that one run has alone."""
     more = f", with {goal.size - 1} below it" if goal.size > 1 else ""
     return f"goal {goal.key[1]} of class {goal.goal_class}{more}"
 
 
 def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
-    """Yield the transitions of all goals and plans, those of partners together, and what they say more."""
+    """Yield the transitions of all goals and plans, those of partners together, and their details."""
     for pair in match.pairs:
         one, other = pair
         subject = f"goal {match.labels[one]}"
@@ -106,7 +106,7 @@ def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Ite
 
 
 def _plan_subject(match: GoalMatch, goal: Goal, plan: str) -> str:
-    """Return what a plan is called in a difference."""
+    """Return the name of a plan in differences."""
     return f"plan {plan.replace('@', goal.key[1])} of goal {match.labels[goal]}"
 
 
@@ -129,7 +129,7 @@ def _renamed(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
 class _AgreedRelation:
     """How many transitions of its goal, or parent goal, come before each transition of a plan or goal.
 
-    :param outer: the goal whose transitions are counted; ``inner``: what they are before.
+    :param outer: the goal whose transitions are counted; ``inner``: the transitions after them.
     :param counts: the counts of each of the other runs.
     :param theirs: the transitions in the first of the other runs.
     """
@@ -198,7 +198,7 @@ def _after(goal: Goal, count: int) -> str:
 def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Comparison:
     """Compare how often each rule fired, or each fact was asserted and retracted.
 
-    No goal says what depends on what among firings and facts, so the order of these does not count.
+    Firings and facts have no goals that tell their dependencies, so their order does not count.
     """
     runs = _EventCounts(a), _EventCounts(b)
     found = []

@@ -44,7 +44,7 @@ class Step(NamedTuple):
 
 Steps: TypeAlias = Sequence[Step]
 Rows: TypeAlias = dict[str, Callable[[], list[AlignedRow]]]
-"""Makes the rows of what differs, by its subject."""
+"""Makes the rows of a difference, by its subject."""
 
 
 def states_of(steps: Steps) -> tuple[State, ...]:
@@ -54,10 +54,10 @@ def states_of(steps: Steps) -> tuple[State, ...]:
 
 @dataclass(frozen=True)
 class StepPair:
-    """The steps of what is the same in both runs, in states with names that are the same for both.
+    """The steps of one goal, plan, Skiller or interface in both runs, with the same names in both.
 
-    :param subject: what it is.
-    :param noun: what a step is called.
+    :param subject: the goal, plan, Skiller or interface.
+    :param noun: the word for a step.
     :param steps: those of both runs.
     :param timed: whether their times count; else other steps have these times too.
     """
@@ -68,10 +68,10 @@ class StepPair:
     timed: bool = True
 
     def differences(self, times: PartnerTimes | None, begin: tuple[int, int], rows: Rows) -> list[Difference]:
-        """Return what differs, in the order of the first run.
+        """Return the differences, in the order of the first run.
 
         :param begin: when each run began, microseconds.
-        :param rows: takes the rows of what differs, by its subject.
+        :param rows: takes the rows of the differences, by their subject.
         """
         states = [states_of(steps) for steps in self.steps]
         times = times if self.timed else None
@@ -113,7 +113,7 @@ class StepPair:
         return Difference(what, self.subject, ours, theirs, edit.kind, edit.count)
 
     def _missing(self, run: int, last: int) -> Side:
-        """Return what a run has that has no step here, the last one before being its number ``last``."""
+        """Return the side of a run without a step here; ``last`` is the index of its last step before."""
         steps = self.steps[run]
         if not steps:
             return Side(None, f"(no {self.noun})")
@@ -137,7 +137,7 @@ def compare_steps(
     """Put the differences between steps into a comparison, sorted by where they come up.
 
     :param begin: when each run began, microseconds.
-    :param others: differences that are no differences between steps.
+    :param others: differences between goals.
     """
     times = PartnerTimes(tolerance, begin) if tolerance else None
     rows: Rows = {}
@@ -152,7 +152,7 @@ def compare_steps(
 
 
 def _side(step: Step) -> Side:
-    """Return a step as what a run has."""
+    """Return a step as a side of a difference."""
     return Side(step.position, text_of(step.state))
 
 
@@ -191,7 +191,7 @@ class Streams:
             self.count += 1
 
     def add(self, event: Event, position: int) -> None:
-        """Take the next event of the run; one that only says again what was said last does not count."""
+        """Take the next event of the run; an event that repeats the last state does not count."""
         if isinstance(event, InterfaceWrite):
             name, text = event.uid, anonymous_fact(interface_text(event.values))
             self.scopes.add(f"interface {name}")

@@ -49,8 +49,8 @@ def compare_total(
 ) -> Comparison:
     """Compare two runs event by event, names by first appearance, up to the first place where they differ.
 
-    Memory does not grow with runs that are the same. From that place on they are aligned, so that what comes
-    again in both does not count as different.
+    Memory does not grow with runs that are the same. From that place on they are aligned, so that
+    events which follow in both runs do not count as different.
     """
     runs = (Tokens(a, view, selection), Tokens(b, view, selection))
     checks = _PartnerChecks(tolerance)
@@ -87,14 +87,14 @@ def compare_total(
 
 
 class _PartnerChecks:
-    """Finds what differs between partners, events that say the same: ids of messages, and times."""
+    """Finds differences between partners, which are equal events: ids of messages, and times."""
 
     def __init__(self, tolerance: Tolerance | None) -> None:
         self._msgids = MessageIds()
         self._times = PartnerTimes(tolerance) if tolerance else None
 
     def differences(self, one: Token, other: Token) -> Iterator[Difference]:
-        """Yield what differs between the next partners."""
+        """Yield the differences between the next partners."""
         if self._msgids.differ(stream_of(one.key), one.msgid or 0, other.msgid or 0):
             yield _between(one, other, DifferenceKind.MSGID, "another message id")
         if self._times:
@@ -115,7 +115,7 @@ def _between(one: Token, other: Token, kind: DifferenceKind, what: str) -> Diffe
 
 
 class Divergence:
-    """The tails of two runs that differ, with names that are the same for what is the same.
+    """The tails of two runs that differ, with the same name for the same goal in both.
 
     :param tails: the events of both runs.
     :param known: the number of names that are the same in both runs, number by number.
@@ -161,7 +161,7 @@ class Divergence:
         return self._alignment.rows(self._line)
 
     def hints(self, differences: list[Difference]) -> list[str]:
-        """Return what a person should know about the differences beside them."""
+        """Return hints for people who read the differences."""
         if all(difference.kind is DifferenceKind.ORDER for difference in differences):
             return ["only the order differs: compare with --order partial if the order is no matter"]
         scopes = [{scope_of(key) for key in {token.key for token in tail}} for tail in self._tails]
@@ -207,15 +207,15 @@ class Divergence:
         """Return labels with -1 for the names that one run has alone."""
         return tuple(name if name in self._taken or 0 <= name < self._known else -1 for name in labels)
 
-    # ---- what counts of an event
+    # ---- the parts of an event that are compared
 
     def _content(self, run: int, at: int) -> Hashable:
-        """Return what an event says, names that one run has alone being all the same."""
+        """Return the key of an event and its names; all names that one run has alone are equal."""
         key, labels = self._said(run, at)
         return key, self._open(labels)
 
     def _thread(self, run: int, at: int) -> Hashable:
-        """Return what an event is a step of, the same for both runs."""
+        """Return the goal, plan or Skiller of an event, the same for both runs."""
         key, names = self._tails[run][at].thread
         return key, self._labels(run, names)
 
@@ -242,7 +242,7 @@ class Divergence:
         return detail_change(self._said(0, edit.at[0]), self._said(1, edit.at[1]))
 
     def _said(self, run: int, at: int) -> Said:
-        """Return what an event says, the same for both runs."""
+        """Return the key of an event and its names, the same for both runs."""
         token = self._tails[run][at]
         return token.key, self._labels(run, token.names)
 
@@ -253,7 +253,7 @@ class Divergence:
         return Difference(self._what(edit), subject_of(tokens[0].event), ours, theirs, edit.kind, edit.count)
 
     def _side(self, run: int, edit: Edit) -> Side:
-        """Return what one run has."""
+        """Return the event of one run."""
         at = edit.at[run]
         if at != NONE:
             token = self._tails[run][at]
@@ -264,7 +264,7 @@ class Divergence:
         return Side(number, OVER if self._alignment.ends(run, edit) else NOTHING)
 
     def _what(self, edit: Edit) -> str:
-        """Return in words what differs."""
+        """Return the difference in words."""
         if edit.kind is DifferenceKind.CHANGED:
             return changed_parts(self._said(0, edit.at[0]), self._said(1, edit.at[1]))
         events = "an event" if edit.count == 1 else f"{edit.count} events"

@@ -71,8 +71,8 @@ def page_with(title: str, data: bytes, inside: Mapping[str, Any]) -> str:
     """Return the page as one file.
 
     :param data: of the recording or document.
-    :param inside: what describes the data: ``name``; for a recording ``links`` and ``notes``, for a document
-        ``kind``.
+    :param inside: the description of the data: ``name``; for a recording ``links`` and ``notes``, for a
+        document ``kind``.
     """
     modules = embed({"imports": {name: _url(text) for name, text in _modules(inside)}})
     scripts = [base_script(), _START]

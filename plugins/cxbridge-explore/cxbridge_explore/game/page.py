@@ -16,14 +16,14 @@ from cxbridge_explore.game.timeline import Span
 def write_page(result: GameResult, file: Path, command: str) -> None:
     """Write the page.
 
-    :param command: what makes it once more.
+    :param command: the command that makes it again.
     :raises CxbridgeError: when the file cannot be written, or no installed package makes pages.
     """
     write_document(file, "game", f"Game of seed {result.seed}", as_document(result, command))
 
 
 def as_document(result: GameResult, command: str) -> dict[str, Any]:
-    """Return what the page shows."""
+    """Return the values of the page, as JSON has them."""
     score, timeline = result.score, result.timeline
     return {
         **result.as_dict(),

@@ -15,14 +15,14 @@ def write_page(sweeps: Mapping[str, Sequence[RunRow]], file: Path, command: str)
     """Write the page about a sweep of one agent, or of two on the same seeds.
 
     :param sweeps: rows by the agent's name.
-    :param command: what makes the page once more.
+    :param command: the command that makes it again.
     :raises CxbridgeError: when the file cannot be written, or no installed package makes pages.
     """
     write_document(file, "sweep", f"Sweep of {' and '.join(sweeps)}", as_document(sweeps, command))
 
 
 def as_document(sweeps: Mapping[str, Sequence[RunRow]], command: str) -> dict[str, Any]:
-    """Return what the page shows."""
+    """Return the values of the page, as JSON has them."""
     by_seed = [{row.seed: row for row in rows} for rows in sweeps.values()]
     return {
         "command": command,

@@ -17,7 +17,7 @@ from cxbridge_planning.worth import Service, services, value_of_metric
 
 
 def write_page(path: Path, domain: Domain, problem: Problem, result: PlanResult) -> None:
-    """Write the page about what a planner has found.
+    """Write the page about the result of a planner.
 
     :raises CxbridgeError: when it cannot be written, or no installed package makes pages.
     """
@@ -25,7 +25,7 @@ def write_page(path: Path, domain: Domain, problem: Problem, result: PlanResult)
 
 
 def as_document(domain: Domain, problem: Problem, result: PlanResult) -> dict[str, Any]:
-    """Return what the page shows."""
+    """Return the values of the page, as JSON has them."""
     check = check_plan(domain, problem, result.actions)
     facts = {
         "problem": problem.name,
