@@ -31,7 +31,7 @@ for name in ("type", "sub-type", "class", "mode", "outcome", "parent"):
     values[name] = Symbol("x")
 for name in ("error", "params", "meta", "required-resources", "acquired-resources"):
     values[name] = ()
-print(json.dumps([_goal({}, False, values)["deadline"], SCHEMAS["Goal"]["properties"]["deadline"]["type"]]))
+print(json.dumps([_goal({}, values)["deadline"], SCHEMAS["Goal"]["properties"]["deadline"]["type"]]))
 """
 
 
