@@ -51,7 +51,7 @@ from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry
 
 settings = (("zmq/endpoints", []), ("fawkes/port", 0), ("web/port", 0))
-daemon = Daemon(DaemonOptions(settings=settings))
+daemon = Daemon(DaemonOptions(settings=settings), lambda line: line.text == "Ready" and looking.start())
 
 def look():
     try:
@@ -64,7 +64,7 @@ def look():
         daemon.stop()
 
 looking = threading.Thread(target=look)
-print(daemon.run(on_ready=looking.start))
+print(daemon.run())
 looking.join()
 """
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
@@ -145,10 +145,9 @@ class Daemon(Run):
 
     # -- life
 
-    def run(self, *, on_ready: Callable[[], None] = lambda: None) -> int:
+    def run(self) -> int:
         """Start, work until SIGINT, SIGTERM, a command or a failure, and stop; return the exit status.
 
-        :param on_ready: called when everything is started.
         :returns: 0 after a stop that was asked for, 4 after a failure.
         :raises CxbridgeError: when a component cannot be started and the policy is to stop.
         """
@@ -166,7 +165,7 @@ class Daemon(Run):
                 elif self.lifecycle.failure:
                     raise self._foreseen(self.lifecycle.failure_error)
                 else:
-                    self._work(on_ready)
+                    self._work()
             finally:
                 interrupt.give_time(GOODBYE_S)
                 with self.loop.busy():
@@ -185,11 +184,10 @@ class Daemon(Run):
         failed.__cause__ = error
         return failed
 
-    def _work(self, on_ready: Callable[[], None]) -> None:
+    def _work(self) -> None:
         self._settle()
         self._notifier.ready(f"serving at {', '.join(self.endpoints) or 'nowhere'}")
         self.log.info("Ready")
-        on_ready()
         self.loop.run(lambda: bool(self.lifecycle.failure))
 
     def stop(self) -> None:

@@ -44,13 +44,19 @@ def settings(text, **changes):
 def running(options=None, **named):
     """A daemon that runs in a thread."""
     lines: list[str] = []
-    daemon = Daemon(options or DaemonOptions(**named), lambda line: lines.append(line.text))  # type: ignore[attr-defined]
     daemon_ready = threading.Event()
+
+    def note(line: Any) -> None:
+        lines.append(line.text)
+        if line.text == "Ready":
+            daemon_ready.set()
+
+    daemon = Daemon(options or DaemonOptions(**named), note)
     outcome: list[Any] = []
 
     def run():
         try:
-            outcome.append(daemon.run(on_ready=daemon_ready.set))
+            outcome.append(daemon.run())
         except CxbridgeError as error:
             outcome.append(error)
             daemon_ready.set()

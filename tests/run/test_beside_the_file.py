@@ -12,7 +12,7 @@ from cxbridge.daemon.configuration import read_configuration
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.settings import DaemonSettings
-from cxbridge.events import Event
+from cxbridge.events import LogLine
 from cxbridge.executive.robmem.settings import Settings
 from cxbridge.resources import shipped_dir
 
@@ -60,9 +60,11 @@ def test_a_file_laid_over_a_shipped_scenario_keeps_its_recordings_beside_itself(
     config, _ = read_configuration(options)
     assert files(config) == {key: laid_over.parent / name for key, name in WRITTEN.items()}
     # this machine may have no voice
-    lines: list[Event] = []
-    daemon = Daemon(replace(options, settings=(("speech", "off"),)), lines.append)
-    assert daemon.run(on_ready=daemon.stop) == 0
+    daemon = Daemon(
+        replace(options, settings=(("speech", "off"),)),
+        lambda line: daemon.stop() if isinstance(line, LogLine) and line.text == "Ready" else None,
+    )
+    assert daemon.run() == 0
     assert (laid_over.parent / "run.mcap").is_file()
     assert (laid_over.parent / "logs" / "run.log").is_file()
     assert set(SHIPPED.rglob("*")) == before
