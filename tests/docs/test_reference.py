@@ -169,7 +169,15 @@ def test_names_of_the_api_are_there_and_told(path):
         assert find(name).__doc__, name
 
 
-OFFERING = ["run", "blackboard", "blackboard.fawkesnet", "gateway", "navgraph", "testing", "tf"]
+OFFERING = [
+    "run",
+    "blackboard",
+    "blackboard.fawkesnet",
+    "blackboard.gateway",
+    "testing",
+    "space.navgraph",
+    "space.tf",
+]
 
 
 @pytest.mark.parametrize("package", OFFERING)
