@@ -1,1 +1,1 @@
-"""The command line: one file a group of commands. What a command needs is imported when it runs."""
+"""The command line: one file a group of commands. A command imports its modules when it runs."""

@@ -1,4 +1,4 @@
-"""Lines that somebody types, or that come from a pipe, one at a time."""
+"""Lines that a user types, or that come from a pipe, one at a time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class CommandLines:
 
     @property
     def on_terminal(self) -> bool:
-        """Whether somebody types them."""
+        """Whether a user types them."""
         return self._stream is not None and self._stream.isatty()
 
     def next(self, enough: Callable[[], bool]) -> str | None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
 
 TIMED_OUT = 3
-"""Exit status when the time is over before what was waited for came."""
+"""Exit status when the time is over before the awaited event."""
 
 DEFAULT_URL = DAEMON_URL
 
@@ -32,7 +32,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
     """Open the blackboard at ``url``.
 
-    :raises CxbridgeError: when nobody is there, or the URL makes no sense.
+    :raises CxbridgeError: when no server answers, or the URL is invalid.
     """
     from cxbridge.blackboard.urls import open_blackboard
     from cxbridge.clock import RealClock
@@ -42,7 +42,7 @@ def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
 
 
 def say_unmatched(board: BlackBoard, globs: Sequence[str]) -> None:
-    """Say on stderr which patterns match no interface yet, and what was probably meant."""
+    """Report on stderr which patterns match no interface yet, and similar names."""
     for glob in globs:
         if not list(board.list(*split_glob(glob))):
             say(f"nothing matches {glob} yet{or_similar_interface(board, glob)}", err=True)

@@ -1,8 +1,8 @@
 """The output of the program: results to stdout, the log to stderr, nothing that a terminal would obey.
 
-Other people's words are in nearly everything that is printed. :func:`say` prints one line of such, and so
-each command does; JSON goes out by :func:`say_json`, text that has its own lines by :func:`say_text`. Below
-them :class:`~cxbridge.printing.VisibleStream` sees to what somebody forgets, tracebacks included.
+Nearly all output contains foreign text. :func:`say` prints one line of such text, and so each command does;
+JSON goes out by :func:`say_json`, text of several lines by :func:`say_text`. Below them
+:class:`~cxbridge.printing.VisibleStream` filters the rest, tracebacks included.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _MOST_ALIKE: Final = 3
 """So often the same line is printed at one moment."""
 
 _MOST_SIMILAR: Final = 1000
-"""So many lines of one moment are printed that differ in their numbers only."""
+"""This many lines of one moment are printed that differ in their numbers only."""
 
 _NUMBER: Final = re.compile(r"\d+")
 
@@ -52,12 +52,12 @@ def say(text: object, *, err: bool = False, flush: bool = False) -> None:
 
 
 def say_text(text: str, *, err: bool = False, end: str = "\n") -> None:
-    """Print a text that has lines of its own."""
+    """Print a text of several lines."""
     print(visible(text), file=sys.stderr if err else sys.stdout, end=end)
 
 
 def say_json(data: Any, *, indent: int | None = None, flush: bool = False) -> None:
-    """Print a value as JSON; what a terminal would obey is in it by its number."""
+    """Print a value as JSON; control characters are in it by their numbers."""
     print(visible(json.dumps(data, indent=indent, ensure_ascii=False)), flush=flush)
 
 
@@ -71,7 +71,7 @@ STDOUT = "stdout"
 
 
 class _NamedStdout(io.FileIO):
-    """Where stdout goes: what it refuses is an error that names it, as that of any file does."""
+    """Stdout as a file: a failed write is an error that names it, as with any file."""
 
     def write(self, data: Any) -> int:
         """Write; see :class:`io.FileIO`."""
@@ -83,7 +83,7 @@ class _NamedStdout(io.FileIO):
 
 
 def name_stdout() -> None:
-    """Let errors of stdout name it: else nobody could tell them from those of a socket."""
+    """Let errors of stdout name it: otherwise they look like those of a socket."""
     out = sys.stdout
     if not isinstance(out, io.TextIOWrapper):
         return
@@ -105,7 +105,7 @@ class ConsoleLog:
 
     :param quiet: errors only.
     :param verbose: everything; without either, warnings and errors.
-    :param info: what is for everybody, too, unless quiet.
+    :param info: general messages, too, unless quiet.
     """
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False, info: bool = False) -> None:

@@ -57,7 +57,7 @@ def remove(
     everything: Annotated[bool, typer.Option("--all", help="all of them")] = False,
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Remove breakpoints. Rules that are stopped stay so: 'cxbridge daemon resume' lets them go on.
+    """Remove breakpoints. Rules that are stopped stay so: 'cxbridge daemon resume' continues them.
 
     Example: cxbridge daemon break remove 1 2
     """

@@ -38,7 +38,7 @@ def rows_of_group(group: str, package: ModuleType) -> list[Row]:
 class CommandModules(MutableMapping[str, Any]):
     """The commands of a table, by name.
 
-    A command is imported when it is used: a command does not wait for the imports of all others.
+    A command is imported when it is used: a command does not wait for the imports of other commands.
 
     :param rows: the commands; a row's object is a function, a group, or a module with the function or group.
     :param order: the names that come first.
@@ -63,7 +63,7 @@ class CommandModules(MutableMapping[str, Any]):
         loaded = COMMANDS.load(self._rows[name])
         if isinstance(loaded, ModuleType):
             loaded = getattr(loaded, "app", None) or getattr(loaded, name.replace("-", "_"))
-        # a group of its own makes of a function what typer makes of it anywhere else
+        # a separate group makes of a function the same as typer elsewhere
         parent = typer.Typer(add_completion=False, rich_markup_mode=None)
         if isinstance(loaded, typer.Typer):
             parent.add_typer(loaded, name=name)
@@ -112,7 +112,7 @@ def group_of_commands(
 
     :param rows: returns the table's rows.
     :param sections: the headings of the group's help, and the names of the commands below each, in order;
-        :attr:`~cxbridge.plugins.Row.section` places others.
+        :attr:`~cxbridge.plugins.Row.section` places further commands.
     """
 
     class CommandGroup(TyperGroup):

@@ -18,7 +18,7 @@ def plain_interrupt() -> Iterator[None]:
     """Let Ctrl-C end the process at once, as it ends a program in C.
 
     While modules are loaded a KeyboardInterrupt would be a traceback at best. At worst it is raised where
-    Python drops what is raised, and nobody is notified of the signal.
+    Python drops exceptions, and the signal has no effect.
     """
     before = signal.getsignal(signal.SIGINT)
     ours = before is signal.default_int_handler and threading.current_thread() is threading.main_thread()
@@ -39,6 +39,6 @@ def main() -> None:
     try:
         run()
     finally:
-        gc.freeze()  # what is left goes with the process: nobody has to look through it
+        gc.freeze()  # the rest goes with the process: no collection looks through it
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             signal.signal(signal.SIGINT, signal.SIG_DFL)  # there is nothing left to do

@@ -113,7 +113,7 @@ def _plugin(plugin: Plugin) -> HealthCheck:
 
 
 def _try(what: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
-    """Run ``attempt``; what it returns is the detail, what it raises the reason why not."""
+    """Run ``attempt``; its value is the detail, its exception the reason of the failure."""
     try:
         return HealthCheck(what, fine=True, required=True, detail=attempt())
     except Exception as error:  # noqa: BLE001  whatever is wrong, the user shall read it

@@ -33,7 +33,7 @@ _EXHAUSTED = frozenset(
     {errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOSPC, errno.EIO, errno.ENOBUFS, errno.EAGAIN}
     | ({errno.EDQUOT} if hasattr(errno, "EDQUOT") else set())
 )
-"""What the system refuses when it has no more of something: no mistake of the user's."""
+"""Errors of the system that runs out of a resource: no mistake of the user's."""
 
 _UNKNOWN_COMMAND = re.compile(r"No such command '([\w-]+)'")
 _SILENCED = "PacifyFlushWrapper"
@@ -131,7 +131,7 @@ def _package_hint(error: Exception) -> str:
 def _call(arguments: Sequence[str] | None) -> object:
     """Run the command line.
 
-    :raises CxbridgeError: when it needs a package of an extra that is not there, among other reasons.
+    :raises CxbridgeError: when it needs a missing package of an extra, among other reasons.
     """
     try:
         return app(arguments, standalone_mode=False, prog_name="cxbridge")
@@ -140,7 +140,7 @@ def _call(arguments: Sequence[str] | None) -> object:
 
 
 def _system_failed(error: OSError) -> int:
-    """Report what the operating system refused, and where; returns the exit status."""
+    """Report the operating system's refusal, and its place; returns the exit status."""
     if error.filename == STDOUT:
         complain(f"cannot write to stdout: {error.strerror or error}")
         # Python flushes at its end, too, and would complain again

@@ -17,9 +17,9 @@ _T = TypeVar("_T")
 def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
     """Let a command note SIGINT, SIGTERM and SIGHUP from before its imports until it has cleaned up.
 
-    What it starts takes them over; see :class:`cxbridge.process.interrupt.Interrupt`.
+    Its child processes take the signals over; see :class:`cxbridge.process.interrupt.Interrupt`.
 
-    :param service: it serves others until a signal stops it.
+    :param service: whether it serves clients until a signal stops it.
     """
 
     def decorate(command: Callable[_P, _T]) -> Callable[_P, _T]:

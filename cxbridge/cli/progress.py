@@ -11,7 +11,7 @@ from cxbridge.printing import terminal_of
 
 @contextmanager
 def progress(name: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show how far it is, on a terminal; yields what is to be called after each step."""
+    """Show the progress, on a terminal; yields the function to call after each step."""
     if not sys.stderr.isatty():
         yield lambda: None
         return

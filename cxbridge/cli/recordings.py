@@ -31,6 +31,6 @@ def definitions(interface_dir: list[Path] | None) -> InterfaceRegistry | None:
 
 
 def print_notes(notes: list[str], file: Path) -> None:
-    """Print on stderr what the user should know about a file that could be read nevertheless."""
+    """Print on stderr the warnings about a file that could be read nevertheless."""
     for note in notes:
         say(f"{file}: {note}", err=True)

@@ -1,4 +1,4 @@
-"""Servers that go on after the end of a run until the user ends them."""
+"""Servers that keep running after the end of a run until the user ends them."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ class RunLog(ConsoleLog):
 
 
 class RunStory:
-    """Prints a line for each goal that ends, and at last the result.
+    """Prints a line for each goal that ends, and finally the result.
 
     :param quiet: print the result only.
     """
@@ -243,12 +243,12 @@ def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bo
 
 
 def painted(text: str, colour: str) -> str:
-    """Return a text in a colour, or dim, or bold; as it is when ``colour`` is empty."""
+    """Return a text in a colour, or dim, or bold; unchanged when ``colour`` is empty."""
     return f"\x1b[{_CODES[colour]}m{text}\x1b[0m" if colour and text else text
 
 
 class Brush:
-    """Paints text for one stream, or leaves it as it is.
+    """Paints text for one stream, or does not change it.
 
     :param on: whether there are colours, and icons with them.
     """

@@ -12,7 +12,7 @@ EXAMPLE: Final = "\n\nExample: "
 """What begins the last paragraph of a command's docstring."""
 
 _UNMARKED: Final = "\b"
-"""Keeps the lines of a paragraph of a help text as they are."""
+"""Keeps the line breaks of a paragraph of a help text."""
 
 _DIRECTORY: Final = re.compile(r"(?:dir|bblog|clients|checkout|ros2cx)s?$")
 _SECONDS: Final = re.compile(r"(?:timeout|duration|hold|seconds)$")

@@ -30,8 +30,8 @@ class FieldConstraint:
     """The constraint of one field of a pattern.
 
     :param binder: the variable it binds or repeats, as written (``?x``, ``$?x``); ``?``, ``$?`` or empty.
-    :param alternatives: what is joined by ``|``, each the terms that are joined by ``&``: nodes of a term.
-    :param text: as it is written, on one line.
+    :param alternatives: the parts that ``|`` joins, each the terms that ``&`` joins: nodes of a term.
+    :param text: the source text, on one line.
     """
 
     binder: str
@@ -80,7 +80,7 @@ class FieldConstraint:
 
 @dataclass(frozen=True, slots=True)
 class SlotConstraint:
-    """What a pattern says about one slot, or of one field of an ordered fact.
+    """The constraints of a pattern on one slot, or on one field of an ordered fact.
 
     :param slot: the slot; empty for an ordered fact.
     :param position: of the field of an ordered fact, from 0; 0 for a slot.
@@ -92,7 +92,7 @@ class SlotConstraint:
 
     @property
     def label(self) -> str:
-        """What it is called: ``mode``, ``field 2``."""
+        """Its name: ``mode``, ``field 2``."""
         return self.slot or f"field {self.position + 1}"
 
     @property
@@ -125,14 +125,14 @@ class SlotConstraint:
         )
 
     def write(self, fields: list[str]) -> str:
-        """Return the text of the part with these constraints in place of its own."""
+        """Return the text of the part with these constraints in place of the present ones."""
         return f"({self.slot} {' '.join(fields)})" if self.slot else " ".join(fields)
 
 
 class PatternCE(Struct, frozen=True, dict=True):
     """A pattern CE.
 
-    :param node: the pattern, as it is written.
+    :param node: the pattern in the source text.
     :param variable: the variable that the fact is bound to, without its ``?``; empty for none.
     """
 
@@ -141,7 +141,7 @@ class PatternCE(Struct, frozen=True, dict=True):
 
     @property
     def template(self) -> str:
-        """The name behind its parenthesis, as it is written; ``object`` for one of instances."""
+        """The name behind its parenthesis; ``object`` for a pattern of instances."""
         return self.node.head
 
     @cached_property
@@ -158,7 +158,7 @@ class PatternCE(Struct, frozen=True, dict=True):
 
     @cached_property
     def parts(self) -> tuple[SlotConstraint, ...]:
-        """What it says about each slot, or each field of an ordered fact."""
+        """The constraints on each slot, or each field of an ordered fact."""
         rest = self.node.arguments
         if self.is_ordered:
             return tuple(SlotConstraint("", place, (each,)) for place, each in enumerate(fields_of(rest)))
@@ -198,7 +198,7 @@ class PatternCE(Struct, frozen=True, dict=True):
         return self.text.split("<-", 1)[1].strip() if self.variable else self.text
 
     def alone(self, foreign: frozenset[str]) -> str:
-        """Return the pattern without what the CEs before it say.
+        """Return the pattern without the constraints that earlier CEs repeat.
 
         :param foreign: the variables that these bind.
         """
@@ -254,7 +254,7 @@ class GroupCE(Struct, frozen=True, dict=True):
     """CEs in one of ``and or not exists forall``.
 
     :param kind: which.
-    :param nodes: what it is made of, as it is written.
+    :param nodes: its nodes in the source text.
     """
 
     kind: str

@@ -5,10 +5,9 @@ CLIPS 6.30 prints the strings of a fact in quotes and escapes nothing within the
     (SkillerInterface (id "Skiller") (skill_string "say{text="Good bye", wait=true}") (msgid 3))
 
 so a quote may end a string or belong to it. Of the deftemplates that transitions are made of we know the
-slots: a slot ends where the next one of them begins, and what is between must have the form of a value. Of
-others: a quote ends the string when what follows can only be the end of the slot, or the next field of a
-multislot. A string that holds the end of its slot and the start of the next cannot be distinguished from
-these by anybody.
+slots: a slot ends where the next known slot begins, and the text between must have the form of a value. Of
+other deftemplates: a quote ends the string when only the end of the slot, or the next field of a multislot,
+can follow. A string that holds the end of its slot and the start of the next is ambiguous.
 """
 
 from __future__ import annotations
@@ -61,7 +60,7 @@ def parse_fact(text: str) -> tuple[str, Mapping[str, str]]:
     """Split a template fact into the name of its deftemplate and its slots.
 
     :param text: e.g. ``(goal (id gen8) (error) (message "so it is"))``.
-    :returns: the name, and the slots' values as they were printed: ``{"id": "gen8", "error": "", ...}``.
+    :returns: the name, and the slots' printed values: ``{"id": "gen8", "error": "", ...}``.
     :raises FactSyntaxError: when the text is not a template fact, or cut off.
     """
     template, slots, whole = parse_slots(text)
@@ -75,7 +74,7 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
 
     :param text: a fact as for :func:`parse_fact`, or as CLIPS 6.4 shows one that is modified:
         ``(goal ... (mode SELECTED) ...)``.
-    :returns: the name, the slots that are there, and whether these are all.
+    :returns: the name, the slots in the text, and whether these are all.
     :raises FactSyntaxError: when the text is not a template fact, or cut off.
     """
     template = template_of(text)
@@ -94,7 +93,7 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
             raise
         return template, slots, True
     if whole and len(slots) < len(names):
-        # perhaps a string has swallowed some; or there are others than we know
+        # perhaps a string has swallowed some; or the fact has unknown slots
         known = _Known(text, names).read(1 + len(template))
         if known is not None and len(known) > len(slots):
             slots = known
@@ -150,12 +149,12 @@ class _Known:
         self._dead: set[tuple[int, int]] = set()  # where no way leads to the end, so that none is tried twice
 
     def read(self, at: int) -> dict[str, str] | None:
-        """Return the slots; None when the fact has others, or in another order."""
+        """Return the slots; None when the fact has unknown slots, or another order."""
         found = self._slots(0, at)
         return None if found is None else dict(reversed(found))
 
     def _slots(self, first: int, at: int) -> list[tuple[str, str]] | None:
-        """Return what is from here on, the last slot first.
+        """Return the slots from here on, the last slot first.
 
         :param first: number of the first slot that may come.
         """
@@ -257,7 +256,7 @@ def parse_values(text: str) -> tuple[Value, ...]:
 
 
 def _atom(text: str) -> Value:
-    """Return what is printed without quotes: a number, a fact address or a symbol."""
+    """Return a value that is printed without quotes: a number, a fact address or a symbol."""
     if len(text) <= _LONGEST_INTEGER and _INTEGER.fullmatch(text) and abs(int(text)) < _LARGEST:
         return int(text)
     if _FLOAT.fullmatch(text):

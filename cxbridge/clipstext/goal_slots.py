@@ -1,6 +1,6 @@
 """The slots of goals, read from their one declaration: the deftemplate in the core's ``goal.clp``.
 
-What prints, records or serves goals derives from it what it has to know about slots.
+Printers, recordings and servers of goals derive their slots from it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Reads CLIPS source text: tokens, nested lists with their places, and the constructs of a file.
 
-It takes any text, broken ones too: a string that never closes goes on to the end of the text, a closing
+It takes any text, broken ones too: a string that never closes extends to the end of the text, a closing
 parenthesis too many means nothing.
 """
 
@@ -33,7 +33,7 @@ PARENTHESIS: Final = re.compile(r"[()]")
 """A parenthesis; of a text in which strings and comments are blank (:func:`blank`)."""
 
 HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED})|{_COMMENT}", re.DOTALL)
-"""A string or a comment: what is in it is not code. The group ``unclosed`` is a string that never closes."""
+"""A string or a comment: its content is not code. The group ``unclosed`` is a string that never closes."""
 
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 """The start of a construct: its kind and its name. Of a text in which strings and comments are blank."""
@@ -61,7 +61,7 @@ class SyntaxNode(Struct, frozen=True):
 
     @property
     def text(self) -> str:
-        """As it is written, comments included. Not kept: that would be the depth times the length of all."""
+        """The source text, comments included. Not kept: that would be the depth times the length of all."""
         return self.source[self.start : self.end]
 
     @property
@@ -108,7 +108,7 @@ class Lines(Struct, frozen=True, dict=True):
 def read(text: str, *, close: bool = False) -> list[SyntaxNode]:
     """Return the nodes at the top level of ``text``.
 
-    :param close: whether lists that never close end where the text does; else what is in them is left out.
+    :param close: whether lists that never close end where the text does; else their content is left out.
     """
     stack: list[tuple[int, list[SyntaxNode]]] = [(0, [])]
     for match in TOKEN.finditer(text):
@@ -157,7 +157,7 @@ def _blank(match: re.Match[str]) -> str:
 def top_level(code: str) -> Iterator[tuple[int, int | None]]:
     """Yield begin and end of each list at the top level; the last has no end when it never closes.
 
-    This is much faster than :func:`read`, for those who need no more.
+    This is much faster than :func:`read`, for callers that need no more.
 
     :param code: a text in which strings and comments are blank.
     """

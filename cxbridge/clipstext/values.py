@@ -75,7 +75,7 @@ def show_alone(value: Value) -> str:
 
 
 def quoted(text: str) -> str:
-    """Return a STRING as it is written in CLIPS source text."""
+    """Return a STRING in CLIPS source text."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 

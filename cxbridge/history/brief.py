@@ -1,4 +1,4 @@
-"""Explains in one line why a goal failed or was rejected, while the run goes on.
+"""Explains in one line why a goal failed or was rejected, during the run.
 
 ``cxbridge why`` (:mod:`.goal_story`) has the whole story; this is cheap enough to be asked
 for each goal that ends badly.
@@ -28,7 +28,7 @@ MOST_KEPT: Final = 1000
 """Goals that are remembered, the last ones."""
 
 FactSlots = Callable[[str], Iterable[Mapping[str, object]]]
-"""Returns the slots of all facts of a deftemplate, as they are now."""
+"""Returns the slots of all facts of a deftemplate, in their present state."""
 
 
 class BriefReasons:
@@ -95,7 +95,7 @@ class BriefReasons:
 
 
 def forget_oldest(kept: dict[str, Kept]) -> None:
-    """Forget what was remembered first, when it is too much."""
+    """Forget the oldest entries, when there are too many."""
     if len(kept) > MOST_KEPT:
         del kept[next(iter(kept))]
 

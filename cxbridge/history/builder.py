@@ -57,7 +57,7 @@ _Change = TypeVar("_Change", GoalChange, ActionChange)
 
 @dataclass(frozen=True, slots=True)
 class HistoryLimits:
-    """How much of a run is kept; what is beyond is counted.
+    """The limits of a kept run; events beyond them are counted.
 
     :param goals: goals; those that come later are left out. ``actions`` and ``calls`` (of skills): likewise.
     :param transitions: of goals, and of plan-actions; beyond, only the first and the last of each are kept.
@@ -146,7 +146,7 @@ class RunHistory:
         return self.events, self.clock.now_us
 
     def left_out(self) -> list[str]:
-        """Return what the limits left out, in whole sentences."""
+        """Return the omissions of the limits, in whole sentences."""
         lost = self._lost | ({} if self._calls else {"skill call": self._board.lost})
         return [
             f"{count} {_LOST[what]}: 'cxbridge trace cat' has them." for what, count in lost.items() if count
@@ -235,11 +235,11 @@ class RunHistory:
         text, here = cut(event.skill_string, self._limits.text), self._now
         if key not in self._last_call and event.status in ENDED:
             self._last_call[key] = SkillExecution(*key, text, event.msgid, here, here, event.status)
-            return  # a skiller that was used before this run still shows what it did last
+            return  # a skiller that was used before this run still shows its last skill
         call = self._last_call.setdefault(key, None)
         same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
         if call is not None and call.end is None and (not same or event.status != RUNNING):
-            # the end of this skill, or (another one, or none, is there) it was stopped before it said so
+            # the end of this skill, or (with another skill, or none) it was stopped before it reported an end
             call.end = here
             call.status = event.status if same and event.status != IDLE else "stopped"
             if call.status in ENDED:
@@ -275,11 +275,11 @@ class RunHistory:
             self._status((env, skiller), SkillStatus(event.time_us, env, skiller, text, msgid, status))
 
     def _error_of(self, env: str, skiller: str) -> str:
-        """Return what a Skiller gives as a reason; of several agents each has its own on its blackboard."""
+        """Return a Skiller's reason; of several agents each has its own blackboard."""
         return self._errors.get(f"{env}/{skiller}") or self._errors.get(skiller, "")
 
     def _note_error(self, skiller: str, text: str) -> None:
-        """Note what a Skiller gives as a reason; it may follow the end of the skill, at the same time."""
+        """Note a Skiller's reason; it may follow the end of the skill, at the same time."""
         self._errors[skiller] = text
         for (env, name), call in self._last_call.items():
             ended = None if call is None or skiller not in (name, f"{env}/{name}") else call.end

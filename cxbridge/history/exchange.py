@@ -64,7 +64,7 @@ class SkillMessage:
 
 
 class _SkillRequest(NamedTuple):
-    """What a master has asked for."""
+    """The request of a master."""
 
     name: str
     action: str
@@ -98,7 +98,7 @@ class Exchange:
             yield from (self._message(ticket, event) for event in early)
 
     def take(self, event: InterfaceMessage) -> Iterator[_Found]:
-        """Yield what a message says, and those that waited for it; nothing while its question is missing."""
+        """Yield the message, and the messages that waited for it; nothing while its question is missing."""
         ticket = None if event.outcome == _REFUSED else _ticket(event)
         if ticket is None:
             return
@@ -107,7 +107,7 @@ class Exchange:
                 yield self._message(ticket, event)
             else:
                 self._early.setdefault(ticket, []).append(event)
-        elif ticket not in self._open:  # else the same question, to somebody else
+        elif ticket not in self._open:  # else the same question, to another executor
             self._open.add(ticket)
             self._asked[ticket] = _asked(ticket, event.values)
             yield self._message(ticket, event)
@@ -136,7 +136,7 @@ class Exchange:
 
 
 def _ticket(event: InterfaceMessage) -> _Ticket | None:
-    """Return what a message is about; None when it is none of a skill board's."""
+    """Return the ticket of a message; None when it is none of a skill board's."""
     if event.uid.startswith(_BOARD):
         board = _own_id(event)
     elif event.uid.startswith(_EXECUTOR):
@@ -150,7 +150,7 @@ def _ticket(event: InterfaceMessage) -> _Ticket | None:
 
 
 def _number(ticket: _Ticket) -> str:
-    """Return what a master without a name is called."""
+    """Return the name for a master without a name."""
     return f"{ticket[0]}-{ticket[2]}"
 
 
@@ -180,7 +180,7 @@ def _said(kind: str, values: Any) -> dict[str, Any]:
 
 
 def progress_of(values: Any) -> float:
-    """Return the progress that the values of a message have; 0 for what is not a number."""
+    """Return the progress in the values of a message; 0 for a value that is not a number."""
     value = values.get("progress", 0.0)
     return float(value) if isinstance(value, int | float) else 0.0
 

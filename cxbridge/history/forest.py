@@ -1,7 +1,7 @@
 """The trees of goals: a forest, whatever their facts say.
 
-A parent is the id in a slot, which any rule may set: to ``nil``, to a goal that is not there, to the goal
-itself, or so that goals are each other's parents. Who shows goals as trees makes a :class:`Forest` of them.
+A parent is the id in a slot, which any rule may set: to ``nil``, to an unknown goal, to the goal
+itself, or so that goals are each other's parents. Views of goals as trees make a :class:`Forest` of them.
 It has no rings, and nothing here is recursive: goals may be below each other thousands deep.
 """
 
@@ -11,7 +11,7 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping
 from typing import Final, Generic, TypeVar
 
 NO_PARENT: Final = "nil"
-"""What the slot ``parent`` of a root goal has. A goal with the id ``nil`` has none."""
+"""The slot ``parent`` of a root goal. A goal with the id ``nil`` has no sub-goals."""
 
 Key = TypeVar("Key", bound=Hashable)
 
@@ -25,7 +25,7 @@ class Forest(Generic[Key]):
     """Goals as trees. Of a ring of parents the goal that appeared first becomes a root.
 
     :param parents: the parent of each goal, None for none; one that is not among the goals counts as none.
-    :ivar parents: the same, without those that are not there, and without rings.
+    :ivar parents: the same, without unknown ones, and without rings.
     :ivar roots: the goals without a parent, in their order.
     :ivar children: the goals below each goal that has any, in their order.
     """

@@ -1,4 +1,4 @@
-"""Lists that do not grow without end, and know what they left out."""
+"""Lists with a limit, which count omitted items."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LONGEST = 2000
 
 
 class Kept(Generic[Item]):
-    """The first and the last of what is added: the middle goes when there is too much.
+    """The first and the last items: the middle goes when there are too many.
 
     :param limit: how many are kept, half of them from the start.
     """
@@ -38,11 +38,11 @@ class Kept(Generic[Item]):
 
     @property
     def gap(self) -> int | None:
-        """The place in :meth:`items` before which some were left out, None when all are there."""
+        """The place in :meth:`items` before which some were left out, None when all are kept."""
         return len(self._head) if self.lost else None
 
     def items(self) -> list[Item]:
-        """Return what was kept, in order."""
+        """Return the kept items, in order."""
         return [*self._head, *self._tail]
 
 

@@ -56,7 +56,7 @@ class SkillLink:
 class _Wait:
     """An action that waited, and then ran.
 
-    :param ordered: seq and time when it last was what it was before it ran. ``ran``: seq when it ran.
+    :param ordered: seq and time of its last state before it ran. ``ran``: seq when it ran.
     :param over: time when it ran no more, None when that is not recorded.
     """
 

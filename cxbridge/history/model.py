@@ -180,7 +180,7 @@ class PlanActionRecord:
 
     @property
     def text(self) -> str:
-        """Its name, and its arguments as far as they are known."""
+        """Its name, and its known arguments."""
         return " ".join((self.name, *self.order.arguments))
 
 
@@ -190,7 +190,7 @@ class SkillExecution:
 
     :param begin: seq and time of the first status.
     :param end: of the last one; None when the run is at its end, or the moment is reached, before.
-    :param error: what the Skiller gave as the reason of its failure.
+    :param error: the Skiller's reason of its failure.
     :param request: the name of the request on a skill board, or its number; empty for a Skiller's.
     """
 

@@ -37,7 +37,7 @@ class ActionOrder:
 
 
 def order_of(slots: Mapping[str, str]) -> tuple[ActionKey, ActionOrder]:
-    """Return which plan-action a fact is of, and what it asks for.
+    """Return the plan-action of a fact, and its order.
 
     :param slots: of the fact, as CLIPS prints their values.
     """

@@ -33,7 +33,7 @@ class OutcomeKind(Enum):
 
 
 LEGEND: Final = " ".join(f"{outcome.icon} {outcome.word}" for outcome in OutcomeKind)
-"""What the icons mean."""
+"""The meanings of the icons."""
 
 ENDED_MODES: Final = ("FINISHED", "EVALUATED", "RETRACTED")
 """Modes of a goal that has an outcome."""

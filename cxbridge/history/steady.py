@@ -11,17 +11,17 @@ STEP_US = MICROSECONDS
 class SteadyClock:
     """Turns the times of events, in recorded order, into microseconds since the first, never decreasing.
 
-    When the clock was set back, time goes on from where it was. An event that was overtaken a little by
-    others has their time.
+    When the clock was set back, time continues from its old value. An event that follows slightly later
+    ones has their time.
 
-    :param start_us: what the run's clock showed at the start; None: what it shows at the first event.
+    :param start_us: the run's clock at the start; None: the time of the first event.
     """
 
     def __init__(self, start_us: int | None = None) -> None:
         self.now_us = 0
         """Time of the last event."""
         self.first_us = start_us
-        """What the run's clock showed at the start."""
+        """The run's clock at the start."""
         self.steps: list[tuple[int, int]] = []
         """Where the clock was set back: time on this clock, and by how many microseconds."""
         self._offset = start_us or 0
@@ -29,7 +29,7 @@ class SteadyClock:
     def at(self, time_us: int) -> int:
         """Return when an event was, that follows those asked for before.
 
-        :param time_us: what the run's clock showed.
+        :param time_us: the time on the run's clock.
         """
         if self.first_us is None:
             self.first_us = self._offset = time_us
@@ -42,7 +42,7 @@ class SteadyClock:
         return self.now_us
 
     def notes(self) -> list[str]:
-        """Return what the reader of these times must know."""
+        """Return the warnings for the reader of these times."""
         if not self.steps:
             return []
         at_us, back_us = self.steps[0]

@@ -1,7 +1,7 @@
 """Makes transitions of facts: finds the assertions of goals, plan-actions and Skillers that mean a change.
 
 CLIPS retracts and asserts a fact for every modified slot, so most assertions of a goal change nothing that
-a person would call its state. :class:`TransitionTracker` remembers the last state and says what is new. The
+a person would call its state. :class:`TransitionTracker` remembers the last state and reports changes. The
 live executive and the reader of text logs use the same tracker: a run and its log have the same transitions.
 """
 
@@ -17,7 +17,7 @@ from cxbridge.events import FactChange, GoalTransition, PlanActionTransition, Sk
 from cxbridge.history.forest import NO_PARENT
 
 Transition: TypeAlias = GoalTransition | PlanActionTransition | SkillStatus
-"""What the tracker reports."""
+"""The transitions that the tracker reports."""
 
 TRANSITION_TYPES = (GoalTransition, PlanActionTransition, SkillStatus)
 """The classes of :data:`Transition`, for ``isinstance`` and for subscribing."""
@@ -45,7 +45,7 @@ FORGETFUL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
 """The deftemplates whose retractions the tracker wants to see, so that it can forget, and their slots."""
 
 MAX_RETIRED: Final = 1000
-"""So many facts that are gone are remembered; then the one that went first is forgotten."""
+"""The number of removed facts that are remembered; then the oldest is forgotten."""
 
 Key = TypeVar("Key")
 State = TypeVar("State")
@@ -103,7 +103,7 @@ class TransitionTracker:
 
     Slots are given as CLIPS prints their values: strings in quotes (bare ones are taken too), the fields of
     a multislot joined by blanks, an empty multislot as an empty text. A fact that lacks a slot the tracker
-    needs is of somebody else's template, and means nothing.
+    needs is of a foreign template, and is ignored.
 
     :param env: name of the CLIPS environment the facts live in.
     """
@@ -276,13 +276,13 @@ def _action_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
 
 
 def _detail(slots: Mapping[str, str], name: str) -> str:
-    """Return what is in a slot in parentheses; empty when the deftemplate has no such slot."""
+    """Return the content of a slot in parentheses; empty when the deftemplate has no such slot."""
     value = slots.get(name)
     return "" if value is None else f"({value})"
 
 
 def unquote(text: str) -> str:
-    """Return the content of a string that CLIPS printed in quotes; any other text as it is.
+    """Return the content of a string that CLIPS printed in quotes; any other text unchanged.
 
     CLIPS 6.30 does not escape quotes within a string when it prints facts, so only the outer pair goes.
     """

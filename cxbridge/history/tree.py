@@ -48,7 +48,7 @@ class NamedGoal(TreeGoal, Protocol):
 class GoalLine:
     """A line of a goal tree.
 
-    :param branch: what is drawn to the left of the goal.
+    :param branch: the lines to the left of the goal.
     :param title: its id and class.
     :param state: its outcome as the slot has it, or its mode while it has none; or both.
     :param error: empty for none.
@@ -115,7 +115,7 @@ def goal_lines(goals: Iterable[NamedGoal], *, modes: bool = False) -> Iterator[G
 
 
 def drawn(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:
-    """Yield the goals of a forest, each with what is drawn to its left."""
+    """Yield the goals of a forest, each with the lines to its left."""
     stems: list[str] = []  # what precedes the children of the goals above
     for goal, depth in forest.walk():
         del stems[depth:]

@@ -1,6 +1,7 @@
 """A run put together: configuration, clock, blackboard, skiller, executive, recorders.
 
-:func:`run_scenario` is what ``cxbridge run`` calls; :class:`Run` is the parts, for those who drive the
+:func:`run_scenario` is the function of ``cxbridge run``; :class:`Run` is the parts, for programs that drive
+    the
 loop themselves. The package can be called, too: ``cxbridge.run("test-scenario")`` runs a scenario for a
 program, see :func:`cxbridge.run.program.run.run`.
 """

@@ -1,4 +1,4 @@
-"""The explainers: modules of plug-ins that say why a goal failed, what is wrong with an agent, and where."""
+"""The explainers: modules of plug-ins that find the reason of a failed goal, and the mistakes of an agent."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def why(run: Run, name: str) -> Sequence[str]:
 
 
 def with_explanations(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
-    """Return the error about a broken agent with what the explainers find; the error itself without any.
+    """Return the error about a broken agent with the explainers' findings; the error itself without any.
 
     :param options: of the run.
     """

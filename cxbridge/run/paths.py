@@ -64,7 +64,7 @@ class RunPaths(Struct, frozen=True):
 
 
 def find_missing(config: Configuration, spec: str, paths: RunPaths) -> list[ConfigError]:
-    """Return the files that a spec wants to load and that are not there, each with its place."""
+    """Return the missing files of a spec, each with the place of its entry."""
     return check_files(config, spec, (*paths.before, paths.cx, *paths.clips_dirs))
 
 

@@ -25,7 +25,7 @@ class PluginSettings:
     def read(cls, config: Configuration) -> Self | None:  # noqa: ARG003 - for subclasses
         """Return the settings; None when the configuration has none, or switches the servers off.
 
-        :raises ConfigError: when a setting makes no sense.
+        :raises ConfigError: when a setting is invalid.
         """
         return cls()
 
@@ -47,7 +47,7 @@ def plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, P
     """Return the settings that a configuration has for plug-ins, by the names of their rows.
 
     :param of_daemon: whether a daemon has the servers; False: a run.
-    :raises ConfigError: when a setting makes no sense.
+    :raises ConfigError: when a setting is invalid.
     """
     kinds = {row.name: SETTINGS.load(row) for row in SETTINGS.rows if row.needed(config)}
     read = {name: kind.read(config) for name, kind in kinds.items() if of_daemon or kind.in_runs}

@@ -28,7 +28,7 @@ _REPLAY_WORDS = _WORDS | {COMPLETED: "the same", UNSUCCESSFUL: "different"}
 
 @dataclass(frozen=True, slots=True)
 class ReplayOutcome:
-    """What came of a replay.
+    """The result of a replay.
 
     :param compared: the recording whose transitions were compared.
     :param divergence: the first command that was another one; None: there was none.
@@ -46,7 +46,7 @@ class ReplayOutcome:
 
     @property
     def reason(self) -> str:
-        """What came of it, in a sentence."""
+        """The result, in a sentence."""
         if self.divergence is not None:
             return f"it decided something else: {self.divergence}"
         if not self.same:
@@ -80,8 +80,8 @@ class RunResult:
     :param firings: rules fired.
     :param run_seconds: time of the run's clock.
     :param wall_seconds: real time.
-    :param replay: what came of a replay; None: it was none, or did not come to its end.
-    :param agents: what came of each, by name, when there are several; then there are no goals here.
+    :param replay: the result of a replay; None: it was none, or did not come to its end.
+    :param agents: the result of each agent, by name, when there are several; then there are no goals here.
     """
 
     status: int
@@ -130,7 +130,7 @@ class RunResult:
         return "\n".join(map(one_line, self.summary_lines()))
 
     def summary_lines(self) -> list[str]:
-        """Return the lines of the summary as they are: errors of goals may hold anything."""
+        """Return the lines of the summary without a filter: errors of goals may hold any text."""
         lines = [line if isinstance(line, str) else line.text for line in self.tree()]
         lines += () if self.replay is None else self.replay.lines
         return [*lines, self.verdict + self.figures]

@@ -24,8 +24,8 @@ _ENV = ""  # several environments see one and the same Skiller
 def read_samples(path: Path) -> list[Sample]:
     """Return the skills that came to an end in a recorded run, of ours or of Fawkes; any format.
 
-    Skills that were stopped or replaced are left out. What the Skiller wrote to the blackboard counts; else
-    what the executive saw of it, as in text logs, which is up to a loop later.
+    Skills that were stopped or replaced are left out. The Skiller's writes on the blackboard count; else
+    the executive's events, as in text logs, up to a loop later.
 
     :raises TraceError: when the run cannot be read, or knows no times.
     """

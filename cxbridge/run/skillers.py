@@ -19,7 +19,7 @@ _KEYS = ("kind", "skillspace", "mode")
 
 
 class SkillerSettings(Struct, frozen=True):
-    """What one Skiller is.
+    """The settings of one Skiller.
 
     :param name: id of its interfaces.
     :param kind: one of :data:`KINDS`.
@@ -58,8 +58,8 @@ def skiller_settings(
     """Return the Skillers to make: those of :data:`INSTANCES`, else the one.
 
     :param kind: of those that do not say theirs.
-    :param served: the names of those that somebody else makes.
-    :raises ConfigError: when an instance makes no sense.
+    :param served: the names of those that another component makes.
+    :raises ConfigError: when an instance is invalid.
     """
     mode = skiller_mode(config)
     names = config.keys(INSTANCES)
@@ -98,7 +98,7 @@ class SkillerGroup(SkillerBackend):
 
     @property
     def known_by_name(self) -> dict[str, frozenset[str] | None]:
-        """The skills of each, by its name; None: nobody knows."""
+        """The skills of each, by its name; None: unknown."""
         return {skiller.name: skiller.known_skills for skiller in self.skillers}
 
     @property

@@ -31,7 +31,7 @@ _SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
 _SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "limits", "instances")
 _SECTIONS = {"clips-executive": _KEYS, "skiller": _SKILLER_KEYS}
 _LIKE = 0.75
-"""How similar a key that nobody reads must be to one that is absent: then it is meant for that."""
+"""The similarity from which an unread key counts as a misspelling of an absent one."""
 
 
 def choose_spec(config: Configuration, spec: str | None, config_file: Path | None = None) -> str:
@@ -61,7 +61,7 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
 def check_spec(config: Configuration, spec: str) -> list[str]:
     """Check the parts of the configuration that the executive reads for a spec.
 
-    :returns: what is strange, but no error: keys that nobody reads.
+    :returns: warnings: keys that are never read.
     :raises ConfigError: at the first value of a wrong type, with file and line.
     """
     base = f"{_ROOT}/specs/{spec}"
@@ -110,7 +110,7 @@ def mistaken_keys(config: Configuration, spec: str) -> list[ConfigError]:
 
 
 def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
-    """Yield an error for each section with a wrong name: there may be others, but not with these keys."""
+    """Yield an error for each section with a wrong name: further sections may exist, with other keys."""
     sections = config.keys("/")
     for section, known in _SECTIONS.items():
         for each in () if section in sections else sections:
@@ -122,7 +122,7 @@ def _misspelt(config: Configuration, path: str, known: Sequence[str]) -> Iterato
     """Yield an error for each key below a path that is probably meant for a known one, which is absent."""
     keys = config.keys(path)
     given = [key for key in keys if (value := _first(config, f"{path}/{key}")) is None or value.file]
-    absent = [key for key in known if key not in given]  # those with a default that nobody wrote, too
+    absent = [key for key in known if key not in given]  # those with an unwritten default, too
     for key in keys:
         if key not in known and (near := nearest(key, absent, _LIKE)):
             place = _first(config, f"{path}/{key}")
@@ -151,7 +151,7 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
 
 
 def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
-    """Return what a spec wants to load that is not there, with file and line.
+    """Return the missing files of a spec, with file and line of their entries.
 
     :param folders: where CLIPS files are searched for.
     """
@@ -252,7 +252,7 @@ def _line(value: ConfigValue) -> int:
 
 
 def _at(config: Configuration, path: str) -> str:
-    """Return ``FILE:LINE: `` of what is at the path, or first below it; empty when it was set at run time."""
+    """Return ``FILE:LINE: `` of the path, or of the first value below it; empty if set at run time."""
     place = _first(config, path)
     return f"{place.file}:{place.line}: " if place is not None and place.file else ""
 

@@ -45,7 +45,7 @@ def encode(event: Event) -> bytes:
 
 
 def _prepared(value: Any) -> Any:
-    """Return the value of a field without what msgspec writes in another way; texts are as they are."""
+    """Return the value of a field in msgspec's types; texts are unchanged."""
     if type(value) is not dict:
         return _ready(value)
     return {name: each if type(each) in _PLAIN else _ready(each) for name, each in value.items()}
@@ -62,7 +62,7 @@ def dump(plain: Mapping[str, Any]) -> str:
 
 
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of an interface with the items of enums by name, and all else as it is."""
+    """Return the values of an interface with the items of enums by name, and all else unchanged."""
     return {
         name: [_item(each) for each in value] if isinstance(value, list | tuple) else _item(value)
         for name, value in values.items()
@@ -76,7 +76,7 @@ def _item(value: Any) -> Any:
 def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
     """Return what makes events of this type of their JSON.
 
-    :returns: a function that raises EventFormatError for what is not such an event.
+    :returns: a function that raises EventFormatError for anything else than such an event.
     """
     fast = msgspec.json.Decoder(event_type).decode
     refused = (msgspec.MsgspecError, ValueError, RecursionError)

@@ -19,8 +19,9 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     """Copy a run to a new file.
 
     :param to: a name in :func:`copy_formats`.
-    :returns: what the user should know about the copy.
-    :raises CxbridgeError: when the run cannot be read, or the file not written; what was there is as it was.
+    :returns: warnings about the copy.
+    :raises CxbridgeError: when the run cannot be read, or the file not written; an old file is unchanged
+        then.
     """
     refuse_locked(path)
     with replacing(path) as fresh:
@@ -28,7 +29,7 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
 
 
 def _converted(run: Run, path: Path, to: str) -> list[str]:
-    """Copy a run; see :func:`convert`. After an error a part of the file may be there."""
+    """Copy a run; see :func:`convert`. After an error a part of the file may exist."""
     target = copy_formats()[to]
     if target.exact and (notes := resolve_name(target.exact)(run, path)) is not None:
         return list(notes)

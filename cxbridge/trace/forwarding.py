@@ -66,7 +66,7 @@ class _Followed:
 
 
 class WriteForwarder(Listener, Observer):
-    """Opens the interfaces of a blackboard that match, as they come, and publishes their writes on a bus.
+    """Opens matching interfaces of a blackboard, also later ones, and publishes their writes on a bus.
 
     Listeners emit in whatever thread, one at a time; opening and closing is done by :meth:`poll`, in one.
 
@@ -81,13 +81,13 @@ class WriteForwarder(Listener, Observer):
         self.counts: dict[str, int] = {}
         """Writes that were published, by ``Type::id``."""
         self.gaps: list[Gap] = []
-        """When the connection was lost, and is there again."""
+        """The losses of the connection, and the reconnections."""
         self._board: Final = board
         self._patterns: Final = tuple(patterns)
         self._out: Final = out
         self._log: Final = out.logger(COMPONENT)
         self._tasks: queue.SimpleQueue[tuple[_Task, Key]] = queue.SimpleQueue()
-        self._lock = threading.Lock()  # of what is published, and of the instances' copies
+        self._lock = threading.Lock()  # of the published events, and of the instances' copies
         self._followed: dict[Key, _Followed] = {}
         self._known: set[Key] = set()
         self._from_bus: set[str] = set()
@@ -112,7 +112,7 @@ class WriteForwarder(Listener, Observer):
         return len(self._followed)
 
     def poll(self, timeout: float) -> None:
-        """Open what came and close what went, until nothing happens for ``timeout`` seconds at most."""
+        """Open new interfaces and close abandoned ones, until ``timeout`` seconds pass without an event."""
         with suppress(queue.Empty):
             self._handle(*self._tasks.get(timeout=timeout))
             while True:
@@ -127,7 +127,7 @@ class WriteForwarder(Listener, Observer):
         self._tasks.put((_Task.WAKE, _ALL))
 
     def close(self) -> None:
-        """Publish what has arrived, and close what was opened."""
+        """Publish the arrived writes, and close the opened instances."""
         self._board.unregister_observer(self)
         if self._board.connected:
             with suppress(BlackBoardError):
@@ -158,9 +158,10 @@ class WriteForwarder(Listener, Observer):
                 self._open(info.type, info.id, later=later)
 
     def _check(self, key: Key, *, created: bool = False) -> None:
-        """Open an interface that has come; close one that nobody else has open.
+        """Open a new interface; close an interface that only this process has open.
 
-        Not while the connection is away, or has just come back: others come back, too. A later check follows.
+        Not without a connection or right after the reconnection: interfaces return one by one. A later check
+        follows.
         """
         if not self._board.connected or (self._recheck_s is not None and key in self._followed):
             return
@@ -184,7 +185,7 @@ class WriteForwarder(Listener, Observer):
     def _open(self, kind: str, interface_id: str, *, later: bool) -> None:
         """Follow an interface.
 
-        :param later: it came while we listened: what it holds was written meanwhile.
+        :param later: it appeared after the start: its data were written since.
         """
         key = (kind, interface_id)
         known = self._followed.get(key)
@@ -230,11 +231,11 @@ class WriteForwarder(Listener, Observer):
                 self._publish(interface.SCHEMA, interface.uid, block)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
-        """Note that nobody may be there any more."""
+        """Note that an interface may have lost its last user."""
         self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Note that nobody may be there any more."""
+        """Note that an interface may have lost its last user."""
         self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
@@ -257,7 +258,7 @@ class WriteForwarder(Listener, Observer):
         key = parse_uid(uid)
         if not any(pattern.matches(key) for pattern in self._patterns):
             return None
-        with suppress(CxbridgeError):  # the one who opens it gets the error
+        with suppress(CxbridgeError):  # opening it raises the error
             return self._board.registry.get(key[0]).SCHEMA
         return None
 
@@ -272,7 +273,7 @@ class WriteForwarder(Listener, Observer):
             self._tasks.put((_Task.SURVEY, _ALL))
 
     def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
-        """Publish a write; with the lock. All zero is what an interface holds that nobody has written."""
+        """Publish a write; with the lock. An interface without a write is all zero."""
         if not self.enabled or not any(block):
             return
         self.counts[uid] = self.counts.get(uid, 0) + 1

@@ -85,7 +85,7 @@ def describe(event: Event) -> str:
 
 
 def describe_details(event: Event) -> str:
-    """Return the parameters of a goal or plan-action and the like, as far as they were recorded."""
+    """Return the recorded parameters of a goal or plan-action and the like."""
     values = ((name, getattr(event, name)) for name in event.KIND.details)
     return to_record(" ".join(f"{name}={value}" for name, value in values if value))
 
@@ -98,7 +98,7 @@ def _message_text(event: InterfaceMessage) -> str:
 
 
 def _planner_text(event: PlannerCall) -> str:
-    """Return a planner's call in words, without what is empty."""
+    """Return a planner's call in words, without empty parts."""
     call = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
     if event.status == "started":
         return f"{call}: {event.problem} in domain {event.domain}"

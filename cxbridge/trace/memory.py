@@ -1,4 +1,4 @@
-"""A run that is kept in memory: its events, what is known about it, and the files that it read."""
+"""A run that is kept in memory: its events, its metadata, and the files that it read."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class MemoryRun(Run):
         return iter(self._events)
 
     def metadata(self) -> Mapping[str, str]:
-        """Return what is known about the run: version, spec, clock, result."""
+        """Return the run's metadata: version, spec, clock, result."""
         return self._metadata
 
     def files(self) -> Iterator[StoredFile]:
@@ -41,7 +41,7 @@ class MemoryRun(Run):
             yield StoredFile(each.name, each.media_type, len(each.data), each.time_us, partial(_data, each))
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        """Yield the records of what the run was made of."""
+        """Yield the records of the run's sources."""
         return iter(self._sources)
 
     def writer(self) -> RunWriter:
@@ -50,7 +50,7 @@ class MemoryRun(Run):
 
 
 class _MemoryWriter(RunWriter):
-    """Keeps the events of a run, and what it was made of, in the lists of a :class:`MemoryRun`."""
+    """Keeps the events and the sources of a run in the lists of a :class:`MemoryRun`."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class _MemoryWriter(RunWriter):
         self._namer = SourceNamer()
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
-        """Return the types of events of the level, and what the run is made of."""
+        """Return the types of events of the level, and the sources."""
         return level.event_types | {SourceRead}
 
     def write(self, event: Event) -> None:
@@ -80,11 +80,11 @@ class _MemoryWriter(RunWriter):
             self._events.append(event)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Keep what is known about the run."""
+        """Keep the run's metadata."""
         self._metadata.update(metadata)
 
     def flush(self) -> None:
-        """Do nothing: all is there."""
+        """Do nothing: all events are kept already."""
 
     def close(self) -> None:
         """Do nothing: the events stay."""

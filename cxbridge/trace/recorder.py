@@ -40,7 +40,7 @@ class Recorder(Closing):
             bus.subscribe(output.take, *output.writer.event_types(level))
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Write what is known about the run; call it at the start, and again with the result at the end."""
+        """Write the run's metadata; call it at the start, and again with the result at the end."""
         for output in self._outputs:
             output.call("describe", metadata)
 
@@ -62,7 +62,7 @@ class Recorder(Closing):
             self.flush()
 
     def enable(self, enabled: bool, kind: type[RunWriter] = RunWriter) -> None:
-        """Go on, or pause: what happens then is not recorded, and the files are whole.
+        """Continue, or pause: events of a pause are not recorded, and the files are whole.
 
         :param kind: only the writers of this class.
         """

@@ -19,7 +19,7 @@ MOST_EVENTS: Final = 1_000_000
 """Events that are kept of a run; the first ones."""
 
 STRIDE: Final = 10_000
-"""After so many events the state is remembered: going back takes no longer than these."""
+"""After this many events the state is remembered: going back takes no longer than these."""
 
 _AT_ONCE: Final = 500
 
@@ -57,7 +57,7 @@ class Scrubber:
 
     @property
     def start_us(self) -> int:
-        """What the run's clock showed at the start of the run."""
+        """The run's clock at the start of the run."""
         return self._clock.first_us or 0
 
     @property
@@ -73,7 +73,7 @@ class Scrubber:
     def load(self, seconds: float, now: Callable[[], float] = time.monotonic) -> None:
         """Read on for so long, or to the end.
 
-        What cannot be read is reported in :attr:`notes`; what was read before it stays.
+        Unreadable parts are reported in :attr:`notes`; the parts before them stay.
         """
         until = now() + seconds
         while self._reader is not None and now() < until:
@@ -121,7 +121,7 @@ class Scrubber:
         return not same
 
     def go(self, at: int) -> None:
-        """Go to the moment when so many events have happened; to the start or the end when there is none."""
+        """Go to the moment after a number of events; to the start or the end beyond them."""
         at = max(0, min(at, len(self.events)))
         nearest = at // self._stride
         if at < self.at or nearest > self.at // self._stride:
@@ -133,7 +133,7 @@ class Scrubber:
         self.at = at
 
     def go_transitions(self, count: int) -> None:
-        """Go so many transitions on, or back when it is negative; events, in a run without any."""
+        """Go a number of transitions forward, or back when it is negative; events, in a run without any."""
         steps = self.transitions
         if not steps:
             self.go(self.at + count)

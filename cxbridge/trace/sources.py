@@ -1,4 +1,4 @@
-"""Reads what a recorded run was made of: "Files of the run" in docs/formats.md.
+"""Reads the sources of a recorded run: "Files of the run" in docs/formats.md.
 
 Nothing is read before it is asked for: a source knows its file, and reads it when :attr:`Source.data` is.
 """
@@ -25,7 +25,7 @@ class RunSource:
 
     :param role: ``clips``, ``config``, ``feature`` ...; docs/formats.md lists them.
     :param owner: name of the CLIPS environment; empty for none.
-    :param name: the path as it was asked for, or the name of what has no file.
+    :param name: the requested path, or a name for a source without a file.
     :param time_us: when it was read, microseconds since the epoch.
     :param details: the keys of its role.
     :param file: its content; None when it has none, or the recording was cut off before it.
@@ -57,10 +57,10 @@ def _number(text: str) -> int:
 
 
 def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunSource]:
-    """Yield what a run was made of, in the order in which it was read.
+    """Yield the sources of a run, in the order of their reading.
 
     :param roles: only these; all, when there are none.
-    :param owner: only what belongs to this CLIPS environment.
+    :param owner: only the sources of this CLIPS environment.
     :raises TraceError: when the recording cannot be read.
     """
     files = {file.name: file for file in run.files()}
@@ -80,7 +80,7 @@ def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunS
 
 
 def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[RunSource]:
-    """Return what a CLIPS environment was built of, in an order in which it can be built again.
+    """Return the sources of a CLIPS environment, in an order in which it can be built again.
 
     Load the files without executing the commands in them: what these have loaded or defined comes before.
 
@@ -107,11 +107,11 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Ru
 
 
 def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
-    """Write the files of a run to a folder, which is made when it is not there.
+    """Write the files of a run to a folder, which is made when it is missing.
 
     :param pattern: only files whose name matches, with ``*``, ``?`` and ``[]``.
     :returns: the files.
-    :raises TraceError: when a name leads out of the folder, a file is there already, is damaged or cannot be
+    :raises TraceError: when a name leads out of the folder, a file exists, is damaged or cannot be
         written; then none is left.
     """
     files = [

@@ -1,4 +1,4 @@
-"""Names and records what a run is made of: "Files of the run" in docs/formats.md."""
+"""Names and records the sources of a run: "Files of the run" in docs/formats.md."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _NUMBERED: Final = frozenset({"config", "clips", "construct"})
 
 
 class EarlySources:
-    """Keeps what is read before anybody records, until it is taken.
+    """Keeps sources that are read before a recorder exists, until they are taken.
 
     :param bus: the bus of the run.
     """
@@ -44,7 +44,7 @@ class EarlySources:
         self._events.append(event)
 
     def take(self) -> list[Event]:
-        """Return what there is, and keep nothing any more."""
+        """Return the kept sources, and stop keeping."""
         self._bus.unsubscribe(self._keep)
         events, self._events = self._events, []
         return events
@@ -59,7 +59,7 @@ class SourceNamer:
         self._taken: set[str] = set()
 
     def record(self, event: SourceRead) -> tuple[dict[str, str], Attachment | None]:
-        """Return the metadata record of a source, and what is to be attached before it."""
+        """Return the metadata record of a source, and the attachment that precedes it."""
         record = {"role": event.role, "owner": event.owner, "name": event.name, **event.details}
         attachment = None
         if event.data is not None:
@@ -110,7 +110,7 @@ def safe_name(text: str) -> str:
 
 
 def emit_configuration(bus: EventBus, config: Configuration) -> None:
-    """Emit the files of a configuration, as they are now, and the resolved tree, as sources of the run.
+    """Emit the files of a configuration, as they now are on the disk, and the resolved tree, as sources.
 
     Secrets are cut out; a file from which they cannot be cut is left out.
     """
@@ -118,7 +118,7 @@ def emit_configuration(bus: EventBus, config: Configuration) -> None:
         try:
             data = Path(file).read_bytes()
         except OSError:
-            continue  # it was there when it was read; the tree is recorded
+            continue  # deleted since it was read; the tree is recorded
         if (harmless := without_secrets(data, str(file))) is not None:
             bus.emit_source("config", "", str(file), harmless)
     tree = {

@@ -1,4 +1,4 @@
-"""Summarises what a recording holds."""
+"""Summarises a recording."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from cxbridge.trace.formats.base import Run
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """What a recording holds.
+    """The summary of a recording.
 
     :param seconds: time from its first to its last event.
     :param events: how many events of each kind.
     :param attachments: names and sizes in bytes of the attached files.
     :param description: lines that describe more of the file than all formats have.
-    :param notes: what the user should know about the file.
+    :param notes: warnings for the user about the file.
     """
 
     path: str
@@ -49,7 +49,7 @@ class Summary:
 
 
 def summarise(run: Run) -> Summary:
-    """Read a run and return what it holds.
+    """Read a run and return its summary.
 
     :raises TraceError: when it cannot be read.
     """

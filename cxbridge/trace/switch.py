@@ -25,7 +25,7 @@ class RecordingSwitch(Listener):
 
     :param switch: called with whether to record.
     :param log: for people.
-    :raises BlackBoardError: when somebody else writes the interface, or it cannot be opened.
+    :raises BlackBoardError: when the interface has another writer, or cannot be opened.
     """
 
     def __init__(self, board: BlackBoard, switch: Callable[[bool], None], log: Logger) -> None:

@@ -1,4 +1,4 @@
-"""The commands of `cxbridge`: each module here is one, found by its name and imported when somebody uses it.
+"""The commands of `cxbridge`: each module here is one, found by its name and imported when it is used.
 
 A module ``NAME.py`` has either a function ``NAME``, which is the command, or a :class:`typer.Typer` ``app``,
 which is a group of commands.

@@ -24,11 +24,11 @@ _WHERE_S = 5.0
 
 
 class _StartByDefault(TyperGroup):
-    """What is not a command's name goes to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
+    """Gives arguments that name no command to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         named = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
-        if not named and (args or not ctx.resilient_parsing):  # what is being completed is not there yet
+        if not named and (args or not ctx.resilient_parsing):  # completion has no complete word yet
             args = ["start", *args]
         return list(super().parse_args(ctx, args))
 
@@ -104,7 +104,7 @@ def pause(url: Connect = DEFAULT_URL) -> int:
 
 @app.command()
 def resume(url: Connect = DEFAULT_URL) -> int:
-    """Let what rests work again, and rules that are stopped go on.
+    """Resume paused components, and stopped rules.
 
     Example: cxbridge daemon resume
     """

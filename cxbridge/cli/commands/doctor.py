@@ -1,4 +1,4 @@
-"""`cxbridge doctor`: what is installed, what works, what is missing and how to get it."""
+"""`cxbridge doctor`: installed packages, tests of them, missing packages and how to install them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.cli.console import say, say_json
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
-    """List what is installed, what works, what is missing and how to get it.
+    """List the installed packages, whether they work, the missing ones and how to install them.
 
     Exit status: 0 everything that a run needs works; 1 something is missing.
 

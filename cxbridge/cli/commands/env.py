@@ -221,7 +221,7 @@ def watch(
     off: Annotated[bool, typer.Option("--off", help="do not watch")] = False,
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Watch facts or rules, all or those named: what is watched is recorded.
+    """Watch facts or rules, all or those named: watched facts and firings are recorded.
 
     Example: cxbridge env watch executive rules
     """
@@ -286,7 +286,7 @@ def evaluate(
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
 ) -> int:
-    """Evaluate an expression of CLIPS; prints what it prints, and its value.
+    """Evaluate an expression of CLIPS; prints its output, and its value.
 
     Example: cxbridge env eval executive '(get-strategy)'
     """

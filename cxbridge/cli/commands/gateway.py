@@ -40,7 +40,7 @@ def gateway(
     Each interface goes from the side that has its writer to the other one; messages go to the writer, with
     the serial of the instance that sent them. See docs/gateway.md.
 
-    Exit status: 0 stopped on request; 2 bad input, or a side is not there.
+    Exit status: 0 stopped on request; 2 bad input, or a side does not answer.
 
     Example: cxbridge gateway fawkes://robot tcp://127.0.0.1:1911 -i 'Position3DInterface::*'
     """

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class _Console(ConsoleOptions):
-    """What a run prints."""
+    """The output of a run."""
 
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the result and errors only.")] = False
     verbose: Annotated[
@@ -75,7 +75,7 @@ def run(
         else:
             story.finish(result)
 
-    # with --json only the result is for stdout, not what a prompt prints
+    # with --json only the result is for stdout, not the output of a prompt
     with in_words_of_check(options), redirect_stdout(sys.stderr if as_json else stdout):
         result = run_scenario(options, shown, attach, stay=stay_after(show))
     show(result)

@@ -78,7 +78,7 @@ class CollectionFunctions:
             try:
                 self._store.update(collection, wanted, {"$set": changes}, upsert=upsert)
             except DuplicateKeyError as error:
-                # how wm-robmem-sync finds out that others know better
+                # how wm-robmem-sync finds out that another agent has a newer document
                 self._log.debug(f"Update of {collection} refused: {error}")
             return True
 
@@ -152,7 +152,7 @@ class CollectionFunctions:
     # --- files --------------------------------------------------------------------------------------------
 
     def dump(self, collection: str, directory: str) -> Value:
-        """Write a collection below a folder; TRUE when it is there."""
+        """Write a collection below a folder; TRUE on success."""
 
         def dump() -> bool:
             dump_collection(self._store, collection, self._folder(directory))
@@ -161,7 +161,7 @@ class CollectionFunctions:
         return TRUE if self._attempt(f"Dumping collection {collection} to {directory}", dump) else FALSE
 
     def restore(self, collection: str, directory: str, target: str) -> Value:
-        """Replace a collection by what was dumped; TRUE when it is there."""
+        """Replace a collection by its dump; TRUE on success."""
 
         def restore() -> bool:
             restore_collection(self._store, collection, self._folder(directory), target)

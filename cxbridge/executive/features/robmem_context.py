@@ -38,7 +38,7 @@ class RobotMemoryContext:
         self._threads: ThreadPoolExecutor | None = None
 
     def deliver(self) -> None:
-        """Assert what came in. The environment's lock must be held."""
+        """Assert received documents. The environment's lock must be held."""
         for _ in range(len(self._inbox)):
             self._inbox.popleft()()
 
@@ -96,7 +96,7 @@ class RobotMemoryContext:
             self.log.warn(f"Cannot assert ({relation} ...): {error}")
 
     def _assert_event(self, name: str, change: Change, received_us: int) -> None:
-        # each has a time of its own: rules take the oldest first
+        # each has a different time: rules take the oldest first
         self._last_event_us = max(received_us, self._last_event_us + 1)
         if self.env.assert_string(f"({name})") is None:
             self.log.warn(f"Asserting ({name}) failed: is it a name?")

@@ -263,7 +263,7 @@ def _supported(value: Any) -> bool:
 
 
 def _field(document: Document, path: str) -> Any:
-    """Return what a path with dots leads to, through documents only."""
+    """Return the value of a path with dots, through documents only."""
     found: Any = document
     for part in path.split("."):
         if not isinstance(found, dict) or part not in found:

@@ -1,6 +1,6 @@
 """The handles of CLIPS to the robot memory: documents, arrays, cursors and triggers behind numbers.
 
-A number is never used twice, so one whose thing is gone is known for what it is: nothing of Python's is
+A number is never used twice, so an old number is recognised: nothing of Python's is
 reached through a pointer that CLIPS kept.
 """
 

@@ -68,7 +68,7 @@ class MutexFunctions:
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
     def _report(self, name: str, mutex: str, *, done: bool) -> None:
-        """Report those outcomes that Fawkes reports; the trigger reports the others."""
+        """Report those outcomes that Fawkes reports; the trigger reports the rest."""
         if name == "renew-lock" or (name == "try-lock" and not done):
             self._context.enqueue_fact(
                 _FEEDBACK, Symbol(f"{name}-async"), OK if done else FAIL, Symbol(mutex)

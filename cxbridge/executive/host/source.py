@@ -4,11 +4,11 @@ In 6.30 ``modify`` retracts a fact and asserts a new one with a new index; in 6.
 place. Users' files, Fawkes' own among them, rely on the former (docs/clips.md). So ``(modify F (slot v...))``
 becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does as 6.30 did; and likewise
 ``duplicate``, which in 6.4 ends the process when it gets many values for a single slot. Nothing moves: line
-numbers stay what they are in the file.
+numbers do not change.
 
 The built-in core's own files have 6.4's `modify`, which is faster. Decisions depend on the order of goals,
 where the one last changed is the last; so of goals they say
-``(cx-modify-goal F (slot v...))``, which becomes what a user's `modify` becomes.
+``(cx-modify-goal F (slot v...))``, which becomes the same as a user's `modify`.
 
 Some texts make CLIPS' parser crash the process, or never end; they are found here, see :class:`Excess`.
 """
@@ -80,7 +80,7 @@ class Excess(Struct, frozen=True):
     """Something in a file that CLIPS cannot take without harm to the process.
 
     :param line: where, counted from 1.
-    :param message: what it is, and how much of it there may be.
+    :param message: the mistake, and the limit.
     """
 
     line: int
@@ -88,7 +88,7 @@ class Excess(Struct, frozen=True):
 
 
 class ClipsSource(Struct, frozen=True):
-    """A file's text as CLIPS shall load it.
+    """A file's text for CLIPS.
 
     :param changed: whether something was rewritten in it.
     :param unclosed_line: where a parenthesis opens at the top level that never closes, if there is one.
@@ -187,7 +187,7 @@ def rewrite(text: str) -> str:
 
 
 def _opening_excess(text: str, at: int, depth: int, parts: int) -> str:
-    """Return what is too much at a parenthesis that opens; empty when nothing is."""
+    """Return the exceeded limit at a parenthesis that opens; empty when there is none."""
     if depth > _MAX_DEPTH:
         return f"parentheses are nested more than {_MAX_DEPTH} deep"
     if parts > _MAX_PARTS:
@@ -270,7 +270,7 @@ def _rewrite(
 
 
 def _line_ends(match: re.Match[str]) -> str:
-    """Return the line ends of what is replaced, so that lines keep their numbers."""
+    """Return the line ends of the replaced text, so that lines keep their numbers."""
     return "\n" * match.group().count("\n")
 
 

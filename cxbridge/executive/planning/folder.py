@@ -17,8 +17,8 @@ _LOCK: Final = "in-use"
 class EngineFolder:
     """A folder that exists as long as the processes that use it.
 
-    The owner of :attr:`files` holds its lock: this process, and those that it hands them to. What is left
-    of processes that were killed is removed when the next folder is made.
+    The owner of :attr:`files` holds its lock: this process, and those that it hands them to. The folders
+    of killed processes are removed when the next folder is made.
     """
 
     def __init__(self) -> None:

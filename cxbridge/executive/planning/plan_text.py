@@ -1,4 +1,4 @@
-"""Plans as text that can be read back, an action a line, with times as exact as they are."""
+"""Plans as text that can be read back, an action a line, with exact times."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ class PlanResult:
 class Planner(ABC):
     """A planner.
 
-    Subclass it, name it, state what it understands, and implement :meth:`solve`. It runs in a child process,
+    Subclass it, name it, declare its requirements, and implement :meth:`solve`. It runs in a child process,
     where it may take its time, print and crash.
     """
 

@@ -1,7 +1,7 @@
 """Finds out that nothing can ever happen again in a run, and for which events the run waits.
 
-A run is stuck when its agenda is empty, no skill runs, no rule can be activated by time alone, and nobody
-else is there who could change anything: no Skiller elsewhere, no network, no robot memory, no component of an
+A run is stuck when its agenda is empty, no skill runs, no rule can be activated by time alone, and no
+other program can change anything: no Skiller elsewhere, no network, no robot memory, no component of an
 installed package, no interface with a writer other than the agent and its Skillers.
 """
 

@@ -1,4 +1,4 @@
-"""What a Python program adds to a run that no configuration names: features, skills, and recorders."""
+"""The additions of a Python program to a run: features, skills, and recorders."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Additions:
-    """What a program adds to a run.
+    """The additions of a program to a run.
 
     :param features: given to the executive's environment before it loads its first file.
     :param executors: classes that execute skills, for each agent of the skill board; without a skill board in

@@ -141,7 +141,7 @@ class Run:
 
         return compare_runs(self.source, [other.source], order=Order(order))
 
-    # ---- as others see it
+    # ---- as a recording
 
     def write_report(self, path: str | Path) -> Path:
         """Write a page about the run, one file that needs no network; return its path.

@@ -69,7 +69,7 @@ def make_options(scenario: str | Path | None, **given: Any) -> RunOptions:
 def plain_options(given: Mapping[str, Any]) -> RunOptions:
     """Return the options of a run.
 
-    :param given: names as in ``skill_dirs``, ``skill-dirs`` or ``skillDirs``; null: as if it was not there.
+    :param given: names as in ``skill_dirs``, ``skill-dirs`` or ``skillDirs``; null: as if it was missing.
     :raises CxbridgeError: when there is no such option, or its value is of another type.
     """
     options = {

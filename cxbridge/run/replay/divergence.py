@@ -18,10 +18,11 @@ class Divergence:
 
     :param who: the Skiller or executor.
     :param number: of the command there, from 1.
-    :param expected: what was recorded; empty: nothing more.
-    :param came: what came; empty: nothing.
+    :param expected: the recorded command; empty: none.
+    :param came: the command of this run; empty: none.
     :param seconds: of the run's clock, since its begin.
-    :param recorded_s: when the expected one came, since the start of the recorded run; None: nothing was.
+    :param recorded_s: the time of the expected one since the start of the recorded run; None: none was
+        recorded.
     """
 
     who: str
@@ -62,10 +63,10 @@ R = TypeVar("R", bound=RecordedCommand)
 
 
 class Expectation(Generic[R]):
-    """The commands that somebody got, in order, and when the next one is due.
+    """The recorded commands of a Skiller or an executor, in order, and the time of the next one.
 
     :param who: for people.
-    :param items: what was recorded.
+    :param items: the recorded commands.
     :param start_us: when the recorded run, and this one, began.
     :param whole: whether the recorded run had come to its end: then nothing may follow.
     :param report: called for the first divergence.
@@ -93,7 +94,7 @@ class Expectation(Generic[R]):
 
     @property
     def next(self) -> R | None:
-        """What is expected; None when all has come."""
+        """The expected command; None after the last one."""
         return self._items[self._next] if self._next < len(self._items) else None
 
     def meet(self, now_us: int) -> None:

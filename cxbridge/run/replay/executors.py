@@ -1,4 +1,4 @@
-"""An executor of the skill board that does what it did in a recording."""
+"""An executor of the skill board that repeats a recording."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FAILED = "FAILED"
 class RecordedExecutor(SkillExecutor):
     """Executes skills as long, and with the outcome, as recorded.
 
-    :param script: what it did.
+    :param script: its recorded work.
     :param start_us: when the recorded run began; the run's clock begins there, too.
     :param whole: whether the recorded run had come to its end.
     :param report: called for the first skill that is not the recorded one.
@@ -40,7 +40,7 @@ class RecordedExecutor(SkillExecutor):
         self.expected.check(self.clock.now_us())
 
     def execute(self, call: SkillCall) -> Steps:
-        """Do what was done."""
+        """Do the recorded work."""
         execution = self.expected.next
         begin_us = self.clock.now_us()
         known = execution.parameters if execution is not None else None

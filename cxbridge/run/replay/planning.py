@@ -80,7 +80,7 @@ def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, Recorde
 
 
 def _result(event: PlannerCall) -> PlanResult | None:
-    """Return what came of a call; None when the plan was not recorded."""
+    """Return the result of a call; None when the plan was not recorded."""
     try:
         actions = parse_plan_text(event.plan)
     except ValueError:
@@ -92,7 +92,7 @@ def _result(event: PlannerCall) -> PlanResult | None:
 
 
 class RecordedPlanning(PlanningService):
-    """Makes the plans that were recorded; what was not recorded is planned.
+    """Makes the recorded plans; missing ones are planned.
 
     :param plans: by the ids of the calls, which are counted.
     """
@@ -135,7 +135,7 @@ class _RecordedCall(PlanCall):
 
     @property
     def result(self) -> PlanResult | None:
-        """What came of it; None before its time, or before the call is cancelled if it was."""
+        """The result; None before its time, or before the call is cancelled if it was."""
         if self._cancelled:
             return PlanResult(PlanStatus.CANCELLED, self._recorded.planner, message="planning was cancelled")
         if self._recorded.status is PlanStatus.CANCELLED or self._now_us() < self._due_us:

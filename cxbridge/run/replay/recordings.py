@@ -41,7 +41,7 @@ _QUARTER_US: Final = 900 * MICROSECONDS
 
 @dataclass(frozen=True, slots=True)
 class Recordings:
-    """What is known about a recorded run.
+    """The content of a recorded run.
 
     :param scans: one a recording, in the order they were named.
     :param decisions: the one whose transitions count.
@@ -57,7 +57,7 @@ class Recordings:
         """Read the recordings of a run.
 
         :param registry: knows the types of the interfaces in bblogger files; by default our definitions.
-        :raises TraceError: when one cannot be read, or they have not what a replay needs.
+        :raises TraceError: when one cannot be read, or lacks the data for a replay.
         """
         scans = tuple(scan(open_run(path, registry)) for path in paths)
         decisions = next((each for each in scans if each.goals), None)
@@ -151,7 +151,7 @@ class Recordings:
     def sensors(self, *, executors: bool) -> dict[str, InterfaceWrite]:
         """Return the first write of each interface that is neither a Skiller's nor an executor's.
 
-        :param executors: whether executors have players of their own; else they count as sensors.
+        :param executors: whether executors have separate players; else they count as sensors.
         """
         played = (SKILLER, EXECUTOR) if executors else (SKILLER,)
         return {uid: write for uid, write in self.samples().items() if uid.partition("::")[0] not in played}
@@ -244,7 +244,7 @@ class RecordedAgentRun(Run):
 
 
 def recordings_of(whole: Recordings, agent: str) -> Recordings:
-    """Return what is known about one agent of a recorded run.
+    """Return the recording of one agent of a recorded run.
 
     :raises TraceError: when there is nothing of it.
     """

@@ -32,14 +32,14 @@ _OVER: Final = "RETRACTED"
 
 @dataclass(slots=True)
 class Scan:
-    """What one recording has.
+    """The content of one recording.
 
     :param shift_us: to be added to its times, so that they are those of the other recordings.
     :ivar samples: the first write of each interface, by ``Type::id``, in the order of appearance.
     :ivar skillers: the writes of each SkillerInterface; ``executors``: of each SkillExecutorInterface.
     :ivar messages: between the skill board and its executors.
     :ivar plans: calls of planners.
-    :ivar statuses: what was seen of each Skiller.
+    :ivar statuses: the observed statuses of each Skiller.
     :ivar begin_us: when the run began; None when the recording has no times.
     :ivar end_us: the last transition, or skill status.
     :ivar transitions: how many; ``goals``: whether any is one of a goal; ``envs``: of which environments.
@@ -97,7 +97,7 @@ class Scan:
                 self._goal(event)
 
     def _begins(self, event: Event) -> bool:
-        """Whether the executive, whose clock is to be set, is there when this happens."""
+        """Whether the executive, whose clock is set, runs at this time."""
         if not self.is_log:
             return True
         return not isinstance(event, LogLine) or event.component.startswith(_CLIPS)

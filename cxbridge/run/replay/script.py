@@ -36,7 +36,7 @@ class CommandKind(Enum):
 
 @dataclass(slots=True)
 class Command:
-    """A command to a Skiller, and what it wrote.
+    """A command to a Skiller, and the Skiller's writes.
 
     :param text: the skill string, of :attr:`Kind.EXEC`.
     :param time_us: when its first write was.
@@ -60,7 +60,7 @@ class Command:
 
 @dataclass(slots=True)
 class SkillerScript:
-    """What a Skiller did.
+    """The commands of a Skiller.
 
     :ivar before: writes before any command: time and values.
     """
@@ -107,7 +107,7 @@ def _kind(last: Values, values: Values, *, first: bool) -> CommandKind | None:
 
 
 def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[InterfaceWrite]:
-    """Return what a Skiller must have written, from what was read of it; errors are lost.
+    """Return the writes that a Skiller must have made, by its facts; errors are lost.
 
     Controllers are, too: who reads of a Skiller is taken for one that had asked for its control.
     """
@@ -203,7 +203,7 @@ def _ticket(values: Values) -> tuple[Any, Any]:
 
 
 def _add_message(execution: Execution, message: InterfaceMessage) -> None:
-    """Add what a message says about an execution."""
+    """Add a message about an execution."""
     values = message.values
     if message.message == "RequestMessage":
         try:

@@ -18,7 +18,7 @@ OWNER = "cxbridge replay"
 
 
 class YieldingBoard(LocalBlackBoard):
-    """A blackboard on which those who write for a replay give way to the run's own writers."""
+    """A blackboard on which the writers of a replay give way to the run's own writers."""
 
     give_way: Callable[[tuple[str, str]], None] | None = None
     """Called for each interface that a client wants to write, before it does."""
@@ -32,7 +32,7 @@ class YieldingBoard(LocalBlackBoard):
 class SensorPlayer(Component):
     """Writes interfaces as recorded, before the executive thinks.
 
-    :param samples: the first write of each interface that it shall write.
+    :param samples: the first write of each interface to write.
     :param writes: of these, in the order of their times; their times are the run's.
     :raises TraceError: when the definition of one has changed since.
     """
@@ -79,7 +79,7 @@ class SensorPlayer(Component):
         return self._next is None
 
     def loop(self) -> None:
-        """Write what came before now, and drop what was sent to the interfaces."""
+        """Write the values of earlier moves, and drop messages to the interfaces."""
         now_us = self._board.clock.now_us()
         while self._next is not None and self._next.time_us < now_us:
             self._write(self._next)

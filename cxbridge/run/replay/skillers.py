@@ -1,4 +1,4 @@
-"""A Skiller that does what it did in a recording."""
+"""A Skiller that repeats a recording."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ COMPONENT = "Replay"
 class RecordedSkiller(SkillerBackend):
     """Serves a SkillerInterface from a recording.
 
-    :param script: what it did.
+    :param script: its recorded commands.
     :param start_us: when the recorded run began; the run's clock begins there, too.
     :param whole: whether the recorded run had come to its end.
     :param report: called for the first command that is not the recorded one.
-    :raises BlackBoardError: when somebody else writes its interface.
+    :raises BlackBoardError: when its interface has another writer.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class RecordedSkiller(SkillerBackend):
         return bool(self._due or self._before)
 
     def loop(self) -> None:
-        """Take the messages, and write what is due."""
+        """Take the messages, and make due writes."""
         while (serial := self._readers.pop()) is not None:
             if self._control.revoke(serial):
                 self._interface.write()
@@ -126,7 +126,7 @@ class RecordedSkiller(SkillerBackend):
         self._write(expected.values)
 
     def _write(self, values: Values) -> None:
-        """Write what was recorded, with the skill string, id and controller of this run."""
+        """Make the recorded write, with the skill string, id and controller of this run."""
         begun = self._begun
         for name, value in values.items():
             own = name == "exclusive_controller" or (

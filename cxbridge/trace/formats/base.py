@@ -18,7 +18,7 @@ from cxbridge.trace.formats.files import writing
 
 _MOST_DIGITS = 18
 MAX_NOTES = 100
-"""So many notes are kept of a run; a mistake on every line is known by then."""
+"""The number of notes that are kept of a run; a mistake on every line is known by then."""
 
 
 class Attachment(Struct, frozen=True):
@@ -75,7 +75,7 @@ class Run(ABC):
         """
 
     def select(self, *types: type[Event]) -> Iterator[Event]:
-        """Yield the events of some types in recorded order; formats that can skip the others do.
+        """Yield the events of some types in recorded order; formats that can skip further types do.
 
         :raises TraceError: when the file cannot be read (any more).
         """
@@ -87,7 +87,7 @@ class Run(ABC):
 
     @property
     def start_us(self) -> int | None:
-        """What the run's clock showed at the start, microseconds since the epoch; None: not recorded."""
+        """The run's clock at the start, microseconds since the epoch; None: not recorded."""
         text = self.metadata().get("start_us", "")
         return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else None
 
@@ -101,7 +101,7 @@ class Run(ABC):
         return iter(())
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        """Yield the records of what the run was made of, as they are; see :mod:`cxbridge.trace.sources`."""
+        """Yield the records of the run's sources, unchanged; see :mod:`cxbridge.trace.sources`."""
         return iter(())
 
     def description(self) -> Iterator[str]:
@@ -157,7 +157,7 @@ class RunWriter(Closing):
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know about the file that was written."""
+        """Warnings for the user about the written file."""
         return []
 
     def settle(self) -> None:
@@ -165,7 +165,7 @@ class RunWriter(Closing):
         self.flush()
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Write what is known about the run: version, command, spec, clock, result.
+        """Write the run's metadata: version, command, spec, clock, result.
 
         Later calls add to it. Formats without a place for it ignore it.
         """
@@ -178,7 +178,7 @@ class StreamWriter(RunWriter):
     """Writes the events of a run as lines to a file that is open.
 
     :param path: the file's path, for errors.
-    :param file: what is written to; closed with the writer.
+    :param file: the file to write; closed with the writer.
     """
 
     def __init__(self, path: Path, file: IO[Any]) -> None:

@@ -17,7 +17,7 @@ ENV = "executive"
 """The environment that the events are said to be of; the text does not tell."""
 
 MAX_FACTS = 100_000
-"""So many facts are remembered; then the oldest is forgotten."""
+"""The number of remembered facts; then the oldest is forgotten."""
 
 _STARTS = rb"(?:==>|<==) (?:f-\d+ +\(|Activation -?\d|Focus \S)|FIRE +\d+ [^: ]+:"
 _HEAD = re.compile(rb"^(?:" + _STARTS + rb")", re.MULTILINE)
@@ -120,7 +120,7 @@ class _WatchedFacts:
         try:
             template, shown, whole = parse_slots(event.text)
         except FactSyntaxError:
-            return event.text  # an ordered fact; if it is not, those who need its slots will say so
+            return event.text  # an ordered fact; if it is not, readers of its slots will report it
         if whole:
             return event.text
         before = self._texts.get(event.index)

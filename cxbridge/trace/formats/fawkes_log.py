@@ -62,7 +62,7 @@ class FawkesLog(Run):
     """A text log of Fawkes.
 
     The log gives the time of day only, in the zone of the machine that wrote it: times here count from
-    midnight of 1970-01-01 as if that were UTC, and go on over midnight.
+    midnight of 1970-01-01 as if that were UTC, and continue over midnight.
     """
 
     format = "fawkes-log"
@@ -118,7 +118,7 @@ class FawkesLog(Run):
             yield kept
 
     def _entries(self) -> Iterator[_LogEntry]:
-        """Put lines together to entries: a line without a stamp goes on with the entry before it."""
+        """Join lines to entries: a line without a stamp continues the entry before it."""
         entry: _LogEntry | None = None
         match_entry, match_stamp = _ENTRY.match, _STAMP.match
         for number, text, whole in read_lines(self.path):
@@ -144,7 +144,7 @@ class FawkesLog(Run):
 
 
 class _Days:
-    """Times of day to times that go on: a step back by more than half a day is midnight."""
+    """Times of day to continuing times: a step back by more than half a day is midnight."""
 
     def __init__(self) -> None:
         self._last = 0
@@ -255,7 +255,7 @@ class FawkesLogWriter(StreamWriter):
 
 
 def _encode(text: str) -> bytes:
-    """Return the text in UTF-8; bytes that came in as something else go out as they were."""
+    """Return the text in UTF-8; bytes of other encodings go out unchanged."""
     try:
         return text.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:

@@ -81,9 +81,10 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
 def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
     """Open a file for writing, empty, unless another process writes it in this way.
 
-    Where there are no locks (Windows, some network file systems), and what is not a file, is opened as usual.
+    Without locks (Windows, some network file systems), and for anything but a file, the path is opened as
+    usual.
 
-    :raises TraceError: when another process writes it; it stays as it is.
+    :raises TraceError: when another process writes it; the file is unchanged then.
     :raises OSError: when it cannot be opened.
     """
     if sys.platform == "win32":
@@ -128,7 +129,8 @@ def _locked(path: Path) -> TraceError:
 def keep_previous(path: Path) -> Path | None:
     """Give a file that is about to be replaced another name: the time of its last change is added to it.
 
-    What is empty, no file, or being written by another process stays; so does the target of a link.
+    Empty files, other things than files, and files of another writing process stay; so does the target of a
+    link.
 
     :return: the new name; None: nothing was renamed.
     :raises TraceError: when it cannot be renamed.

@@ -1,7 +1,7 @@
 """Finds the formats of recorded runs, and opens a run by its content, not by its name.
 
 A module or package of this folder is a format: it has ``FORMATS``, a tuple of :class:`.base.Format`, or
-``COPIES``, a tuple of :class:`.base.CopyFormat`. It is found because it is there.
+``COPIES``, a tuple of :class:`.base.CopyFormat`. Its presence in the folder is enough.
 """
 
 from __future__ import annotations

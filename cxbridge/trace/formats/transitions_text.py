@@ -1,8 +1,8 @@
 """Reads and writes transitions as text, one a line: what ``trace transitions`` prints.
 
 The environment ``executive`` and the skiller ``Skiller`` go without saying, as in the recordings of Fawkes;
-others are named. A golden run has more: lines with the time, and, indented below a transition, lines with
-the details that are new.
+all further ones are named. A golden run has more: lines with the time, and, indented below a transition,
+lines with the details that are new.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ DEFAULTS: Final = {"params": "()", "meta": "()", "priority": "0.0", "resources":
 
 
 def format_transition(event: Transition) -> str:
-    """Return the transition as one line of text, without a line feed; no terminal obeys what is in it."""
+    """Return the transition as one line of text, without line feeds and control characters."""
     return to_record(_line(event))
 
 
@@ -130,7 +130,7 @@ class TransitionsText(Run):
 
 
 class _Details:
-    """The details of goals and plan-actions, as they were last."""
+    """The last details of goals and plan-actions."""
 
     def __init__(self) -> None:
         self._last: dict[tuple[str, ...], dict[str, str]] = {}

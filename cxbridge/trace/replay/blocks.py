@@ -18,7 +18,7 @@ _HINT: Final = "its definition has changed since; --interface-dir DIR names the 
 class BlockMaker:
     """Makes blocks of one interface type.
 
-    :param interface_class: the type as it is now.
+    :param interface_class: the present type.
     """
 
     def __init__(self, interface_class: type[Interface]) -> None:

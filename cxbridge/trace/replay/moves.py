@@ -18,7 +18,7 @@ OUT_OF_ORDER_US: Final = MICROSECONDS
 
 @dataclass(frozen=True, slots=True)
 class ReplaySelection:
-    """What is to be played.
+    """The selection of a replay.
 
     :param patterns: which interfaces; none: all.
     :param start_s: seconds since the first event of the run; None: from the start.
@@ -74,13 +74,13 @@ class ReplayPositions:
 
 @dataclass(slots=True)
 class Survey:
-    """What there is to play.
+    """The moves of a recording.
 
     :ivar writes: how many of each interface, by ``Type::id``.
     :ivar messages: how many to each other interface.
     :ivar samples: the first write of each interface.
     :ivar first_us: where the first move is; ``last_us``: the last.
-    :ivar others: how many writes of interfaces were not selected.
+    :ivar others: the number of writes of unselected interfaces.
     """
 
     writes: dict[str, int] = field(default_factory=dict)
@@ -92,7 +92,7 @@ class Survey:
 
 
 def survey(run: Run, selection: ReplaySelection) -> Survey:
-    """Read a run, and return what there is to play.
+    """Read a run, and return its moves.
 
     :raises TraceError: when it cannot be read.
     """
@@ -112,7 +112,7 @@ def survey(run: Run, selection: ReplaySelection) -> Survey:
 
 
 def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
-    """Yield what to do, in the order of the file; first, what the interfaces held at the start.
+    """Yield the moves, in the order of the file; first, the values of the interfaces at the start.
 
     :raises TraceError: when the run cannot be read.
     """
@@ -131,7 +131,7 @@ def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
             continue
         at_us = positions.of(event)
         if end_us is not None and at_us > end_us:
-            continue  # what comes now may be out of order, and belong to it yet
+            continue  # later events may be out of order, and still belong to it
         if selection.start_s is not None and at_us < start_us and not began:
             if isinstance(event, InterfaceWrite):
                 held[event.uid] = event

@@ -33,7 +33,7 @@ class ReplayPlayer:
         self.messages = 0
         """Messages that were sent."""
         self.undelivered = 0
-        """Messages that nobody took."""
+        """Messages that were not taken."""
         self._board = board
         self._log = log
         self._restamp = restamp
@@ -46,7 +46,7 @@ class ReplayPlayer:
         """Open all interfaces that will be written; all or none.
 
         :raises TraceError: when a type is different from the recorded.
-        :raises BlackBoardError: when somebody else writes one, or its type is unknown.
+        :raises BlackBoardError: when one has another writer, or its type is unknown.
         """
         try:
             for uid, sample in survey.samples.items():
@@ -99,7 +99,7 @@ class ReplayPlayer:
         return True
 
     def close(self) -> None:
-        """Close what was opened."""
+        """Close the opened interfaces."""
         readers = [reader for reader in self._readers.values() if reader is not None]
         for instance in (*readers, *(writer for writer, _ in self._writers.values())):
             with suppress(BlackBoardError):
@@ -108,7 +108,7 @@ class ReplayPlayer:
         self._readers.clear()
 
     def drop_messages(self) -> None:
-        """Forget what others sent to the interfaces."""
+        """Drop the messages of other programs to the interfaces."""
         for writer, _ in self._writers.values():
             if writer.valid:
                 writer.msgq_flush()

@@ -1,8 +1,8 @@
 r"""Escapes text of recordings for a page: nothing in it can end an element or turn the reading order around.
 
-What a recording holds was written by programs, sometimes by strangers. Three things could do harm in a page:
+Recorded text was written by programs, sometimes by strangers. Three things could do harm in a page:
 markup, characters that end a script (``</script>``, and U+2028 in old engines), and characters that are not
-seen but change what is seen (bidirectional controls). The last are shown by their number, ``\u202e``.
+visible but change the visible text (bidirectional controls). The last are shown by their number, ``\u202e``.
 """
 
 from __future__ import annotations

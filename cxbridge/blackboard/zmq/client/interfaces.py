@@ -207,7 +207,7 @@ class OpenInterfaces:
             self.flushing = False
 
     def note_skipped(self) -> None:
-        """Count an update that is not announced to listeners, as they are too slow."""
+        """Count an update that listeners are too slow for."""
         self.skipped += 1
 
     def send_message(self, sender: Interface, message: Message) -> None:

@@ -62,7 +62,7 @@ def list_interfaces(
     interface_dir: InterfaceDirs = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the interfaces that somebody has open: who writes, who reads, when it was written.
+    """List the open interfaces: their writers, readers and last writes.
 
     Exit status: 0 listed; 2 no interface matches GLOB.
 
@@ -122,7 +122,7 @@ def watch(
     timeout: Annotated[float | None, typer.Option(min=0, help="end after SECONDS")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
 ) -> int:
-    """Print what changes, one line a write: the fields that became others. Ends with Ctrl-C.
+    """Print changes, one line a write: the changed fields. Ends with Ctrl-C.
 
     Interfaces that come later are watched, too. Exit status: 0 after --count lines or without --count; 3 when
     --timeout came before --count was reached; 130 after Ctrl-C.
@@ -154,9 +154,9 @@ def set_fields(
     interface_dir: InterfaceDirs = None,
     hold: Annotated[float | None, typer.Option(min=0, help="stay the writer for SECONDS afterwards")] = None,
 ) -> None:
-    """Write fields of an interface; the others keep their values. Refused when somebody else writes it.
+    """Write fields of an interface; the other fields keep their values. Refused when it has another writer.
 
-    The data last as long as somebody has the interface open: with --hold at least so long.
+    The data last as long as a process has the interface open: with --hold at least that long.
 
     Example: cxbridge bb set SwitchInterface::Light enabled=true --hold 60
     """
@@ -235,7 +235,7 @@ def _answered(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) ->
 def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
     """Return a description of an interface.
 
-    :raises BlackBoardError: when nobody has it open.
+    :raises BlackBoardError: when no process has it open.
     """
     from cxbridge.blackboard import parse_uid
     from cxbridge.errors import BlackBoardError

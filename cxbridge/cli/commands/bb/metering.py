@@ -1,4 +1,4 @@
-"""How often interfaces are written, and what a field's values look like over time."""
+"""The rates of interfaces' writes, and a field's values over time."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def _way(before: tuple[int, int] | None, here: tuple[int, int]) -> Iterator[tupl
 
 
 def _bounds(values: Sequence[float]) -> tuple[float, float]:
-    """Return what the axis reaches from and to."""
+    """Return the range of the axis."""
     if not values:
         return 0.0, 1.0
     low, high = min(values), max(values)

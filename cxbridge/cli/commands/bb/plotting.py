@@ -46,7 +46,7 @@ def plot(
     timeout: Annotated[float | None, typer.Option(min=0, help="End after SECONDS.")] = None,
     lines: Annotated[bool, typer.Option("--lines", help="Print lines on a terminal, too.")] = False,
 ) -> int:
-    """Plot fields of an interface as they are written. Ends with Ctrl-C.
+    """Plot fields of an interface, live. Ends with Ctrl-C.
 
     Off a terminal, and with --lines, a line a write: the seconds since the start, then the values, with tabs
     between. Booleans are 0 and 1, enums their numbers. Exit status: 0 after --count writes or without

@@ -56,9 +56,9 @@ def execute(
 ) -> int:
     """Execute a skill string under exclusive control, and wait for its outcome.
 
-    Ctrl-C stops the skill. With --no-wait the skill goes on when the command has ended.
+    Ctrl-C stops the skill. With --no-wait the skill continues after the end of the command.
 
-    Exit status: 0 it is final; 1 it failed, was stopped, or somebody else has control; 2 bad usage, no
+    Exit status: 0 it is final; 1 it failed, was stopped, or another client has control; 2 bad usage, no
     Skiller; 3 the timeout passed; 130 interrupted.
 
     Example: cxbridge skill exec 'say{text="hi"}'
@@ -90,7 +90,7 @@ def execute(
 def list_skills(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """List the Skillers, what they do, who controls them, and the skills that they know.
+    """List the Skillers, their states, controllers and skills.
 
     Example: cxbridge skill list
     """
@@ -136,7 +136,7 @@ def executor(
 ) -> None:
     """Execute skills of an agent on the skill board, until SIGINT or SIGTERM.
 
-    The class is Python code, and is run. Exit status: 0 stopped; 2 there is no such class, nobody at the
+    The class is Python code, and is run. Exit status: 0 stopped; 2 there is no such class, no server at the
     URL, or the id is taken.
 
     Example: cxbridge skill executor robot.py:Arm --agent robot1
@@ -150,7 +150,7 @@ def executor(
 def show_board(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """List the executors on the skill board, what they can do, and what they do.
+    """List the executors on the skill board, their skills and their work.
 
     Example: cxbridge skill board
     """
@@ -178,7 +178,7 @@ def monitor(
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
 ) -> int:
-    """Follow what a Skiller does.
+    """Follow the states of a Skiller.
 
     On a terminal: its skill string and status, and the state machine of the running skill with the state that
     it is in and the way there. Elsewhere: one line when skill string, status, error or controller changes.
@@ -273,7 +273,7 @@ def graph(
 ) -> int:
     """Draw the state machine of a skill: from the skill files, or as a running Skiller shows it.
 
-    Exit status: 0 done; 2 bad usage, no such skill, nobody there, or no graphviz.
+    Exit status: 0 done; 2 bad usage, no such skill, no server, or no graphviz.
 
     Example: cxbridge skill graph goto -o goto.svg --skill-dir skills
     """
@@ -307,7 +307,7 @@ def graph(
 
 
 def _monitor_line(news: InterfaceChange, *, as_json: bool) -> str:
-    """Return what a Skiller does, for people or programs."""
+    """Return the state of a Skiller, for people or programs."""
     from cxbridge.interfaces.assignments import plain
 
     if news.kind == "writer removed":

@@ -24,7 +24,7 @@ _OVERVIEW_S = 2.0
 def show(
     board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, console: Console | None = None
 ) -> bool:
-    """Draw what a Skiller does, again at each change; returns whether there were ``count``.
+    """Draw the state of a Skiller, again at each change; returns whether there were ``count``.
 
     :param console: the terminal; None: stdout.
     """

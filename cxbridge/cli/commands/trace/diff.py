@@ -25,7 +25,7 @@ Choice = TypeVar("Choice", bound=Enum)
 
 @dataclass(frozen=True, kw_only=True)
 class _Method:
-    """What is compared, and how."""
+    """The subject and the rules of the comparison."""
 
     level: Annotated[str, typer.Option(help="transitions, skills, rules, facts or blackboard")] = (
         "transitions"
@@ -72,7 +72,7 @@ class _Accepted:
 
 @dataclass(frozen=True, kw_only=True)
 class _DiffOutputs:
-    """What is reported, and where."""
+    """The reports, and their places."""
 
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="write a JUnit file for CI, too")] = None
@@ -148,7 +148,7 @@ def _entries(baseline: Path | None) -> list[ReadEntry]:
 
 
 def _accept(comparison: Comparison, entries: list[ReadEntry]) -> list[str]:
-    """Leave out what is accepted; return the entries that were not met."""
+    """Leave out accepted differences; return the unused entries."""
     from cxbridge.trace.compare.baseline import accept
 
     return [str(entry) for entry in accept(comparison, entries)]
@@ -182,7 +182,7 @@ def _print_outcome(
 def _notes(
     report: ComparisonReport, selection: Selection, unused: list[str], baseline: Path | None
 ) -> Iterator[str]:
-    """Yield what the user should know beside the outcome."""
+    """Yield warnings for the user."""
     for _, run, _ in report.sides:
         yield from (f"{run.path}: {note}" for note in run.notes)
     yield from (f"pattern '{pattern}' met nothing" for pattern in selection.unused)

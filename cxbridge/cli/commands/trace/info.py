@@ -16,7 +16,7 @@ def info(
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
 ) -> None:
-    """Show what a recording holds: format, times, how many events of each kind, metadata, attached files.
+    """Show the content of a recording: format, times, number of events by kind, metadata, attached files.
 
     Example: cxbridge trace info out/run.mcap
     """

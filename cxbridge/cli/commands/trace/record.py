@@ -29,11 +29,11 @@ def record(
     *,
     console: ConsoleOptions,
 ) -> int:
-    """Record what is written to interfaces of a blackboard, until --duration is over, SIGINT or SIGTERM.
+    """Record the writes to interfaces of a blackboard, until --duration is over, SIGINT or SIGTERM.
 
     Interfaces that come later are recorded, too; a server that restarts is waited for. See docs/recording.md.
 
-    Exit status: 0 recorded; 2 bad input, nobody there, no file can be made; 4 something could not be written.
+    Exit status: 0 recorded; 2 bad input, no server, no file can be made; 4 a write failed.
 
     Example: cxbridge trace record -i 'SkillerInterface::*' -o out/skiller.mcap --duration 60
     """

@@ -33,8 +33,8 @@ def repair(
 ) -> int:
     """Mend a recording: bblogger's wrong header, an mcap file without its end, a half line at the end.
 
-    Without -o and --in-place FILE is mended, and FILE.bak is what it was. What is right is not touched.
-    See docs/formats.md.
+    Without -o and --in-place FILE is mended, and FILE.bak is the old file. A file without damage is not
+    touched. See docs/formats.md.
 
     Exit status: 0 mended, or nothing to do; 2 unreadable.
 
@@ -73,7 +73,7 @@ def repair(
 
 
 def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -> dict[str, Any]:
-    """Mend one file, and return what was done."""
+    """Mend one file, and return the steps."""
     from cxbridge.trace.repair import examine, read_whole
 
     mending = examine(path)
@@ -106,7 +106,7 @@ def _write(mending: Mending, output: Path | None, *, in_place: bool) -> tuple[Pa
 
 
 def _print(result: dict[str, Any], *, several: bool) -> None:
-    """Print what was done, in ffbblog's words."""
+    """Print the steps, in ffbblog's words."""
     if "error" in result:
         return
     if several:

@@ -34,7 +34,7 @@ def replay(
 ) -> int:
     """Write the interfaces of a recording to a blackboard, in recorded time. See docs/replay.md.
 
-    Exit status: 0 all is written; 2 bad input, somebody else writes an interface, nobody there; 4 the
+    Exit status: 0 all is written; 2 bad input, an interface has another writer, no server; 4 the
     connection was lost; 130 interrupted, but with --loop and --hold 0.
 
     Example: cxbridge trace replay out/run.mcap --speed 2
@@ -80,7 +80,7 @@ def _show(report: ReplayReport) -> None:
 
 
 def _announce(move: ReplayMove) -> None:
-    """Show what the next key will write."""
+    """Show the next write."""
     from cxbridge.trace.listing import describe
 
     text = describe(move.event)

@@ -152,7 +152,7 @@ class _InterfaceFile:
         self._settled = True
 
     def close(self) -> None:
-        """Write the count, cut off what a failed write has left, close the file.
+        """Write the count, cut off the rest of a failed write, close the file.
 
         :raises TraceError: when the file cannot be written.
         """
@@ -172,7 +172,7 @@ def _hash_for_fawkes(event: BlockWrite) -> bytes:
     """Return the hash that Fawkes' tools expect of an interface.
 
     For a definition of ours it is the one that Fawkes has for the same layout. Any other definition, for
-    example one of a Fawkes checkout, is somebody else's, who knows it by its own hash.
+    example one of a Fawkes checkout, is foreign, and is known by its own hash.
     """
     kind = event.uid.partition("::")[0]
     registry = default_registry()
