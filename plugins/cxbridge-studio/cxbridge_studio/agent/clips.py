@@ -1,4 +1,4 @@
-"""Reads the names in CLIPS text: constructs, and what they match, assert, change, query and call."""
+"""Reads the names in CLIPS text: constructs, and the names that they match, assert, change and call."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MAKES_INSTANCES: Final = frozenset(
     for change in ("make", "initialize", "modify", "duplicate", "message-modify", "message-duplicate")
     for active in ("", "active-")
 )
-"""Functions whose arguments are the slots of an instance, ``(SLOT VALUE...)``, among others."""
+"""Functions whose arguments include the slots of an instance, ``(SLOT VALUE...)``."""
 
 _NO_CALLS: Final = frozenset({"case", "default"})
 _SLOTS: Final = frozenset({"slot", "multislot", "single-slot", "field", "multifield"})
@@ -98,7 +98,7 @@ OF_FIELDS: Final = frozenset(
 def read_clips(path: str, text: str, before: SourceFile | None = None) -> SourceFile:
     """Return the names of a CLIPS file.
 
-    :param before: the file as it was; constructs that are the same are not read again.
+    :param before: the earlier state of the file; equal constructs are not read again.
     """
     known = {} if before is None else {placed.piece.text: placed.piece for placed in before.pieces}
     return SourceFile(
@@ -174,7 +174,7 @@ class _Reader:
     # ---- constructs
 
     def _define(self, node: SyntaxNode) -> tuple[SyntaxNode, ...]:
-        """Note what a construct defines, and return what is behind its name."""
+        """Note the definition of a construct, and return the text behind its name."""
         name, *rest = node.arguments
         if name.items is None and not name.text.startswith('"'):
             self._add(NameKind(DEFINES[node.head]), name, Use.DEFINED)
@@ -265,7 +265,7 @@ class _Reader:
         items = node.items or ()
         self._add(NameKind.TEMPLATE, items[0], use)
         template = without_module(items[0].text)
-        # with a single word beside them, lists are no slots: the fact is ordered
+        # next to a single word, lists are no slots: the fact is ordered
         has_slots = all(item.head and not item.head.startswith(("?", "$?")) for item in node.arguments)
         if template == "protobuf-msg":
             self._message(node.arguments)
@@ -303,7 +303,7 @@ class _Reader:
                 self._add(NameKind.PREDICATE, values[2], use)
 
     def _is_fact(self, variable: str, template: str) -> None:
-        """Note the template of the facts in a variable, unless it may have others."""
+        """Note the template of the facts in a variable, unless it may have several."""
         known = self._templates.setdefault(variable, template)
         if known != template or variable in self._rebound:
             self._templates[variable] = ""

@@ -1,7 +1,7 @@
 """Lays CLIPS text out: indents its lines by their parentheses. White space changes, and nothing else.
 
-Within a line, blanks stay, so that columns which somebody aligned remain. Text whose parentheses or quotes
-do not match is left as it is: nobody knows how deep its lines are.
+Within a line, blanks stay, so that aligned columns remain. Text whose parentheses or quotes
+do not match is not changed: the depth of its lines is unknown.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _BLOCKS: Final = frozenset(
     | {"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"}
     | {"any-factp", "return"}
 )
-"""Lists whose lines are indented by two blanks; in others, they begin below the first argument."""
+"""Lists whose lines are indented by two blanks; in all further lists, they begin below the first argument."""
 
 _WORDS_OF_IF: Final = frozenset({"then", "else"})
 
@@ -94,7 +94,7 @@ class _Writer:
             self._indent(token)
             self._write(token.rstrip("".join(_BLANKS)))
         elif not _BLANKS.issuperset(token):
-            self._write(token)  # what is blank for Unicode is none for CLIPS
+            self._write(token)  # a blank of Unicode is none for CLIPS
         elif "\n" in token:
             if self._parts:
                 self._write("\n" * min(token.count("\n"), _MOST_LINE_ENDS))
@@ -103,7 +103,7 @@ class _Writer:
             self._write(token.replace("\t", " "))
 
     def text(self) -> str:
-        """Return what was written; it ends with one line end."""
+        """Return the written text; it ends with one line end."""
         written = "".join(self._parts).rstrip("".join(_BLANKS))
         return written + "\n" if written else ""
 
@@ -133,7 +133,7 @@ class _Writer:
             inner.argument = self._column if same_line else inner.column + _STEP
 
     def _since(self, inner: _Open) -> list[str]:
-        """Return what was written behind the head of a list: the blanks before its first argument."""
+        """Return the text behind the head of a list: the blanks before its first argument."""
         found = []
         for part in reversed(self._parts):
             if part == inner.head:

@@ -31,7 +31,7 @@ _AS_TEMPLATE: Final = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: Nam
 def read_source(path: str, text: str, before: SourceFile | None = None) -> SourceFile | None:
     """Return the names of a file, by its ending; None for a file of another sort.
 
-    :param before: the file as it was: what has not changed in it is not read again.
+    :param before: the earlier state of the file: unchanged parts are not read again.
     """
     suffix = PurePath(path).suffix
     if suffix == ".clp":
@@ -50,7 +50,7 @@ class Found(NamedTuple):
 class AgentModel:
     """The files of an agent and the names in them. Nothing is run; broken files are read as far as they go.
 
-    :meth:`update` costs what has changed: in a CLIPS file, constructs that are the same are kept. A question
+    :meth:`update` costs only changes: in a CLIPS file, equal constructs are kept. A question
     looks through all files, by a table that each file has.
     """
 

@@ -1,4 +1,4 @@
-"""The names of an agent: what they name, where they are written, and what is done with them there."""
+"""The names of an agent: their kinds, their places, and their uses."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.clipstext.syntax import Lines
 
 
 class NameKind(StrEnum):
-    """What a name names."""
+    """The kind of a name."""
 
     RULE = "rule"
     TEMPLATE = "template"
@@ -42,7 +42,7 @@ class NameKind(StrEnum):
 
 
 class Use(StrEnum):
-    """What is done with a name where it is written."""
+    """The use of a name at a place."""
 
     DEFINED = "defined"
     MATCHED = "matched"
@@ -63,7 +63,7 @@ class Use(StrEnum):
 class Name(NamedTuple):
     """A name.
 
-    :param owner: what it belongs to: a slot to its template, a parameter to its action, a field to its
+    :param owner: its owner: the template of a slot, the action of a parameter, the interface of a
         interface; empty where that is not known, or there is none.
     """
 
@@ -87,7 +87,7 @@ class Mention(Struct, frozen=True, gc=False):
     end: int
 
     def moved(self, offset: int) -> Mention:
-        """Return the same mention, so much further on."""
+        """Return the same mention, moved by an offset."""
         return Mention(self.name, self.use, self.start + offset, self.end + offset)
 
 
@@ -97,8 +97,8 @@ class Piece(Struct, frozen=True, dict=True):
     Nothing in it depends on where it is in the file, so that it is read again only when it changes.
 
     :param keyword: ``defrule``, ``:action``, ``skill``; the first word of a command.
-    :param name: what it defines; None when that is nothing, or no name is there yet.
-    :param text: as it is written.
+    :param name: the defined name; None when there is none, or none yet.
+    :param text: the source text.
     :param mentions: the names in it, in the order of the text.
     :param closed: whether its parentheses close.
     """
@@ -113,7 +113,7 @@ class Piece(Struct, frozen=True, dict=True):
     def asserted_slots(self) -> dict[str, list[Mention]]:
         """The mentions of slots of asserted facts, by the slots' names.
 
-        Of a fact whose template nobody defines, these are calls of functions: ``(assert (total (+ 1 2)))``.
+        Of a fact whose template is undefined, these are calls of functions: ``(assert (total (+ 1 2)))``.
         """
         found: dict[str, list[Mention]] = {}
         for mention in self.mentions:
@@ -175,7 +175,7 @@ class SourceFile(Struct, frozen=True, dict=True):
 
     @cached_property
     def by_name(self) -> dict[Name, list[tuple[int, Mention]]]:
-        """The mentions by what they mention, each with the start of the piece that it is in."""
+        """The mentions by their names, each with the start of its piece."""
         found: dict[Name, list[tuple[int, Mention]]] = {}
         for start, piece in self.pieces:
             for mention in piece.mentions:
@@ -203,6 +203,6 @@ class SourceFile(Struct, frozen=True, dict=True):
             return None
         at = offset - placed.start
         found = [mention for mention in placed.piece.mentions if mention.start <= at <= mention.end]
-        # the shortest: what is within another name is what is meant
+        # the shortest: the cursor means the name within another name
         best = min(found, key=lambda mention: mention.end - mention.start, default=None)
         return None if best is None else best.moved(placed.start)

@@ -23,7 +23,7 @@ class Part(Struct, frozen=True):
     """A list at the top level of a text.
 
     :param start: where it begins.
-    :param text: as it is written; of a list that never closes, what comes before the next construct.
+    :param text: the source text; of a list that never closes, the text before the next construct.
     :param closed: whether it closes.
     """
 

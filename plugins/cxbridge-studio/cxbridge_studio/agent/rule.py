@@ -1,4 +1,4 @@
-"""Reads the condition of a rule, and what it needs beside facts."""
+"""Reads the condition of a rule, and its dependencies besides facts."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Condition:
     """The left-hand side of a rule.
 
     :param salience: the expression of its salience, empty when it has none.
-    :param functions: what is called in it.
+    :param functions: the functions that it calls.
     :param globals: the global variables in it, without ``?*`` and ``*``.
     """
 
@@ -93,7 +93,7 @@ def parse_rule(text: str) -> Condition:
 
 @dataclass(frozen=True, slots=True)
 class Dependencies:
-    """What a condition needs beside facts.
+    """The dependencies of a condition besides facts.
 
     :param functions: the deffunctions that it calls, and those that these call, as text; callees first.
     :param globals: the global variables in the condition and in the functions.
@@ -106,7 +106,7 @@ class Dependencies:
 
 
 def dependencies(condition: Condition, text_of: Callable[[str], str | None]) -> Dependencies:
-    """Return what a condition needs.
+    """Return the dependencies of a condition.
 
     :param text_of: gives the text of a deffunction; None when there is none of that name.
     :raises ClipsError: when the functions call one another too deep.
@@ -125,7 +125,7 @@ def dependencies(condition: Condition, text_of: Callable[[str], str | None]) -> 
             words.update(inner)
             global_names.update(named_globals(nodes))
             visit(inner)
-            del texts[name]  # what it calls comes before it
+            del texts[name]  # called functions come first
             texts[name] = text
 
     try:
@@ -137,7 +137,7 @@ def dependencies(condition: Condition, text_of: Callable[[str], str | None]) -> 
 
 
 def called(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
-    """Return all words that stand first in a list: functions, among others."""
+    """Return all words that stand first in a list, functions among them."""
     return frozenset(node.head for top in nodes for node in top.walk() if node.head)
 
 

@@ -45,7 +45,7 @@ _ARGUMENTS: Final = {
     **dict.fromkeys(("nth$", "member$", "subsetp", "fact-slot-value", "str-index", "mod"), 2),
     **dict.fromkeys(("subseq$", "sub-string"), 3),
 }
-"""Functions of CLIPS that take so many arguments, no more and no less."""
+"""Functions of CLIPS that take exactly this many arguments."""
 _FACETS: Final = frozenset({"type", "default", "default-dynamic", "range", "cardinality", "allowed-values"})
 _KEYWORDS: Final = {"then": "if", "else": "if"}
 _SLOT: Final = frozenset({"slot", "multislot", "field", "multifield"})
@@ -250,7 +250,7 @@ class _Reading:
             self.cost += _SOFT
 
     def _layout_of_end(self, at: int) -> float:
-        """Return the cost of parentheses that begin a line: they should be below what they close."""
+        """Return the cost of parentheses that begin a line: they should be below the head of their list."""
         token, closed = self._tokens[at], 0
         while at + closed < len(self._tokens) and self._tokens[at + closed].text == ")":
             closed += 1
@@ -284,7 +284,7 @@ class Unclosed(Struct, frozen=True):
 def describe_unclosed(
     part: str, start: int, lines: Lines, text: str, slots: Mapping[str, Collection[str]]
 ) -> Unclosed:
-    """Return what is wrong with a construct that never closes.
+    """Return the mistake of a construct that never closes.
 
     :param part: its text, up to where the next one begins.
     :param start: where it begins in the file.

@@ -59,8 +59,8 @@ class ClipsFile:
     """A CLIPS file of the agent.
 
     :param path: where it is.
-    :param text: what is in it.
-    :param diagnostics: what CLIPS said when it read it.
+    :param text: its content.
+    :param diagnostics: CLIPS' messages when it read the file.
     :param is_core: whether it belongs to the executive's core.
     """
 
@@ -106,13 +106,13 @@ class ClipsFile:
 
     @cached_property
     def used(self) -> tuple[Construct, ...]:
-        """Its constructs, with what they match and make; those that never close, too."""
+        """Its constructs, with their uses; those that never close, too."""
         return () if self.names is None else constructs_of(self.names)
 
 
 @cache
 def _file_of_core(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
-    """Return a file of the built-in core: what is known of it is the same for all agents that are checked."""
+    """Return a file of the built-in core: the result is the same for all checked agents."""
     return ClipsFile(path, text, diagnostics, is_core=True)
 
 
@@ -132,7 +132,7 @@ class Agent(Closing):
     """An agent that is checked. A context manager.
 
     :param options: as those of a run.
-    :param sources: gets the files that it is made of, as they are read.
+    :param sources: gets the source files, when they are read.
     :raises CxbridgeError: when the configuration cannot be read, or names no spec.
     """
 
@@ -204,7 +204,7 @@ class Agent(Closing):
 
     @cached_property
     def usage(self) -> Usage:
-        """What the constructs match and make."""
+        """The uses of the constructs."""
         values = list(self.config.walk("/"))
         words = {word for each in values for text in (each.text, *each.items) for word in text.split()}
         functions = (each.mention.name.text for each in self.model.defined(NameKind.FUNCTION))
@@ -259,7 +259,7 @@ class Agent(Closing):
         return slots
 
     def allowed(self, template: str, slot: str) -> frozenset[str]:
-        """Return the values that a slot allows; none when it allows any, or nobody knows."""
+        """Return the values that a slot allows; none when it allows any, or they are unknown."""
         key = template, slot
         if key not in self._allowed:
             found = ()
@@ -277,7 +277,7 @@ class Agent(Closing):
 
     @property
     def domains(self) -> list[Path]:
-        """The PDDL domains that its files parse and that are there."""
+        """The existing PDDL domains that its files parse."""
         calls = (call for file in self.files for call in file.calls("parse-pddl-domain") if call.arguments)
         paths = (self.find(name) for call in calls if (name := self.text_of(call.arguments[0])))
         return [*dict.fromkeys(path for path in paths if path is not None)]
@@ -377,14 +377,14 @@ class Agent(Closing):
             self._load_found(found, batch=how.startswith("BATCH"))
 
     def _load_found(self, found: Path, *, batch: bool) -> None:
-        """Load a file that is there, and those that it loads."""
+        """Load an existing file, and those that it loads."""
         if any(file.path == found for file in self.files):
             return
         loader = self.env.loader
         before, loaded = len(loader.diagnostics), len(loader.files)
         (loader.batch if batch else loader.load)(str(found))
         said = loader.diagnostics[before:]
-        paths = dict.fromkeys((found, *loader.files[loaded:]))  # a batch loads others, in its own order
+        paths = dict.fromkeys((found, *loader.files[loaded:]))  # a batch loads files, too
         files = [
             self._note(path, tuple(each for each in said if each.file == str(path)))
             for path in paths
@@ -394,7 +394,7 @@ class Agent(Closing):
             self._follow(file)
 
     def _follow(self, file: ClipsFile) -> None:
-        """Do what a file that is loaded asks for: load other files, request features, open interfaces."""
+        """Carry out the requests of a loaded file: load files, request features, open interfaces."""
         for call in file.calls("ff-feature-request"):
             self._request(_literal(call))
         for call in file.calls(*_INTERFACES):

@@ -1,4 +1,4 @@
-"""Says what is wrong with an agent that was not started in the words of the check."""
+"""Describes the mistakes of an agent that was not started in the words of the check."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _MISSING_FILE: Final = "CX102"
 _FUNCTION: Final = "CX204"
 _TEMPLATE: Final = re.compile(r"deftemplate ([^\s:]+)")
 _UNKNOWN_NAMES: Final = frozenset({"CX202", "CX203", "CX204", "CX205"})
-"""Findings about names that a file which is not there may define."""
+"""Findings about names that a missing file may define."""
 
 
 def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
-    """Return an error with the findings of the check, and with what the check does not see.
+    """Return an error with the findings of the check, and with the mistakes that the check does not see.
 
-    Of a lenient run the error stays as it is: the check would add the known defects of a checkout.
+    Of a lenient run the error is not changed: the check would add the known defects of a checkout.
 
     :param options: of the run.
     """

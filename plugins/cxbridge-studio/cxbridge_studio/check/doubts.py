@@ -22,7 +22,7 @@ from cxbridge.executive.pddl.printer import format_formula
 
 
 class DoubtKind(Enum):
-    """What is doubtful."""
+    """A doubtful part."""
 
     PREDICATE = "predicate"
     ACTION = "action"
@@ -40,7 +40,7 @@ class Doubt(NamedTuple):
 
 
 def doubts(domain: Domain, made: Collection[str] | None = None) -> Iterator[Doubt]:
-    """Yield what is doubtful in a domain.
+    """Yield the doubtful parts of a domain.
 
     :param made: the predicates of facts that come from elsewhere, such as rules and problems; None: any may.
     """

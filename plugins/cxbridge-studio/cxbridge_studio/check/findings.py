@@ -23,8 +23,8 @@ class Code:
     """A sort of finding.
 
     :param name: e.g. ``CX201``; stable, so that it can be silenced.
-    :param title: what is wrong, in a few words.
-    :param explanation: why that matters, and what to do.
+    :param title: the mistake, in a few words.
+    :param explanation: why it matters, and how to mend it.
     """
 
     name: str
@@ -47,10 +47,10 @@ class SourcePlace:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a check found.
+    """A finding of a check.
 
-    :param message: what is wrong, in one sentence.
-    :param hint: what to do about it; may be empty.
+    :param message: the mistake, in one sentence.
+    :param hint: how to mend it; may be empty.
     """
 
     code: Code
@@ -81,7 +81,7 @@ class Finding:
 
 
 def _line(text: str) -> str:
-    """Return a text on one line: line ends and what is around them are one blank."""
+    """Return a text on one line: line ends with their blanks become one blank."""
     return one_line(" ".join(part.strip() for part in text.splitlines()))
 
 

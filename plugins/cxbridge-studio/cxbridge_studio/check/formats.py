@@ -73,7 +73,7 @@ def _uri(file: str) -> str:
 
 
 def as_github(findings: Sequence[Finding]) -> str:
-    """Return workflow commands that GitHub shows beside the lines."""
+    """Return workflow commands that GitHub shows next to the lines."""
     return "\n".join(map(_annotation, findings))
 
 

@@ -49,7 +49,7 @@ def known_keys() -> tuple[tuple[str, ...], ...]:
 
 
 class KeyCheck:
-    """Finds in a path the first part that nobody reads."""
+    """Finds in a path the first part that is never read."""
 
     def __init__(self) -> None:
         self._known = known_keys()
@@ -59,7 +59,7 @@ class KeyCheck:
         return {key[0] for key in self._known}
 
     def first_unknown(self, path: tuple[str, ...]) -> tuple[int, set[str]] | None:
-        """Return where the first part is that no key has, and what could be there; None if all is known."""
+        """Return the place of the first unknown part, and the known names there; None if all are known."""
         keys = list(self._known)
         for index, part in enumerate(path):
             if any(key[index] == "..." for key in keys):
@@ -69,7 +69,7 @@ class KeyCheck:
                 return index, {key[index] for key in keys if not _is_any(key[index])}
             keys = [key for key in after if len(key) > index + 1]
             if not keys:
-                return None  # a value of the program; what is below it is not of its type
+                return None  # a value of the program; values below it have another type
         return None
 
 

@@ -21,7 +21,7 @@ _MAKES: Final = (Use.ASSERTED, Use.NAMED)
 
 @dataclass
 class Lost:
-    """What is lost.
+    """A lost construct.
 
     :param constructs: but those that were dropped first.
     :param goals: classes of goals that nothing else formulates.
@@ -53,10 +53,10 @@ def _some(names: list[str], what: str) -> str:
 
 
 class Losses:
-    """Finds what is lost.
+    """Finds lost constructs.
 
-    :param usage: what the constructs of the agent match and make.
-    :param is_of_core: says for a file whether it is one of the core's: nothing that it has is lost.
+    :param usage: the uses of the agent's constructs.
+    :param is_of_core: tells whether a file is one of the core's: none of its constructs is lost.
     """
 
     def __init__(self, usage: Usage, is_of_core: Callable[[str], bool]) -> None:
@@ -65,7 +65,7 @@ class Losses:
         self._classes = usage.model.names(NameKind.GOAL_CLASS, Use.MATCHED)
 
     def swallowed(self, file: str, start: int) -> Lost:
-        """Return what is lost with a construct of a file that never closes: all that is behind it, too."""
+        """Return the losses with a construct of a file that never closes: all constructs behind it, too."""
         dropped = [
             each for each in self._usage.constructs if each.file.path == file and each.placed.start >= start
         ]
@@ -74,7 +74,7 @@ class Losses:
         return lost
 
     def of(self, dropped: Iterable[Construct]) -> Lost:
-        """Return what is lost with constructs that are dropped."""
+        """Return the losses with dropped constructs."""
         first = list(dropped)
         dead = {id(each): each for each in first}
         goals: dict[str, None] = {}

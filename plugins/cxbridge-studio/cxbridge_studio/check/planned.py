@@ -16,7 +16,7 @@ Values = tuple[SyntaxNode, ...]
 
 @dataclass(frozen=True, slots=True)
 class WrittenAction:
-    """An action of a plan, as it is written.
+    """An action of a plan, in the source text.
 
     :param name: the word that names the action.
     :param names: names of parameters; None when none are given, or they are not written out. ``values``
@@ -37,7 +37,7 @@ class _Builder:
 
     :param action: the number of the argument that names the action; ``names`` and ``values`` likewise, None
         when the function has no such argument.
-    :param rest: the number of the argument that takes all others; None when there is none.
+    :param rest: the number of the argument that takes all further ones; None when there is none.
     """
 
     action: int

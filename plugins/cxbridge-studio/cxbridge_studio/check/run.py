@@ -21,12 +21,12 @@ from cxbridge_studio.check.table import findings
 
 
 def check(options: RunOptions, *, errors_only: bool = False, portable: bool = False) -> list[Finding]:
-    """Return what is wrong with the agents of a scenario, each finding once.
+    """Return the mistakes of a scenario's agents, each finding once.
 
     :param options: as those of a run; what concerns recording and time is ignored.
     :param errors_only: no warnings and notes, and no work for them.
-    :param portable: also what runs here and not in Fawkes.
-    :raises CxbridgeError: when the options themselves make no sense.
+    :param portable: also code that runs here and not in Fawkes.
+    :raises CxbridgeError: when the options themselves are invalid.
     """
     options.check()
     file = options.scenario
@@ -49,7 +49,7 @@ def _found(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Fi
 
 
 def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
-    """Return what is wrong in one CLIPS file: as a part of the agent around it, or else as an agent alone."""
+    """Return the mistakes of one CLIPS file: as a part of the agent around it, or else as an agent alone."""
     for folder in file.parents[:MOST_FOLDERS]:
         scenario = folder / SCENARIO_FILE
         if scenario.is_file():

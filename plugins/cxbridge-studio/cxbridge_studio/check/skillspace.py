@@ -24,9 +24,9 @@ _TEXT: Final = re.compile(r"""["']([^"'\\]*)["']""")
 
 
 def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
-    """Return the files of a space's skills by their names; None when the space computes what it loads.
+    """Return the files of a space's skills by their names; None when the space computes its list.
 
-    :raises SkillError: when a file of it is not there, or does not compile; with file and line.
+    :raises SkillError: when one of its files is missing, or does not compile; with file and line.
     """
     try:
         return _Space(ModulePath(folders), compiler).skills(f"skills.{space}")

@@ -1,4 +1,4 @@
-"""What a scenario is made of, without running it: its sources, and its rules for facts of a recording."""
+"""The sources of a scenario, without running it, and its rules for facts of a recording."""
 
 from __future__ import annotations
 

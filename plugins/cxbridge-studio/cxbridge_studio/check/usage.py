@@ -1,4 +1,4 @@
-"""What the constructs of an agent match and make: patterns with what they ask for, facts, words."""
+"""The uses of an agent's constructs: patterns with their constraints, facts, words."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class FactUse:
     """A pattern of a rule, or a fact that is made.
 
     :param start: where it begins in its piece.
-    :param slots: of a pattern, what it asks for; of a fact, the one word that is written out.
+    :param slots: of a pattern, its constraints; of a fact, the one literal word.
     :param named: the slots that are written at all.
     :param count: the least and the greatest number of fields, if the pattern or the fact is ordered; None:
         a pattern with slots.
@@ -52,7 +52,7 @@ class FactUse:
     def fits(self, made: FactUse, defaults: Mapping[str, str]) -> bool:
         """Whether this pattern can match a fact that is made so.
 
-        :param defaults: of the slots that the fact may leave out; any word for the others.
+        :param defaults: of the slots that the fact may leave out; any word for the rest.
         """
         for slot, words in self.slots.items():
             have = made.slots.get(slot)
@@ -108,7 +108,7 @@ class Construct:
 
     @cached_property
     def actions(self) -> tuple[SyntaxNode, ...]:
-        """What it does: of a rule what is behind the arrow, of anything else, and if it never closes, all."""
+        """Its commands: of a rule the part behind the arrow, of any other or unclosed construct, all."""
         items = self.node.arguments
         if not self.placed.piece.closed:
             return items
@@ -118,7 +118,7 @@ class Construct:
 
     @cached_property
     def facts(self) -> tuple[FactUse, ...]:
-        """The facts that it makes, as far as they are written out."""
+        """The facts that it makes, as far as they are literal."""
         made: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
         for action in self.actions:
             made += (fact for node in action.walk() if node.head == "assert" for fact in node.arguments)
@@ -139,7 +139,7 @@ class Construct:
 
     @cached_property
     def symbols(self) -> frozenset[str]:
-        """The words in what it does, and the texts, each as a whole."""
+        """The words in its commands, and the texts, each as a whole."""
         nodes = (node for action in self.actions for node in action.walk() if node.items is None)
         return frozenset(map(literal, nodes))
 
@@ -163,7 +163,7 @@ class Construct:
 
     @cached_property
     def words(self) -> frozenset[str]:
-        """All words in what it does, in the conditions of tests, and in its texts."""
+        """All words in its commands, in the conditions of tests, and in its texts."""
         return frozenset(
             word
             for action in self.actions
@@ -206,7 +206,7 @@ def _fact(node: SyntaxNode, single: frozenset[str]) -> FactUse:
 class Usage:
     """All that the files of an agent match and make.
 
-    :param others: words that somebody else may hand to rules: values of the configuration.
+    :param others: words that reach rules from outside: values of the configuration.
     :param deftemplates: those with slots that CLIPS has.
     :param of_core: the templates that files of the core name.
     :param constructs: those of all files, in their order.
@@ -241,7 +241,7 @@ class Usage:
 
     @cached_property
     def symbols(self) -> Counter[str]:
-        """In how many constructs a word, or a text of one word, is a part of what they do."""
+        """The number of constructs whose commands contain a word, or a text of one word."""
         return Counter(word for construct in self.constructs for word in construct.symbols)
 
     def changed(self, template: str) -> bool:
@@ -264,7 +264,7 @@ class Usage:
 
     @cached_property
     def _loads_facts(self) -> bool:
-        """Whether facts come from files that nobody has read here."""
+        """Whether facts come from files that were not read here."""
         called = self.model.names(NameKind.FUNCTION, Use.CALLED)
         return not called.isdisjoint(("load-facts", "bload-facts", "bload"))
 

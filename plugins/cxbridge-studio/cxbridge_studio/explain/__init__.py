@@ -1,4 +1,4 @@
-"""Why a rule has not fired, how a goal came to its outcome, what a set of runs has used of an agent.
+"""Why a rule has not fired, how a goal came to its outcome, which parts of an agent a set of runs has used.
 
-docs/explain.md says what is reported, and how it is found.
+docs/explain.md lists the reports, and how the reasons are found.
 """

@@ -1,4 +1,4 @@
-"""Looks at a plan-action at one moment: what the facts say about why it is not executed, or has failed."""
+"""Looks at a plan-action at one moment: the facts about why it is not executed, or has failed."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ _NO_NAMES: Final = ("", "nil")
 
 @dataclass(frozen=True, slots=True)
 class ActionLook:
-    """What the facts say about an action.
+    """The facts about an action.
 
     :param name: of its operator.
     :param plan_type: of its plan: ``SEQUENTIAL`` ...; empty when it is not known.
-    :param wrong: what the facts are sure of: the reason why it is not executed, or has failed; may be empty.
+    :param wrong: the certain reason why it is not executed, or has failed; may be empty.
     :param mappings: the actions that are mapped to skills.
     :param operators: of the domain.
-    :param held_up: what keeps the Skiller from it; may be empty.
-    :param error: what the slot ``error-msg`` says; may be empty.
+    :param held_up: the cause that keeps the Skiller from it; may be empty.
+    :param error: the slot ``error-msg``; may be empty.
     """
 
     name: str
@@ -84,7 +84,7 @@ def _find(facts: Iterable[Mapping[str, str]], **wanted: str) -> Mapping[str, str
 
 
 def _failed_skill(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
-    """Return what the skill of an action failed with."""
+    """Return the failure of an action's skill."""
     if action.get("state") != "EXECUTION-FAILED":
         return ""
     error = unquote(action.get("error-msg", ""))

@@ -17,7 +17,7 @@ _NO_GOAL = "there is no goal"
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """What is reported.
+    """The report.
 
     :param lines: to people.
     :param plain: to programs, as JSON can have it.
@@ -31,7 +31,7 @@ def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Ex
     """Explain a rule or a goal.
 
     :param kind: ``rule``, ``goal``, or empty: a rule, if there is one of that name, else a goal, else a
-        rule that is not there for some reason.
+        missing rule.
     :param rules: how many rules are listed of those that fired just before each step of a goal.
     :raises CxbridgeError: when there is nothing of that name, or it cannot be explained.
     """

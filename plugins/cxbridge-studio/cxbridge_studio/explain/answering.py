@@ -1,4 +1,4 @@
-"""Answers clients why: the loop takes the question and copies what there is to know, a thread looks."""
+"""Answers clients why: the loop takes the question and copies the evidence, a thread looks."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class Explainer(Component):
         self._thread.start()
 
     def _copy(self, env: ClipsEnvironment, name: str, kind: str) -> Evidence:
-        """Copy what there is to know about a rule, or of goals, so that the loop can go on."""
+        """Copy the evidence about a rule, or about goals, so that the loop can continue."""
         now_us = self._context.clock.now_us()
         agent = f"{self._context.spec} in the daemon" if self._is_daemon else self._context.spec
         where = f"{agent}, {(now_us - self._start_us) / MICROSECONDS:.3f} s after its start"
@@ -152,10 +152,10 @@ def copy_evidence(
     times_us: tuple[int, int],
     history: History,
 ) -> CopiedEvidence:
-    """Copy from an environment what there is to know about a rule, or of goals.
+    """Copy the evidence about a rule, or about goals, from an environment.
 
     :param folders: where the agent's CLIPS files are.
-    :param name: what is asked about.
+    :param name: the name in the question.
     :param kind: ``rule``, ``goal``, or empty when it may be either.
     """
     snapshots: dict[str, Snapshot | ClipsError] = {}
@@ -175,7 +175,7 @@ def copy_evidence(
 
 
 def _take(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
-    """Copy what there is to know about a rule, or return why that cannot be done."""
+    """Copy the evidence about a rule, or return why that is impossible."""
     try:
         return take(env, rule, MOST_FACTS)
     except ClipsError as error:

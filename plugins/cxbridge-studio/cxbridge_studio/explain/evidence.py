@@ -76,7 +76,7 @@ class History:
     :param env: the environment it is about.
     :param most_steps: transitions that are remembered.
     :param most_firings: firings that are remembered.
-    :param facts_of: reads the facts of the environment as they are while an event is taken; None: nobody can.
+    :param facts_of: reads the present facts of the environment while an event is taken; None: impossible.
     :ivar rules_known: whether firings were recorded at all.
     """
 
@@ -130,7 +130,7 @@ class History:
             self.steps.append(EvidenceStep(event, tuple(self._rules), look))
 
     def _look(self, event: PlanActionTransition) -> ActionLook | None:
-        """Look at an action that fails, once: what comes later is what follows from it."""
+        """Look at an action that fails, once: later changes are its consequences."""
         key = event.goal, event.plan, event.action_id
         if event.state not in _FAILED_STATES:
             self._failed.discard(key)
@@ -150,12 +150,12 @@ _OF_ENVIRONMENT = (RuleFired, FactChange, GoalTransition, PlanActionTransition, 
 
 
 class Evidence(ABC):
-    """What is known.
+    """The evidence about a moment.
 
-    :param where: what it is of, and when, for people: ``test-scenario at 3.0 s``.
+    :param where: its source and time, for people: ``test-scenario at 3.0 s``.
     :param start_us: when the run began.
     :param now_us: the moment.
-    :param history: what happened before it; None when nobody took notice.
+    :param history: the events before it; None without a record.
     :ivar is_moment: whether the user asked for a time: of several lives of a goal's id
         the one at that time counts.
     """
@@ -178,7 +178,7 @@ class Evidence(ABC):
 
     @abstractmethod
     def snapshot(self, rule: str) -> Snapshot:
-        """Return what there is to know about a rule.
+        """Return the snapshot of a rule.
 
         :raises CxbridgeError: when there is no such rule, or facts are not known.
         """

@@ -99,7 +99,7 @@ class RootCauses:
                 yield f"resource {resource}{self._nobody_has()}"
 
     def _nobody_has(self) -> str:
-        """Return why nobody has a resource."""
+        """Return why no goal has a resource."""
         _, texts = self._rules()
         if not texts or any(_LOCKS.search(text.partition("=>")[2]) for text in texts.values()):
             return ", which nobody is known to have"
@@ -140,7 +140,7 @@ class RootCauses:
 def _rules_of_actions(texts: Mapping[str, str], state: str, sets: re.Pattern[str]) -> dict[str, list[str]]:
     """Return the rules for actions in a state that set another, with the actions that they name.
 
-    :param sets: matches what the right-hand side sets.
+    :param sets: matches the modification of the right-hand side.
     """
     found: dict[str, list[str]] = {}
     for name, text in texts.items():
@@ -158,7 +158,7 @@ def _rules_of_actions(texts: Mapping[str, str], state: str, sets: re.Pattern[str
 
 
 def _of_rules(texts: Mapping[str, str], look: ActionLook, state: str) -> str:
-    """Return what the rules lack that an action needs in its state; empty when they are not known.
+    """Return the unmet conditions of the rules that an action needs in its state; empty when unknown.
 
     When something else is wrong, it is put behind that.
     """

@@ -1,4 +1,4 @@
-"""Explains how a goal came to its outcome, or what it waits for."""
+"""Explains how a goal came to its outcome, or why it waits."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Facts = Mapping[str, list[Mapping[str, str]]]
 """The facts of some deftemplates: slots, as CLIPS prints their values."""
 
 FACT_TEMPLATES: Final = ("goal", "mutex", *LOOK_TEMPLATES)
-"""The facts that show what a goal waits for."""
+"""The facts that show the cause of a goal's wait."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +43,9 @@ class GoalMoment:
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """Why something is as it is; ``because`` goes on where it came from.
+    """A reason; ``because`` is the next link of the chain.
 
-    :param root: whether it is known to be the true one, where what is to be changed is.
+    :param root: whether it is the known root cause, where a change is needed.
     """
 
     text: str
@@ -58,7 +58,7 @@ class GoalStory:
     """The report about a goal.
 
     :param number: among those of its class, from 1.
-    :param cause: of its outcome, or what it waits for.
+    :param cause: of its outcome, or of its wait.
     :param waits: whether it has not ended.
     """
 
@@ -251,12 +251,12 @@ class GoalReporter:
 
     @staticmethod
     def _root(text: str) -> Iterator[Cause]:
-        """Yield the last step to what was wrong, if it is known."""
+        """Yield the last step to the mistake, if it is known."""
         if text:
             yield Cause(text, root=True)
 
     def _left_over(self, goal: GoalRecord) -> Iterator[Cause]:
-        """Yield that a goal with an outcome has not been retracted, and which rule could go on with it."""
+        """Yield that a goal with an outcome has not been retracted, and the rule that could continue."""
         if goal.mode != "RETRACTED" and not self._is_gone(goal):
             yield Cause(self._waits_for(goal), tuple(self._rules_for(goal)))
 
@@ -267,7 +267,7 @@ class GoalReporter:
         if names:
             yield Cause(f"rules that could do it ('cxbridge why RULE' tells more): {', '.join(names)}")
 
-    # --- what it waits for --------------------------------------------------------------------------------
+    # --- the cause of a wait ------------------------------------------------------------------------------
 
     def _since(self, goal: GoalRecord) -> str:
         mode = goal.mode
@@ -282,7 +282,7 @@ class GoalReporter:
         return f"{self._since(goal)}, and waits {_WAITS.get(goal.mode, 'for a rule')}"
 
     def _holdups(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
-        """Yield what a goal waits for in particular."""
+        """Yield the cause of a goal's wait in particular."""
         mode = goal.mode
         parent = self._goals.parent(goal)
         if mode == "FORMULATED" and parent is not None and depth == 0:
@@ -308,7 +308,7 @@ class GoalReporter:
                     yield self._open_child(child, depth)
 
     def _above(self, goal: GoalRecord) -> Iterator[Cause]:
-        """Yield what a goal waits for that has not been selected: it is about the goals above it."""
+        """Yield the cause of the wait of a goal that has not been selected: it is about its parents."""
         if goal.mode == "FORMULATED" and self._depth < _DEEPEST:
             self._depth += 1
             yield from self._holdups(goal, 0)
@@ -361,4 +361,4 @@ _WAITS: Final = {
     "FINISHED": "for a rule that evaluates it",
     "EVALUATED": "for a rule that retracts it",
 }
-"""What a goal waits for in a mode."""
+"""The usual cause of a goal's wait in a mode."""

@@ -62,7 +62,7 @@ class Goals:
                 yield event
 
     def time_us(self, seq: int) -> int:
-        """Return what the run's clock showed at a change, or at the start or end of a skill."""
+        """Return the run's clock at a change, or at the start or end of a skill."""
         return self._steps[seq].event.time_us
 
     def find(self, name: str, *, now: bool = False) -> list[GoalRecord]:

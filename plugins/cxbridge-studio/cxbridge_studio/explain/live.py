@@ -1,4 +1,4 @@
-"""Evidence that was copied while the run stood still, to be looked into while it goes on."""
+"""Evidence that was copied while the run stood still, to be looked into while it continues."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 class CopiedEvidence(Evidence):
-    """What was copied.
+    """The copied evidence.
 
     :param times_us: when the run began, and the moment.
-    :param snapshots: the rules that were asked about, each as it was or why it could not be copied.
+    :param snapshots: the rules in the question, each with its state or why it could not be copied.
     :param facts: the facts of some deftemplates.
     :param texts: the defrules by name, as the environment has them.
     """
@@ -41,7 +41,7 @@ class CopiedEvidence(Evidence):
         return self._book
 
     def snapshot(self, rule: str) -> Snapshot:
-        """Return what there is to know about the rule."""
+        """Return the snapshot of the rule."""
         found = self._snapshots.get(rule)
         if isinstance(found, Snapshot):
             return found

@@ -1,4 +1,4 @@
-"""Where the files of an agent say what a run complains of."""
+"""The places in an agent's files for the complaints of a run."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ _STARTED: Final = "started"
 
 @dataclass(frozen=True, slots=True)
 class PlannerAnswer:
-    """A call of a planner: what it had to solve, and the result.
+    """A call of a planner: its problem, and the result.
 
     :param ended: the last event of the call; None when the recording ends before.
     """

@@ -1,4 +1,4 @@
-"""Evidence from a recording: events up to a time, facts as they were then, constructs from files."""
+"""Evidence from a recording: events up to a time, the facts of that time, constructs from files."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class _Passed:
 
 
 class RecordedEvidence(Evidence):
-    """What a recording says about a moment.
+    """The evidence of a recording about a moment.
 
     :param run: the recording; read once, up to the moment.
     :param at_s: seconds since the start of the run; None for its end.

@@ -23,7 +23,7 @@ _DIAGNOSTIC = re.compile(
 
 
 class Refusals:
-    """Reads from log lines what was wrong with the CLIPS files of each environment."""
+    """Reads the mistakes in the CLIPS files of each environment from log lines."""
 
     def __init__(self) -> None:
         self._found: dict[str, list[Diagnostic]] = {}
@@ -40,12 +40,12 @@ class Refusals:
             known.append(Diagnostic(file, int(line) if line else None, construct or "", code, message))
 
     def of(self, env: str) -> list[Diagnostic]:
-        """Return what was wrong with the files of an environment."""
+        """Return the mistakes in the files of an environment."""
         return self._found.get(env, [])
 
 
 def agent_folders(files: Iterable[tuple[str, str]]) -> list[str]:
-    """Return the folders of an agent's files, where these are still as they were recorded.
+    """Return the folders of an agent's files, where these equal the recorded ones.
 
     :param files: paths and texts. A path alone does not open a folder: it may come from a stranger.
     """

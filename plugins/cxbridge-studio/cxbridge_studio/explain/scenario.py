@@ -22,7 +22,7 @@ from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 class EnvironmentEvidence(Evidence):
-    """Evidence from an environment that is there.
+    """Evidence from a living environment.
 
     :param env: the environment.
     :param folders: where the agent's CLIPS files are.
@@ -46,7 +46,7 @@ class EnvironmentEvidence(Evidence):
             return rulebook(self.env, self.folders)
 
     def snapshot(self, rule: str) -> Snapshot:
-        """Return what there is to know about a rule."""
+        """Return the snapshot of a rule."""
         with self.env.lock:
             return take(self.env, rule)
 
@@ -64,7 +64,7 @@ class EnvironmentEvidence(Evidence):
 
 @contextmanager
 def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None = None) -> Iterator[Evidence]:
-    """Run a scenario up to a time, or to its end, and yield what is known then.
+    """Run a scenario up to a time, or to its end, and yield the evidence of that moment.
 
     :param at_s: seconds since the start; None for the end.
     :param env: the CLIPS environment that is asked: of several agents one's name; the executive's for None.

@@ -1,4 +1,4 @@
-"""Finds what is strange in the configuration of an agent."""
+"""Finds oddities in the configuration of an agent."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def _check_format(agent: Agent, old: list[ConfigValue]) -> Iterator[Finding]:
 
 
 def _check_keys(agent: Agent, named: set[SourcePlace]) -> Iterator[Finding]:
-    """Yield a finding for each key that nobody reads, but those in places that a finding names already."""
+    """Yield a finding for each key that is never read, but those in places that a finding names already."""
     checked, seen = KeyCheck(), set[str]()
     in_scenario = agent.context.paths.config_file.name == SCENARIO_FILE
     lines = {(place.file, place.line) for place in named}
@@ -186,12 +186,12 @@ def _check_keys(agent: Agent, named: set[SourcePlace]) -> Iterator[Finding]:
 def _is_of_spec(agent: Agent, above: tuple[str, ...]) -> bool:
     """Whether keys below a path concern the executive and the chosen spec.
 
-    A folder of Fawkes has sections of many programs, and specs that nobody has run for years.
+    A folder of Fawkes has sections of many programs, and specs that have not run for years.
     """
     return above[:1] == ("clips-executive",) and above[1:3] in ((), ("specs", agent.spec))
 
 
 def _is_read(agent: Agent, value: ConfigValue, unknown: int) -> bool:
-    """Whether a CLIPS file of the agent names the path, or what is unknown above it."""
+    """Whether a CLIPS file of the agent names the path, or the unknown part above it."""
     paths = [path for path in prefixes(parts_of(value.path)) if path.count("/") > unknown]
     return any(f'"{path}' in file.text for path in paths for file in agent.own_files)

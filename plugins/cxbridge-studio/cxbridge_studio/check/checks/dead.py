@@ -209,7 +209,7 @@ def _way(agent: Agent, usage: Usage, construct: Construct, fact: FactUse, name: 
 def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
     """Whether a construct may do something with such a goal when it is selected.
 
-    A rule of the core for goals of any class (that of the planner) waits for what a rule of the agent does.
+    A rule of the core for goals of any class (that of the planner) waits for the effect of the agent's rule.
     """
     if name in construct.compared:
         return True

@@ -76,7 +76,7 @@ class _Actions:
     """The actions that an agent knows.
 
     :param parameters: of each, None where rules make the operator and its parameters are not known.
-    :param is_complete: whether there are no others: every domain was read, no operator has a computed name.
+    :param is_complete: whether the list is complete: every domain was read, no operator has a computed name.
     """
 
     parameters: dict[str, tuple[str, ...] | None] = field(default_factory=dict)
@@ -84,7 +84,7 @@ class _Actions:
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield what is wrong with the domains, and with what refers to them."""
+    """Yield the mistakes of the domains, and of references to them."""
     actions = _Actions()
     for file in agent.own_files:
         for call in file.calls(_PARSE):
@@ -98,7 +98,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _check_domain(agent: Agent, file: ClipsFile, call: SyntaxNode, actions: _Actions) -> Iterator[Finding]:
     name = agent.text_of(call.arguments[0]) if call.arguments else ""
     if not name:
-        actions.is_complete = False  # computed: nobody knows before it runs
+        actions.is_complete = False  # computed: unknown before it runs
         return
     path = agent.find(name)
     if path is None:

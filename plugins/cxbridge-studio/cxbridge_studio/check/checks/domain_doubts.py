@@ -1,4 +1,4 @@
-"""Finds what a domain says and cannot mean: actions that can never be done, goals that no action achieves."""
+"""Finds absurd parts of a domain: actions that can never be done, goals that no action achieves."""
 
 from __future__ import annotations
 

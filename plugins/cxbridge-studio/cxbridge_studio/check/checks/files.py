@@ -1,4 +1,4 @@
-"""Finds files that an agent wants to load and that are not there."""
+"""Finds missing files of an agent."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ CODES: Final = (MISSING, SHADOWED)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each file that is not there, or not the one that was meant."""
+    """Yield a finding for each file that is missing, or not the intended one."""
     folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
     for missing in agent.missing:
         searched = ", ".join(map(str, folders))

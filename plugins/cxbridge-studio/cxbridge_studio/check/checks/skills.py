@@ -63,7 +63,7 @@ _NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield what is wrong with the skills."""
+    """Yield the mistakes of the skills."""
     try:
         skills = _skills(agent)
     except CxbridgeError as error:
@@ -103,7 +103,7 @@ def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
 
 
 def _check_executors(agent: Agent) -> Iterator[Finding]:
-    """Yield what the classes of executors find in their settings: types and fields that do not exist."""
+    """Yield the findings of executors' classes in their settings: types and fields that do not exist."""
     board = agent.context.skill_board
     for member in () if board is None else board.agents:
         for executor in member.executors:

@@ -31,7 +31,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     first: dict[tuple[str, str, str], Construct] = {}
     module = "MAIN"
     for construct in agent.usage.constructs:
-        module = construct.module or module  # CLIPS goes on in the last one that it was told
+        module = construct.module or module  # CLIPS stays in the last named module
         key = construct.keyword, construct.name
         if construct.keyword not in _KINDS or not construct.name:
             continue

@@ -91,7 +91,7 @@ class AgentSources:
             self.classes.update(_classes(found.node))
 
     def add_source(self, source: RunSource | SourceRead, *, core: bool) -> None:
-        """Add what a run was made of.
+        """Add the sources of a run.
 
         :param core: whether the files of the built-in core count.
         """
@@ -152,7 +152,7 @@ class RecordedUse:
     notes: list[str] = field(default_factory=list)
 
     def add(self, run: Run, env: str) -> None:
-        """Add what a run has used.
+        """Add the used parts of a run.
 
         :raises TraceError: when it cannot be read.
         """
@@ -194,7 +194,7 @@ class RecordedUse:
 def check_environment(env: str, known: Collection[str], path: Path) -> None:
     """See that a recording has a CLIPS environment of this name; one that names none may have any.
 
-    :raises TraceError: when it has others only.
+    :raises TraceError: when it has different ones only.
     """
     if known and env not in known:
         hint = did_you_mean(env, known, f"there are: {', '.join(sorted(known))}")
@@ -262,7 +262,7 @@ class UsedNames:
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """What was used of what there is.
+    """The used parts, among all parts.
 
     :param missing_modes: of each class of goals that appeared, the modes that none of its goals was in.
     """
@@ -293,7 +293,7 @@ class Coverage:
 
 
 def coverage_of(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = ()) -> Coverage:
-    """Put together what there is and what was used.
+    """Join the parts and their uses.
 
     :param globs: only rules of files whose path, or name, one of these matches.
     """

@@ -23,7 +23,7 @@ def write_page(path: Path, coverage: Coverage, texts: Mapping[str, str], *, firi
 
 
 def as_document(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> dict[str, Any]:
-    """Return what the page shows: the JSON of the coverage, with the sources; see :func:`write_page`."""
+    """Return the data of the page: the JSON of the coverage, with the sources; see :func:`write_page`."""
     document = {**plain(coverage), "modes": list(MODES), "firings_known": firings_known}
     document["rules"]["files"] = [
         {

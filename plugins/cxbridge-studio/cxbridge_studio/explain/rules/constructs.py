@@ -19,7 +19,7 @@ _SINGLE = ("slot", "field")
 class TextFile:
     """A CLIPS file.
 
-    :param name: what it is called; its path, where that is known.
+    :param name: its name, or its known path.
     """
 
     name: str
@@ -30,7 +30,7 @@ class Constructs:
     """The constructs of files.
 
     :param files: in the order they were loaded; of two constructs of one name the later counts.
-    :param diagnostics: what was wrong with them: a rule that was refused is not there.
+    :param diagnostics: their mistakes: a refused rule is missing.
     :param folders: where more files of the agent are.
     """
 

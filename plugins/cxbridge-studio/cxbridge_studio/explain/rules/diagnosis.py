@@ -38,7 +38,7 @@ class Deviation:
     """A slot in which a fact differs from a pattern.
 
     :param slot: its name, or ``field N``.
-    :param value: what the fact has.
+    :param value: the value of the fact.
     :param wanted: the constraint.
     :param known: the variables of the constraint and their values, and where they come from.
     """
@@ -68,7 +68,7 @@ class MatchFailure:
     :param text: the CE.
     :param reason: in a sentence.
     :param near: the facts that match the most of a pattern.
-    :param facts: those that are in the way of a ``not``, or that lack what a ``forall`` asks for.
+    :param facts: those that are in the way of a ``not``, or that violate a ``forall``.
     :param values: values for which a test is false.
     :param inner: why the parts of it do not match: of the branches of an ``or``, in an ``exists``.
     """
@@ -86,13 +86,13 @@ class MatchFailure:
 class Diagnosis:
     """How a condition stands.
 
-    :param salience: as a number, where it is known, or as it is written; empty when the rule has none.
+    :param salience: as a number, where it is known, or as source text; empty when the rule has none.
     :param elements: the CEs.
     :param failing: the number of the first CE with which nothing matches; 0 when the whole condition matches.
     :param failure: why.
-    :param matches: ways in which the whole condition matches; None when it does not, or nobody knows.
+    :param matches: ways in which the whole condition matches; None when it does not, or they are unknown.
     :param bases: the facts of the first of these.
-    :param errors: what CLIPS said when it evaluated the conditions.
+    :param errors: CLIPS' messages when it evaluated the conditions.
     :param unknown: why there are no counts; empty when there are.
     """
 

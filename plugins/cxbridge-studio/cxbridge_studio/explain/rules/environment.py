@@ -1,4 +1,4 @@
-"""Copies rules, with what they are matched with, out of a CLIPS environment."""
+"""Copies rules, with their facts, out of a CLIPS environment."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
 def fact_slots(env: ClipsEnvironment, template: str, most: int | None = None) -> list[Mapping[str, str]]:
     """Return the facts of a deftemplate: slots, as CLIPS prints their values.
 
-    :param most: only so many; all for None.
+    :param most: the limit of their number; None: all.
     """
     facts = islice(env.facts(template), most)
     return [{name: show(value) for name, value in slots.items()} for _, _, slots in facts]
 
 
 def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Snapshot:
-    """Copy what there is to know about a rule. To be called between runs of the rules, with the lock held.
+    """Copy the evidence about a rule. To be called between runs of the rules, with the lock held.
 
     :param most_facts: with more, none are copied; :data:`~.snapshot.MAX_FACTS` for None.
     :raises ClipsError: when there is no such rule.

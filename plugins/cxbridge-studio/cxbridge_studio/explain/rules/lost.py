@@ -15,9 +15,9 @@ _RULE = "defrule "
 
 @dataclass(frozen=True, slots=True)
 class LostRule:
-    """A rule that is written, but not there.
+    """A rule in a file that is missing in the environment.
 
-    :param text: the defrule; empty when nobody knows it.
+    :param text: the defrule; empty when unknown.
     :param why: in words, to be put behind its name.
     """
 
@@ -44,7 +44,7 @@ def refused(book: Rulebook) -> dict[str, LostRule]:
 
 
 def unloaded(book: Rulebook) -> Iterator[LostRule]:
-    """Yield the rules of the files beside the agent's that it does not load."""
+    """Yield the rules of the files in the agent's folders that it does not load."""
     loaded = {str(Path(file).resolve()) for file in book.files}
     for folder in book.folders:
         for path in sorted(Path(folder).rglob("*.clp")):

@@ -1,6 +1,6 @@
 """Matches parts of a condition with the facts of a snapshot, by CLIPS in a restricted environment.
 
-What is asked is made a rule, which fires: CLIPS counts, binds variables and evaluates tests, nobody else.
+Each question is made a rule, which fires: CLIPS itself counts, binds variables and evaluates tests.
 """
 
 from __future__ import annotations
@@ -108,12 +108,12 @@ class Matcher:
                 self._copies[row.index] = index
 
     def _define(self, function: str) -> None:
-        """Define a deffunction; remember what it lacks when that is not possible."""
+        """Define a deffunction; remember its missing functions when that is not possible."""
         try:
             self._env.build(function)
         except ClipsError as error:
             lacking = _MISSING.search(error.message)
-            # what it lacks may be a function that was left out itself
+            # a missing function may be one that was left out itself
             inner = lacking[1] if lacking else ""
             for definition in definitions(function):
                 self._lacking[definition.name] = self._lacking.get(inner, inner)

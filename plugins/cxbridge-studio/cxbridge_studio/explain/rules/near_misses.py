@@ -1,4 +1,4 @@
-"""Finds the facts that nearly match a pattern: which slots differ, and what is wanted there."""
+"""Finds the facts that nearly match a pattern: the slots that differ, and the wanted values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_NEAR: Final = 3
 """Facts that are shown."""
 
 _BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")
-"""A variable that takes the value, whatever it is: not what is wanted."""
+"""A variable that takes any value: no wanted value."""
 
 _FACT = "cx-why-fact"
 

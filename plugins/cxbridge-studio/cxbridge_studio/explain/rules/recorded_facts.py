@@ -17,7 +17,7 @@ _FIELDS = ""
 def rows_of(
     changes: Iterable[FactChange], templates: Mapping[str, FactTemplate]
 ) -> tuple[dict[str, FactTemplate], list[FactRow]]:
-    """Return facts, and their templates: the known ones, and for others what the facts look like.
+    """Return facts, and their templates: the known ones, and for the rest templates made from the facts.
 
     Facts that cannot be read are left out.
     """

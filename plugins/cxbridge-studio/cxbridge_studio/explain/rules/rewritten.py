@@ -1,4 +1,4 @@
-"""Gives rules back as they were written: a host rewrites them when it loads them."""
+"""Gives rules back in their source form: a host rewrites them when it loads them."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from cxbridge.clipstext.syntax import read
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 
 _WRITTEN: Final = {MODIFY_FUNCTION: "modify", DUPLICATE_FUNCTION: "duplicate"}
-"""What was written, by the function that stands for it."""
+"""The source name, by the function that replaces it."""
 
 _VALUES: Final = "create$"
 
 
 def as_written(texts: Mapping[str, str]) -> dict[str, str]:
-    """Return rules as they were written, but for blanks and comments.
+    """Return rules in their source form, except for blanks and comments.
 
     :param texts: defrules by name, as an environment has them.
     """

@@ -1,7 +1,7 @@
-"""Runs a diagnosis in a process of its own, with bounded time and memory: see :mod:`.sandbox_process`.
+"""Runs a diagnosis in a child process, with bounded time and memory: see :mod:`.sandbox_process`.
 
-What is matched may come from a stranger's recording, and even an honest condition may have more matches than
-there is memory. The process is ended when it takes too long; what it was to find out is not known then.
+The facts may come from a stranger's recording, and even an honest condition may have more matches than
+fit into memory. The process is ended when it takes too long; its result is unknown then.
 """
 
 from __future__ import annotations

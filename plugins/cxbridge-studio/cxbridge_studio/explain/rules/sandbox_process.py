@@ -17,11 +17,11 @@ from typing import Final
 from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
 
 CPU_S: Final = 30
-"""Seconds of work, for the case that nobody is there any more to end it."""
+"""Seconds of work, in case the parent is gone and cannot end it."""
 
 
 def _drop_rights(memory: int) -> None:
-    """Give up what a diagnosis does not need. Windows has no such bounds.
+    """Give up rights that a diagnosis does not need. Windows has no such bounds.
 
     :param memory: bytes of address space that are left to it.
     """

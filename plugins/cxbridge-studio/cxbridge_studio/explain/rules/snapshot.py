@@ -1,7 +1,7 @@
 """A rule with all that it is matched with at one moment, and the rules there are: values, no pointers.
 
 It comes from an environment (:mod:`.environment`) or from a recording (:mod:`..recorded`), and
-is all that :mod:`.diagnose` needs: the run can go on meanwhile.
+is the whole input of :mod:`.diagnose`: the run can continue at the same time.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ class Waiting:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """A rule, and what it is matched with.
+    """A rule, and its facts.
 
     :param text: the defrule.
-    :param functions: the deffunctions that its condition uses, those used by others first.
+    :param functions: the deffunctions that its condition uses, called ones first.
     :param global_texts: the expressions of global variables whose values are not known, in their order.
     :param agenda: the first activations, in order; None when it is not known.
-    :param own_counts: what CLIPS' ``(matches RULE succinct)`` says; empty when nobody could ask.
+    :param own_counts: the answer of CLIPS' ``(matches RULE succinct)``; empty without one.
     :param too_many: facts there are, when they were too many to copy; else 0.
     :param all_facts: whether the condition may ask for facts of any template, by a function.
     :param halted: why no rule fires any more; empty as long as they do.
@@ -77,7 +77,7 @@ class Snapshot:
     def fact_text(self, row: FactRow, wanted: Collection[str] = ()) -> str:
         """Return a fact with its index, as people read it.
 
-        :param wanted: the slots that are shown, beside those that identify the fact; all without any.
+        :param wanted: the slots that are shown, besides those that identify the fact; all without any.
         """
         template = self.templates[row.template]
         slots = template.slots_of(row)
@@ -103,11 +103,11 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class Rulebook:
-    """Which rules an environment has, and what is known about those that it has not.
+    """The rules of an environment, and the reasons of missing ones.
 
     :param rules: names.
     :param files: the files that were loaded, in order.
-    :param diagnostics: what was wrong with them.
+    :param diagnostics: their mistakes.
     :param folders: where the agent's files are, loaded or not.
     :param places: file and line of rules, where they are known without looking into the files.
     :param refused: the texts of rules that were refused, where they are known without looking into the files.
