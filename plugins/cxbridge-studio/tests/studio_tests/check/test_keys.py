@@ -32,3 +32,12 @@ def _covers(listed: tuple[str, ...], key: tuple[str, ...]) -> bool:
 
 def test_the_page_lists_each_key_of_the_check() -> None:
     assert [key for key in known_keys() if not any(_covers(listed, key) for listed in LISTED)] == []
+
+
+def test_a_misspelt_part_of_each_key_is_found_where_it_is() -> None:
+    paths = [
+        (*key[:index], f"{part}x") for key in known_keys() for index, part in enumerate(key) if part.islower()
+    ]
+    assert len(paths) > 100
+    found = {path: KeyCheck().first_unknown(path) for path in paths}
+    assert {path: where for path, where in found.items() if where is None or where[0] != len(path) - 1} == {}
