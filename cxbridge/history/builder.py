@@ -268,10 +268,15 @@ class RunHistory:
         values, skiller = event.values, name.rpartition("/")[2]
         self._note_error(name, str(values.get("error", "")))
         # what an executive reads counts, a loop later: its plan-actions follow it
-        if skiller not in self._read and {"skill_string", "msgid", "status"} <= values.keys():
+        msgid = values.get("msgid")  # a recording may have anything here
+        if (
+            skiller not in self._read
+            and isinstance(msgid, int)
+            and {"skill_string", "status"} <= values.keys()
+        ):
             status = getattr(values["status"], "name", str(values["status"]))
             env = name.rpartition("/")[0]
-            text, msgid = str(values["skill_string"]), int(values["msgid"])
+            text = str(values["skill_string"])
             self._status((env, skiller), SkillStatus(event.time_us, env, skiller, text, msgid, status))
 
     def _error_of(self, env: str, skiller: str) -> str:
