@@ -255,3 +255,8 @@ def test_a_run_imports_only_tables_and_options_of_plug_ins(tmp_path):
     done = subprocess.run(call, capture_output=True, text=True, check=True)
     parts = {name.partition(".")[2] for name in done.stdout.splitlines()[-1].split()}
     assert parts <= {"", "plugin", "options", "fawkes_keys"}  # the tables of ROS 2 read keys of Fawkes
+
+
+def test_no_module_imports_the_package_of_all():
+    """``cxbridge`` names what programs need, and so all of it: a module that imports it depends on all."""
+    assert {module for module in MODULES if "cxbridge" in imports(module) and module != "cxbridge"} == set()

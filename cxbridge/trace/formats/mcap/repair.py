@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO
 
-from cxbridge import __version__
 from cxbridge.errors import TraceError
+from cxbridge.resources import VERSION
 from cxbridge.trace.formats.files import reading
 from cxbridge.trace.formats.mcap.file import McapFile
 from cxbridge.trace.formats.mcap.records import (
@@ -57,7 +57,7 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
                     for kind, data in _parts(file, record):
                         if copy is None:
                             profile = Fields(data).text() if kind == HEADER else ""
-                            copy = McapFile(target, profile, f"cxbridge {__version__}")
+                            copy = McapFile(target, profile, f"cxbridge {VERSION}")
                         copy.copy_record(kind, data)
                 except DamageError:
                     left_out += 1
