@@ -15,7 +15,7 @@ PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
 
 
-RECORDER: Final = Row("recorder", "cxbridge.run.recording:RecorderComponent")
+RECORDER: Final = Row("recorder", f"{_PACKAGE}.recorder:RecorderComponent")
 """The recorder; a run has it outside of all other components, a daemon in its own table."""
 
 

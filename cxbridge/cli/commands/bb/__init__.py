@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from cxbridge.cli.commands.bb.metering import OWNER
 from cxbridge.cli.commands.bb.plotting import plot
-from cxbridge.cli.commands.bb.rates import OWNER, bw, hz
+from cxbridge.cli.commands.bb.rates import bw, hz
 from cxbridge.cli.connect import (
     DEFAULT_URL,
     TIMED_OUT,

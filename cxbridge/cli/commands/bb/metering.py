@@ -9,6 +9,8 @@ from itertools import pairwise
 from math import floor, isfinite, log10, sqrt
 from typing import Final
 
+OWNER = "cxbridge bb"
+
 WINDOW: Final = 10_000
 """Writes of an interface that are looked at, the last ones."""
 

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from cxbridge.cli.commands.bb.metering import drawing
-from cxbridge.cli.commands.bb.rates import OWNER
+from cxbridge.cli.commands.bb.metering import OWNER, drawing
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, Connect, InterfaceDirs, Uid, connect
 from cxbridge.cli.console import say
 from cxbridge.printing import one_line, terminal_of

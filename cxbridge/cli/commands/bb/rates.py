@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cxbridge.cli.commands.bb.metering import WINDOW, Rate, RateMeter, amount
+from cxbridge.cli.commands.bb.metering import OWNER, WINDOW, Rate, RateMeter, amount
 from cxbridge.cli.connect import (
     DEFAULT_URL,
     TIMED_OUT,
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from cxbridge.blackboard import BlackBoard
 
-OWNER = "cxbridge bb"
 NO_RATE = "fewer than two writes yet"
 NO_NEWS = "no new writes"
 

@@ -1,0 +1,52 @@
+"""The recorder of a run or a daemon as a component."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from cxbridge.mainloop import Hook
+from cxbridge.run.components.component import Component
+from cxbridge.run.recording import RecordingSubject, start_recording
+
+if TYPE_CHECKING:
+    from cxbridge.trace.formats.base import RunWriter
+
+
+class RecorderComponent(Component):
+    """Records what happens from its construction until it is closed.
+
+    :param run: a run, a team or a daemon.
+    :param writers: get the events besides the files of the options.
+    :raises TraceError: when a file cannot be written.
+    """
+
+    hooks = (Hook.POST_LOOP,)
+    steady = True
+
+    def __init__(
+        self, run: RecordingSubject, writers: Sequence[RunWriter] = (), *, keep: bool = False
+    ) -> None:
+        self.recorder = start_recording(run, run.options, writers, keep=keep)
+
+    @property
+    def fault(self) -> str:
+        """Why the recording is not whole; empty when it is."""
+        return str(self.recorder.errors[0]) if self.recorder.errors else ""
+
+    def describe(self, metadata: Mapping[str, str]) -> None:
+        """Add facts about the run to the recording."""
+        self.recorder.describe(metadata)
+
+    def loop(self) -> None:
+        """Write the recorded events to the files, now and then."""
+        self.recorder.flush_when_due()
+
+    def check(self) -> None:
+        """Raise when something could not be recorded."""
+        if self.recorder.errors:
+            raise self.recorder.errors[0]
+
+    def close(self) -> None:
+        """Finish the files."""
+        self.recorder.close()
