@@ -44,6 +44,7 @@ HOOKS: Final = frozenset(
         "PLANNERS",
         "SETTINGS",
         "SOURCES",
+        "TEMPLATES",
         "TRANSPORTS",
         "VIEWS",
     }

@@ -87,6 +87,13 @@ def said(folder) -> list[str]:
     return [event.text for event in events if isinstance(event, LogLine)]
 
 
+def command(site, *arguments):
+    """Run a command in a process of its own: a command has the options of the plug-ins at its import."""
+    call = [sys.executable, "-c", "from cxbridge.cli.entry import main; main()", *map(str, arguments)]
+    environ = {**os.environ, "PYTHONPATH": str(site)}
+    return subprocess.run(call, capture_output=True, text=True, env=environ, check=False)
+
+
 def test_its_feature(greeter, tmp_path):
     rules = (
         '(defrule greeting (executive-initialized) => (printout t (greet "Robin") crlf))'
@@ -154,20 +161,24 @@ def test_its_source(greeter, tmp_path):
 
 def test_its_options(greeter, tmp_path):
     folder = write_scenario(tmp_path / "s")
-
-    def run(word):
-        """Run in a process of its own: a command has the options of the plug-ins at its import."""
-        program = "from cxbridge.cli.entry import main; main()"
-        call = [sys.executable, "-c", program, "run", str(folder), "--greeting", word]
-        environ = {**os.environ, "PYTHONPATH": str(tmp_path / "site")}
-        return subprocess.run(call, capture_output=True, text=True, env=environ, check=False)
-
-    refused = run("")
+    refused = command(tmp_path / "site", "run", folder, "--greeting", "")
     assert refused.returncode == 2
     assert "--greeting is empty" in refused.stderr
-    assert run("Hi").returncode == 0
+    assert command(tmp_path / "site", "run", folder, "--greeting", "Hi").returncode == 0
     assert make_options(folder, greeting="Hi").option("greeting") == "Hi"
     assert make_options(folder).option("greeting") is None
+
+
+def test_its_template(greeter, tmp_path):
+    site, folder = tmp_path / "site", tmp_path / "hall"
+    refused = command(site, "new", folder, "--from-greet", "")
+    assert (refused.returncode, folder.exists()) == (2, False)
+    assert "--from-greet is empty" in refused.stderr
+    assert command(site, "new", folder, "--from-greet", "Robin").returncode == 0
+    assert {file.name for file in folder.iterdir()} == {"hall.clp", "conftest.py"}
+    assert "Hello Robin" in (folder / "hall.clp").read_text()
+    other = ["--from-fawkes", "test", "--fawkes-dir", tmp_path]
+    assert "cannot go together" in command(site, "new", tmp_path / "x", "--from-greet", "R", *other).stderr
 
 
 def test_its_decider(greeter, tmp_path):
@@ -351,7 +362,7 @@ def names_of(plugin):
                 yield row.name
             elif hook == "COMMANDS":
                 yield row.name.rpartition(" ")[2]
-            elif hook == "OPTIONS":
+            elif hook in {"OPTIONS", "TEMPLATES"}:
                 hints = get_type_hints(resolve_name(row.target), include_extras=True)
                 for name, hint in hints.items():
                     options = [

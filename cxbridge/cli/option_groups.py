@@ -62,6 +62,8 @@ DECLARED: Final[Mapping[str, Any]] = {
     "RecordOptions.url": CONNECT,
     "RecordOptions.duration_s": {"flags": ("--duration",)},
     "RecordOptions.interface_dirs": INTERFACE_DIR,
+    "FawkesTemplate.from_fawkes": {"metavar": "SPEC"},
+    "FawkesTemplate.fawkes_dir": {"envvar": "FAWKES_DIR"},
     "ReplayOptions.run": {"is_argument": True, "metavar": "RUN"},
     "ReplayOptions.url": CONNECT,
     "ReplayOptions.patterns": _GLOBS,

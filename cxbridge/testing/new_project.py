@@ -1,4 +1,4 @@
-"""Makes a project of templates: an agent with a test, a workflow for CI and a launch file for VS Code."""
+"""Makes a project of a template: an agent with a test, a workflow for CI and a launch file for VS Code."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ import json
 import re
 import shlex
 from collections.abc import Mapping
+from dataclasses import dataclass, is_dataclass
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
 
 import yaml
+from msgspec import Meta
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.plugins import Row, Table
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.plain_options import make_options
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 
@@ -23,44 +25,108 @@ _SHARED: Final = "shared"
 """The template of the files that all projects have."""
 _TUTORIAL: Final = "courier"
 """The tutorial's agent, whose name stands for that of the new one."""
+_FROM: Final = "from_"
 
 
-def new_agent(folder: Path) -> list[Path]:
-    """Make the agent of the tutorial.
+class Template:
+    """The base class of templates. The fields of a subclass, a dataclass, are options.
+
+    A project begins from the template when the template's field ``from_NAME``, the option ``--from-NAME``, is
+    given.
+    """
+
+    def files(self, name: str) -> Mapping[str, str]:
+        """Return the texts of a project's files, by their paths in the project.
+
+        :param name: the project's.
+        :raises CxbridgeError: when the options name nothing that a project can begin from.
+        """
+        raise NotImplementedError
+
+
+TEMPLATES: Final[Table[type[Template]]] = Table(
+    "TEMPLATES",
+    lambda loaded: is_dataclass(loaded) and isinstance(loaded, type) and issubclass(loaded, Template),
+    "a dataclass derived from cxbridge.testing.new_project.Template",
+    Row("fawkes", f"{__name__}:FawkesTemplate"),
+)
+"""The templates that options ask for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NewOptions:
+    """The options of ``cxbridge new``: those of all templates.
+
+    :param more: the templates of which an option is given.
+    """
+
+    more: tuple[Template, ...] = ()
+
+    @classmethod
+    def added_groups(cls) -> list[type[Template]]:
+        """Return all templates."""
+        return [TEMPLATES.load(row) for row in TEMPLATES.rows]
+
+    def chosen(self) -> Template | None:
+        """Return the template that the project begins from; None: the agent of the tutorial.
+
+        :raises CxbridgeError: when options ask for two templates.
+        """
+        asked = {
+            f"--{name.replace('_', '-')}": template
+            for template in self.more
+            for name, value in vars(template).items()
+            if name.startswith(_FROM) and value is not None
+        }
+        if len(asked) > 1:
+            raise CxbridgeError(f"{' and '.join(asked)} cannot go together")
+        return next(iter(asked.values()), None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FawkesTemplate(Template):
+    """An agent in a Fawkes checkout, which stays there."""
+
+    from_fawkes: Annotated[str | None, Meta(description="Begin from this spec of a Fawkes checkout.")] = None
+    fawkes_dir: Annotated[Path | None, Meta(description="With --from-fawkes: the checkout.")] = None
+
+    def files(self, name: str) -> Mapping[str, str]:
+        """Return files that name the checkout."""
+        if self.fawkes_dir is None:
+            raise CxbridgeError("--from-fawkes needs a checkout", hint="name it with --fawkes-dir")
+        checkout = self.fawkes_dir.absolute()
+        words = words_of_checkout(name, checkout, RunOptions(fawkes_dir=checkout, spec=self.from_fawkes))
+        return read_template(shipped_dir("templates") / "fawkes", words)
+
+
+def make_project(folder: Path, options: NewOptions) -> list[Path]:
+    """Make a project.
 
     :param folder: of the project; its name is the agent's.
-    :returns: the files that were made.
+    :returns: the files that were made, as seen from where ``folder`` is.
     :raises CxbridgeError: when the name is invalid, a file exists, or a file cannot be written.
     """
-    name = _name_of(folder)
-    return _make(_TUTORIAL, folder, {_TUTORIAL: name})
+    name, template, shipped = _name_of(folder), options.chosen(), shipped_dir("templates")
+    if template is None:
+        files: Mapping[str, str] = read_template(shipped / _TUTORIAL, {_TUTORIAL: name})
+    else:
+        files = template.files(name)
+    return _write(
+        {folder / path: text for path, text in {**files, **read_template(shipped / _SHARED)}.items()}
+    )
 
 
-def new_agent_of_fawkes(folder: Path, checkout: Path, spec: str) -> list[Path]:
-    """Make a project for an agent in a Fawkes checkout, which stays there.
+def words_of_checkout(name: str, checkout: Path, options: RunOptions) -> dict[str, str]:
+    """Return the words of a template around an agent that stays in its checkout.
 
-    :raises CxbridgeError: likewise, and when the checkout has no such spec.
+    :param name: the project's.
+    :param options: of a run of the agent.
+    :raises CxbridgeError: when the checkout has no such agent.
     """
-    checkout = checkout.absolute()
-    return _make_around("fawkes", folder, checkout, RunOptions(fawkes_dir=checkout, spec=spec))
-
-
-def new_agent_of_ros2cx(folder: Path, checkout: Path) -> list[Path]:
-    """Make a project for the agent in a checkout of ros2-clips-executive (2021), which stays there.
-
-    :raises CxbridgeError: likewise.
-    """
-    checkout = checkout.absolute()
-    return _make_around("ros2cx", folder, checkout, make_options(None, ros2cx=checkout))
-
-
-def _make_around(template: str, folder: Path, checkout: Path, options: RunOptions) -> list[Path]:
-    """Make a project for an agent that is elsewhere."""
-    name = _name_of(folder)
     options.check()
     config, _ = source_of(options).load_configuration()
     spec = choose_spec(config, options.spec)
-    words = {
+    return {
         "@NAME@": name,
         "@DIR@": str(checkout),
         "@DIR_TEXT@": json.dumps(str(checkout)),
@@ -68,7 +134,20 @@ def _make_around(template: str, folder: Path, checkout: Path, options: RunOption
         "@SPEC@": spec,
         "@SPEC_TEXT@": json.dumps(spec),
     }
-    return _make(template, folder, words)
+
+
+def read_template(folder: Path, words: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return the texts of the files in a template's folder, by path, with words exchanged.
+
+    In paths ``dot-`` stands for a dot, and ``.in`` at the end keeps tools off. Tests have names that Python
+    can import.
+    """
+    exchanged = words or {}
+    return {
+        _renamed(file.relative_to(folder), exchanged): _worded(file.read_text("utf-8"), exchanged)
+        for file in sorted(folder.rglob("*"))
+        if file.is_file()
+    }
 
 
 def _name_of(folder: Path) -> str:
@@ -84,17 +163,8 @@ def _name_of(folder: Path) -> str:
     return name
 
 
-def _make(template: str, folder: Path, words: Mapping[str, str]) -> list[Path]:
-    """Write the files of a template with its words replaced; nothing when one of them exists.
-
-    :returns: the files, as seen from where ``folder`` is.
-    """
-    files = {
-        folder / _renamed(file.relative_to(source), words): _worded(file.read_text("utf-8"), words)
-        for source in (shipped_dir("templates") / name for name in (template, _SHARED))
-        for file in sorted(source.rglob("*"))
-        if file.is_file()
-    }
+def _write(files: Mapping[Path, str]) -> list[Path]:
+    """Write files; nothing when one of them exists."""
     there = next((file for file in files if file.exists() or file.is_symlink()), None)
     if there is not None:
         raise CxbridgeError(
@@ -110,11 +180,7 @@ def _make(template: str, folder: Path, words: Mapping[str, str]) -> list[Path]:
     return list(files)
 
 
-def _renamed(path: Path, words: Mapping[str, str]) -> Path:
-    """Return the path of a file of a template.
-
-    Tests have names that Python can import. ``dot-`` stands for a dot; ``.in`` keeps tools off.
-    """
+def _renamed(path: Path, words: Mapping[str, str]) -> str:
     parts = []
     for part in path.parts:
         is_test = part.startswith("test_")
@@ -122,9 +188,11 @@ def _renamed(path: Path, words: Mapping[str, str]) -> Path:
             part, {old: new.replace("-", "_") for old, new in words.items()} if is_test else words
         )
         parts.append(re.sub("^dot-", ".", named).removesuffix(".in"))
-    return Path(*parts)
+    return "/".join(parts)
 
 
 def _worded(text: str, words: Mapping[str, str]) -> str:
     """Return a text with other words, all exchanged at once."""
-    return re.sub("|".join(map(re.escape, words)), lambda match: words[match.group()], text)
+    return (
+        re.sub("|".join(map(re.escape, words)), lambda match: words[match.group()], text) if words else text
+    )

@@ -15,7 +15,7 @@ from cxbridge.cli.main import invoke
 from tests.docs.pages import blocks
 from tests.docs.test_samples import PART, write
 from tests.forked import IGNORED, nursery
-from tests.support import FAWKES_DIR, ROOT, ROS2CX_DIR, needs_fawkes, needs_plugin, needs_ros2cx
+from tests.support import FAWKES_DIR, ROOT, needs_fawkes, needs_plugin
 
 
 @pytest.fixture(autouse=True)
@@ -137,15 +137,6 @@ def test_a_spec_that_the_checkout_lacks_is_an_error(here, capsys):
     assert not (here / "talker").exists()
 
 
-@needs_ros2cx
-def test_the_agent_of_the_thesis_stays_where_it_is(here):
-    assert invoke(["new", "mover", "--from-ros2cx", str(ROS2CX_DIR)]) == 0
-    project = here / "mover"
-    assert "config.yaml" in files_in(project)
-    passes_its_test(project)
-    launches(project)
-
-
 @pytest.mark.parametrize(
     "there", ["courier/README.md", "courier/courier/courier.clp", "courier/.vscode/launch.json"]
 )
@@ -171,10 +162,8 @@ def test_a_folder_with_other_files_is_taken(here):
         (["a b"], "'a b' cannot name an agent"),
         (["1st"], "'1st' cannot name an agent"),
         (["yes"], "YAML takes it for a value"),
-        (["x", "--from-fawkes", "test", "--from-ros2cx", "."], "cannot go together"),
         (["x", "--from-fawkes", "test"], "needs a checkout"),
         (["x", "--from-fawkes", "test", "--fawkes-dir", "nowhere"], "no such folder"),
-        pytest.param(["x", "--from-ros2cx", "nowhere"], "no such folder", marks=needs_plugin("ros2cx")),
     ],
 )
 def test_a_mistake_makes_nothing(arguments, message, here, capsys, monkeypatch):

@@ -15,6 +15,7 @@ from cxbridge.cli.option_groups import DECLARED, Before, option_groups
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.services.options import ExecutorOptions, RecordOptions, ReplayOptions
 from cxbridge.run.options import RunOptions
+from cxbridge.testing.new_project import FawkesTemplate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +102,7 @@ def test_an_option_before_one_that_is_not_there():
 
 
 def test_what_is_declared_is_a_field():
-    groups = (RunOptions, DaemonOptions, RecordOptions, ReplayOptions, ExecutorOptions)
+    groups = (RunOptions, DaemonOptions, RecordOptions, ReplayOptions, ExecutorOptions, FawkesTemplate)
     bases = {base for group in groups for base in group.__mro__}
     fields = {f"{base.__name__}.{name}" for base in bases for name in vars(base).get("__annotations__", ())}
     assert DECLARED.keys() - fields == set()
