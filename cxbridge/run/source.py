@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.feature import Feature, LazyFeature
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.options import RunOptions
+    from cxbridge.run.program.additions import Additions
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.policy import BoardPolicy
     from cxbridge.skiller.board.service import SkillBoardService
@@ -79,6 +80,7 @@ class RunFacts(Protocol):
     skill_board: BoardSettings | None
     skill_service: SkillBoardService | None
     make_planning: Callable[[str], Any] | None
+    additions: Additions
 
 
 class LoadedFile(Struct, frozen=True):
