@@ -144,3 +144,15 @@ def _rename_in(error: CxbridgeError | OSError, fresh: Path, path: Path) -> None:
     else:
         error.file, error.message = known, error.message.replace(str(fresh), str(path))
         error.args = (error.message,)
+
+
+def walk(root: Path) -> Iterator[tuple[str, list[str], list[str]]]:
+    """Walk through folders as :func:`os.walk` does, and through links to folders; each folder comes once."""
+    seen: set[str] = set()
+    for place, folders, files in os.walk(root, followlinks=True):
+        real = os.path.realpath(place)
+        if real in seen:
+            folders.clear()
+        else:
+            seen.add(real)
+            yield place, folders, files

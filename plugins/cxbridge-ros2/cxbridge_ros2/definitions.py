@@ -23,6 +23,7 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from rosbags.typesys.base import TypesysError
 
 from cxbridge.errors import Ros2Error
+from cxbridge.file_access import walk
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.builtin import BUILT_IN
 from cxbridge_ros2.names import KINDS, TypeName, parse_type
@@ -254,7 +255,7 @@ def _files_in(folder: Path) -> dict[str, Path]:
     if not folder.is_dir():
         raise Ros2Error("there is no such folder with ROS packages", file=folder)
     found: dict[str, Path] = {}
-    for place, folders, files in os.walk(folder):
+    for place, folders, files in walk(folder):
         folders.sort()
         here = Path(place)
         if here.name not in KINDS:

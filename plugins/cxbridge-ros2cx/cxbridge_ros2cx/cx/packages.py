@@ -16,6 +16,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final, Protocol
 
+from cxbridge.file_access import walk
 from cxbridge_ros2cx.cx.cmake import Command, installed, read_commands
 
 _INDEX: Final = "share/ament_index/resource_index"
@@ -224,7 +225,7 @@ def _option(command: Command, name: str) -> str:
 
 def _find_packages(root: Path) -> Iterator[tuple[str, Path]]:
     """Yield names and folders of the packages below a folder."""
-    for folder, below, files in os.walk(root):
+    for folder, below, files in walk(root):
         if any(name in files for name in _IGNORED):
             below.clear()
         elif "package.xml" in files:
