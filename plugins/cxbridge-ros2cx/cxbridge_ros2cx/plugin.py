@@ -12,3 +12,4 @@ SOURCES = (
     Row("clips-manager", "cxbridge_ros2cx.cx.source:CxSource", is_todays),
     Row("ros2cx", "cxbridge_ros2cx.source:Ros2CxSource", lambda options: bool(options.option("ros2cx"))),
 )
+TEMPLATES = (Row("ros2cx", "cxbridge_ros2cx.projects:Ros2CxTemplate"),)
