@@ -17,7 +17,7 @@ DEV    := $(VENV)/.ready-dev
 PLUGINS := $(wildcard plugins/*)
 RUN_PLUGINS := plugins/cxbridge-planning plugins/cxbridge-studio plugins/cxbridge-web
 # with the extras that the tests need
-DEV_PLUGINS := $(patsubst %/cxbridge-web,%/cxbridge-web[foxglove],$(patsubst %/cxbridge-ros2,%/cxbridge-ros2[zenoh],$(PLUGINS)))
+DEV_PLUGINS := $(patsubst %/cxbridge-web,%/cxbridge-web[foxglove],$(patsubst %/cxbridge-ros2,%/cxbridge-ros2[zenoh],$(patsubst %/cxbridge-ros2cx,%/cxbridge-ros2cx[rl],$(PLUGINS))))
 CONTAINER_PLUGINS := plugins/cxbridge-protobuf plugins/cxbridge-web
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 

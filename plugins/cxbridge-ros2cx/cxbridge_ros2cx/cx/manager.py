@@ -196,6 +196,12 @@ def environment_names(context: NodeContext) -> tuple[str, ...]:
     """
     parameters = context.parameters
     names = parameters.get_strings(ENVIRONMENTS)
+    if parameters.find(ENVIRONMENTS) is None:
+        raise parameters.wrong(
+            ENVIRONMENTS,
+            "is missing: these are parameters of another node",
+            "name the parameter file of clips_manager; one of a learner is for gymnasium.make",
+        )
     if not names:
         raise parameters.wrong(ENVIRONMENTS, "names no environment", f'write {ENVIRONMENTS}: ["NAME"]')
     for name in names:

@@ -61,9 +61,10 @@ class NodeParameters:
         self._parameters = dict(parameters)
 
     @classmethod
-    def load(cls, file: Path) -> NodeParameters:
-        """Read the parameters that a file has for the node.
+    def load(cls, file: Path, of: str = "") -> NodeParameters:
+        """Read the parameters that a file has for a node.
 
+        :param of: the whole name of another node than ``clips_manager``.
         :raises ConfigError: when the file is missing or wrong, with file and line.
         """
         try:
@@ -72,8 +73,10 @@ class NodeParameters:
             raise ConfigError(f"cannot read the parameters: {error.strerror}", file=file) from None
         sections = [section for root in parse_documents(data, str(file)) for section in _sections(root, "")]
         named = [name for name, _ in sections if "*" not in name]
-        name = f"/{NODE}"
-        if not any(_matches(pattern, name) and _names_environments(node) for pattern, node in sections):
+        name = of or f"/{NODE}"
+        if not of and not any(
+            _matches(pattern, name) and _names_environments(node) for pattern, node in sections
+        ):
             name = next((each for each in named if _has_environments(sections, each)), name)
         found: dict[str, Parameter] = {}
         for pattern, node in sections:
@@ -84,6 +87,10 @@ class NodeParameters:
     def __iter__(self) -> Iterator[tuple[str, Parameter]]:
         """Yield the parameters with their names, in the order of the file."""
         yield from self._parameters.items()
+
+    def set_default(self, name: str, value: Scalar) -> None:
+        """Set a parameter that the file does not have."""
+        self._parameters.setdefault(name, Parameter(value, Mark(str(self.file))))
 
     def find(self, name: str) -> Parameter | None:
         """Return a parameter; None when the file does not have the parameter."""

@@ -17,6 +17,7 @@ from cxbridge_ros2cx.cx.ros.topics import Topics
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge_ros2.actions import GoalHandler
     from cxbridge_ros2cx.cx.plugin import NodeContext
 
 CLASS: Final = re.compile(r"cx::CX(\w+)Plugin")
@@ -80,6 +81,11 @@ class GeneratedPlugin(RosPlugin):
             self.define_message(env, prefix, kind, create, destroy)
         for part in self._parts:
             part.define(env)
+
+    def handlers(self, env: ClipsEnvironment, server: str) -> list[GoalHandler]:
+        """Return the handler of an action that rules of an environment serve; empty without a server."""
+        servers = (part for part in self._parts if isinstance(part, ActionServers))
+        return [found for part in servers if (found := part.handler(env, server)) is not None]
 
     def tick(self) -> None:
         """Send requests that have waited for their server."""

@@ -27,6 +27,7 @@ _CANCEL_ACCEPTED: Final = 2
 
 class _Open(Struct, eq=False):
     server: GoalServer
+    handler: GoalHandler
     fact: int | None
 
 
@@ -96,7 +97,12 @@ class ActionServers:
             needs=Right.CONTROL,
         )
         fact = self.plugin.add_fact(env, f"{self.prefix}server", {"name": str(server)})
-        self._servers[key] = _Open(made, fact)
+        self._servers[key] = _Open(made, handler, fact)
+
+    def handler(self, env: ClipsEnvironment, server: str) -> GoalHandler | None:
+        """Return the handler of a server of an environment; None without such a server."""
+        found = self._servers.get((env.name, server))
+        return None if found is None else found.handler
 
     def _goal(self, address: ExternalAddress) -> Value:
         goal = self.handles.find(address).goal

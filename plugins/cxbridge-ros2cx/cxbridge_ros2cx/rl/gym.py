@@ -1,0 +1,145 @@
+"""The environment of Gymnasium, with the spaces of the original's ``CXRLGym``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box, Discrete
+from numpy.typing import NDArray
+
+from cxbridge.errors import CxbridgeError
+from cxbridge_ros2cx.cx.parameters import NodeParameters
+from cxbridge_ros2cx.rl.interface import NODE, Choice, LearningAgent
+
+NO_OP: Final = "no-op"
+"""The first action: it does nothing."""
+
+_DONE, _ABORTED = "Done", "Aborted"
+
+Observation = NDArray[np.float32]
+
+
+class ClipsGym(gymnasium.Env[Observation, np.int64]):
+    """An agent of ``cx_rl_clips``: its rules give observations, executable actions and rewards.
+
+    An observation has a 1 for each predicate that holds. An action is an index of :attr:`actions`;
+    ``info["action_mask"]`` and :meth:`action_masks` have a 1 for each action that the free robot can execute.
+    A step lasts until the action has ended.
+
+    :param parameters: the parameter file of ``clips_manager``.
+    :param ros2cx: the checkout or workspace with the packages of the agent.
+    :param node_parameters: the parameter file of the learner's node: see :attr:`settings`.
+    :param node: the name of the learner's node.
+    :param patience: the longest time of an action or a reset, in seconds of the agent's clock.
+    :param watch: whether the log has facts and rules; steps take several times as long.
+    :raises CxbridgeError: when the agent is wrong.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as the base class has it
+
+    def __init__(
+        self,
+        parameters: str | Path,
+        ros2cx: str | Path | None = None,
+        *,
+        node_parameters: str | Path | None = None,
+        node: str = NODE,
+        patience: float = 600.0,
+        watch: bool = False,
+    ) -> None:
+        self.settings: dict[str, Any] = {}
+        """The parameters of the learner's node by name, e.g. ``training.max_episodes``, ``model.gamma``."""
+        if node_parameters is not None:
+            read = NodeParameters.load(Path(node_parameters), node)
+            self.settings = {name: parameter.value for name, parameter in read}
+        self._folder = TemporaryDirectory(prefix="cxbridge-rl-")
+        try:
+            self.agent = LearningAgent(
+                Path(parameters),
+                None if ros2cx is None else Path(ros2cx),
+                Path(self._folder.name),
+                node=node,
+                patience=patience,
+                watch=watch,
+            )
+        except BaseException:
+            self._folder.cleanup()
+            raise
+        observables = sorted({*self.agent.observables()})
+        self.observables: dict[str, int] = {name: place for place, name in enumerate(observables)}
+        """The places of predicates in an observation."""
+        self.actions: list[str] = [NO_OP, *sorted({*self.agent.all_actions()})]
+        """The names of the actions, by number."""
+        self._numbers = {name: number for number, name in enumerate(self.actions)}
+        self.observation_space = Box(0.0, 1.0, (len(observables),), np.float32)
+        self.action_space = Discrete(len(self.actions))
+        self._choice: Choice | None = None
+        self.agent.status = {
+            "mode": "TRAINING",
+            "current_episode": 0,
+            "current_episode_step": 0,
+            "total_steps": 0,
+        }
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode: the agent has the facts of its beginning again."""
+        super().reset(seed=seed, options=options)
+        status = self.agent.status
+        status["current_episode"] += 1
+        status["current_episode_step"] = 0
+        self.agent.reset()
+        self._choice = self.agent.choice()
+        return self._observation(), self._info("")
+
+    def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Let the free robot execute an action to its end; others change nothing."""
+        if self._choice is None:
+            raise CxbridgeError("no episode has begun", hint="call reset() first")
+        status = self.agent.status
+        status["current_episode_step"] += 1
+        status["total_steps"] += 1
+        number = self._choice.actions.get(self.actions[int(action)])
+        if number is None:
+            end = self.agent.ask("get_episode_end", "GetEpisodeEnd")
+            reward, is_over = float(end["reward"]), bool(end["episode_end"])
+            return self._observation(), reward, is_over, False, self._info("NO-ACTION-FOR-ROBOT")
+        result = self.agent.do(number)
+        is_over = result["info"] == _DONE
+        if not is_over:
+            self._choice = self.agent.choice()
+        outcome = {_DONE: "Game Over", _ABORTED: "RESET"}.get(result["info"], "")
+        return self._observation(), float(result["reward"]), is_over, False, self._info(outcome)
+
+    def action_masks(self) -> NDArray[np.int8]:
+        """Return a 1 for each action that the free robot can execute; without any, a 1 for ``no-op``."""
+        mask = np.zeros(len(self.actions), dtype=np.int8)
+        for name in self._choice.actions if self._choice else ():
+            if name in self._numbers:
+                mask[self._numbers[name]] = 1
+        if not mask.any():
+            mask[0] = 1
+        return mask
+
+    def close(self) -> None:
+        """End the training and the run."""
+        self.agent.close()
+        self._folder.cleanup()
+
+    def _observation(self) -> Observation:
+        observed = np.zeros(len(self.observables), dtype=np.float32)
+        for name in self.agent.observations():
+            place = self.observables.get(name)
+            if place is not None:
+                observed[place] = 1.0
+        return observed
+
+    def _info(self, outcome: str) -> dict[str, Any]:
+        """Return the outcome of a step as the original has it, the free robot, and the robot's actions."""
+        robot = self._choice.robot if self._choice else ""
+        return {"outcome": outcome, "robot": robot, "action_mask": self.action_masks()}

@@ -1,0 +1,291 @@
+"""An agent of ``cx_rl_clips`` in a run on the virtual clock, as its peer ``cx_rl_node`` sees the agent.
+
+The peer calls services, and sends the goals ``reset_env`` and ``action_selection``. Here goals go to the
+agent's handlers, without messages, and observations and executable actions come from the facts that the
+agent's services read.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from msgspec import Struct
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.closing import Closing
+from cxbridge.errors import CxbridgeError
+from cxbridge.run import Run
+from cxbridge.run.program.plain_options import make_options
+from cxbridge_ros2.actions import GoalStatus, ServedGoal
+from cxbridge_ros2.names import parse_type
+from cxbridge_ros2cx.cx.node import CxNode
+from cxbridge_ros2cx.cx.plugins.generated import GeneratedPlugin
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.values import Value
+    from cxbridge_ros2.actions import GoalHandler
+    from cxbridge_ros2.messages import Message
+    from cxbridge_ros2.node import Client
+    from cxbridge_ros2cx.cx.stock import StockEnvironment
+
+NODE: Final = "/cx_rl_node"
+"""The name of the peer, unless the agent has another one in ``?*CX-RL-NODE-NAME*``."""
+
+_PACKAGE: Final = "cx_rl_interfaces"
+_NONE_OF_A_TYPE: Final = "Not found"
+_STORAGE: Final = "storage_dir"
+_BEGIN_S: Final = 10.0
+"""How long an agent may take to offer its services, by its clock."""
+
+
+class Choice(Struct, frozen=True):
+    """The next decision.
+
+    :param robot: the robot that is free; empty when the episode has ended.
+    :param actions: the ids of the executable actions by name: ``stack(robot1#a#b)``.
+    """
+
+    robot: str
+    actions: Mapping[str, str]
+
+
+class _Goal(ServedGoal):
+    """A goal of a client in the same process; the goal keeps its result."""
+
+    def __init__(self, goal: Message) -> None:
+        self.number, self.goal = os.urandom(16), goal
+        self.status, self.wants_cancel = GoalStatus.EXECUTING, False
+        self.result: Mapping[str, Any] | None = None
+
+    def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
+        """Drop the feedback."""
+
+    def execute(self) -> None:
+        """Do nothing: the goal is executed from the beginning."""
+
+    def finish(self, status: GoalStatus, result: Mapping[str, Any]) -> None:
+        """Keep the result."""
+        self.status, self.result = status, dict(result)
+
+
+class LearningAgent(Closing):
+    """The agent of a parameter file, in a run whose clock moves while a service or a goal takes its time.
+
+    :param storage: a folder for the facts with which each episode begins.
+    :param node: the name of the peer.
+    :param patience: the longest time of a service or a goal, in seconds of the agent's clock.
+    :param watch: whether the log has facts and rules; steps take several times as long.
+    :raises CxbridgeError: when the parameters are wrong, or the agent does not offer the services.
+    """
+
+    def __init__(
+        self,
+        parameters: Path,
+        ros2cx: Path | None,
+        storage: Path,
+        *,
+        node: str = NODE,
+        patience: float = 600.0,
+        watch: bool = False,
+    ) -> None:
+        self._name, self._patience = node, patience
+        self._file = parameters
+        self._clients: dict[str, Client] = {}
+        self.status: dict[str, Any] = {"mode": "TRAINING"}
+        """The peer's response to the service ``get_status``."""
+        with ExitStack() as stack:
+            options = make_options(parameters, ros2cx=ros2cx, clock="virtual", timeout=1e9)
+            self._run = stack.enter_context(Run(options))
+            executive = self._run.executive
+            if not isinstance(executive, CxNode):
+                raise CxbridgeError("these are no parameters of clips_manager", file=parameters)
+            self._manager = executive.node
+            self._manager.context.parameters.set_default(_STORAGE, str(storage))
+            self._run.start()
+            self._graph = self._manager.context.ros.graph
+            self._peer = self._graph.join(node.rpartition("/")[2])
+            self._peer.serve(f"{node}/get_status", f"{_PACKAGE}/srv/GetStatus", lambda _request: self.status)
+            self._env = self._environment()
+            if not watch:
+                self._env.eval("(unwatch all)")
+            self._handlers = {
+                name: self._handler(name, kind)
+                for name, kind in (("reset_env", "ResetEnv"), ("action_selection", "ActionSelection"))
+            }
+            self._until(self._is_training, f"the agent does not ask for {node}/get_status", _BEGIN_S)
+            self._tick()  # the agent saves the facts with which episodes begin
+            self._stack = stack.pop_all()
+
+    def close(self) -> None:
+        """End the training and the run."""
+        if self._client("end_training", "EndTraining").is_served:
+            self.ask("end_training", "EndTraining")
+        self._stack.close()
+
+    # --- the run ------------------------------------------------------------------------------------------
+
+    def _environment(self) -> StockEnvironment:
+        """Return the environment with the agent."""
+        for name in self._manager.environments:
+            env = self._manager.stock(name)
+            if env.has_template("cx-rl-node"):
+                return env
+        raise CxbridgeError(
+            "no environment has the templates of cx_rl_clips",
+            file=self._file,
+            hint="the agent loads cx-rl.clp of the package cx_rl_clips",
+        )
+
+    def _handler(self, action: str, kind: str) -> GoalHandler:
+        """Return the handler of an action's goals, once the agent serves the action."""
+        wanted = parse_type(f"{_PACKAGE}/action/{kind}")
+        found: list[GoalHandler] = []
+
+        def is_served() -> bool:
+            for plugin in self._manager.plugins.values():
+                if isinstance(plugin, GeneratedPlugin) and plugin.kind == wanted:
+                    found.extend(plugin.handlers(self._env, f"{self._name}/{action}"))
+            return bool(found)
+
+        self._until(is_served, f"the action {self._name}/{action} has no server", _BEGIN_S)
+        return found[0]
+
+    def _until(self, is_so: Callable[[], bool], otherwise: str, seconds: float = 0.0) -> None:
+        """Let the agent's time pass until a condition is true."""
+        clock = self._run.clock
+        end_us = clock.now_us() + int((seconds or self._patience) * MICROSECONDS)
+        while not is_so():
+            executive = self._run.executive
+            if clock.now_us() >= end_us or executive.is_over:
+                hint = executive.first_error and f"the first error of the agent: {executive.first_error}"
+                why = "the agent has shut down" if executive.is_over else otherwise
+                raise CxbridgeError(why, file=self._file, hint=hint or None)
+            self._tick()
+
+    def _tick(self) -> None:
+        self._run.clock.sleep_until(self._run.clock.now_us() + self._run.loop.period_us)
+        self._run.loop.run_once()
+
+    def _is_training(self) -> bool:
+        nodes = self._env.columns("cx-rl-node", "name", "mode")
+        return any(name == self._name and mode == self.status["mode"] for name, mode in nodes)
+
+    # --- services and goals -------------------------------------------------------------------------------
+
+    def _client(self, service: str, kind: str) -> Client:
+        if service not in self._clients:
+            made = self._peer.client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}")
+            self._clients[service] = made
+        return self._clients[service]
+
+    def ask(self, service: str, kind: str, **request: Any) -> Message:
+        """Return the response of a service of the agent."""
+        got: list[Message] = []
+        client = self._client(service, kind)
+        self._until(lambda: client.is_served, f"the service {self._name}/{service} has no server")
+        client.call(request, got.append)
+        self._graph.settle()
+        self._until(lambda: bool(got), f"{self._name}/{service} does not answer")
+        return got[0]
+
+    def _achieve(self, action: str, otherwise: str, **goal: Any) -> Mapping[str, Any]:
+        """Return the result of a goal."""
+        handler, sent = self._handlers[action], _Goal(goal)
+        handler.respond(sent)
+        handler.begin(sent)
+        self._until(lambda: sent.result is not None, otherwise)
+        assert sent.result is not None
+        return sent.result
+
+    def reset(self) -> None:
+        """Begin an episode."""
+        self._achieve("reset_env", "the agent does not end its reset")
+
+    def do(self, number: str) -> Mapping[str, Any]:
+        """Let the agent execute an action to its end; return the result, with reward and info.
+
+        :param number: the action's id.
+        """
+        return self._achieve(
+            "action_selection", f"the agent does not finish the action {number}", action_id=number
+        )
+
+    # --- spaces and facts ----------------------------------------------------------------------------------
+
+    def observables(self) -> list[str]:
+        """Return the names of all observations."""
+        known = self.ask("get_predefined_observables", "GetPredefinedObservables")["observables"]
+        open_ones = self.ask("get_observable_predicates", "GetObservablePredicates")
+        return [*map(_text, known), *self._grounded(open_ones["predicate_names"], open_ones)]
+
+    def all_actions(self) -> list[str]:
+        """Return all actions, executable or not."""
+        known = self.ask("get_predefined_actions", "GetPredefinedActions")["actions"]
+        open_ones = self.ask("get_observable_actions", "GetObservableActions")
+        return [*map(_text, known), *self._grounded(open_ones["action_names"], open_ones)]
+
+    def _grounded(self, names: Iterable[str], described: Message) -> Iterable[str]:
+        """Yield predicates or actions with the objects of the types; none without parameters."""
+        objects: dict[str, list[str]] = {}
+        kinds = iter(described["param_types"])
+        for name, count in zip(names, described["param_counts"], strict=True):
+            parameters = [next(kinds) for _ in range(count)]
+            for kind in parameters:
+                if kind not in objects:
+                    there = self.ask("get_observable_objects", "GetObservableObjects", type=kind)["objects"]
+                    objects[kind] = [each for each in there if each != _NONE_OF_A_TYPE]
+            if parameters:
+                yield from (name_of(name, each) for each in product(*(objects[kind] for kind in parameters)))
+
+    def observations(self) -> Iterable[str]:
+        """Yield the names of the present observations."""
+        for node, name, parameters in self._env.columns("rl-observation", "node", "name", "params"):
+            if node == self._name:
+                yield name_of(name, parameters)
+
+    def choice(self) -> Choice:
+        """Return the next decision, once a robot is free."""
+        found: list[Choice] = []
+
+        def is_free() -> bool:
+            found.extend(self._choices())
+            return bool(found)
+
+        self._until(is_free, "no robot gets free")
+        return found[0]
+
+    def _choices(self) -> Iterable[Choice]:
+        """Yield a decision when a robot waits and the agent has asserted all executable actions."""
+        spaces = self._env.columns("rl-current-action-space", "node", "state")
+        if not any(node == self._name and state == "DONE" for node, state in spaces):
+            return
+        slots = ("node", "assigned-to", "is-selected", "id", "name", "params")
+        waiting = self._waiting()
+        found: dict[str, dict[str, str]] = {}
+        for node, robot, selected, number, name, parameters in self._env.columns("rl-action", *slots):
+            if node == self._name and robot in waiting and selected == "FALSE":
+                found.setdefault(str(robot), {})[name_of(name, parameters)] = str(number)
+        if found:
+            robot = next(iter(found))
+            yield Choice(robot, found[robot])
+        elif waiting and any(node == self._name for (node,) in self._env.columns("rl-episode-end", "node")):
+            yield Choice("", {})
+
+    def _waiting(self) -> set[Value]:
+        robots = self._env.columns("rl-robot", "node", "waiting", "name")
+        return {robot for node, is_waiting, robot in robots if node == self._name and is_waiting == "TRUE"}
+
+
+def name_of(name: Value, parameters: Value) -> str:
+    """Return a predicate or an action as the spaces have it: ``on(a#b)``."""
+    assert isinstance(parameters, tuple)
+    return f"{name}({'#'.join(map(str, parameters))})" if parameters else str(name)
+
+
+def _text(message: Message) -> str:
+    return name_of(message["name"], tuple(message["params"]))

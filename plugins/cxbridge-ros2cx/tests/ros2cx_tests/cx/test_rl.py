@@ -1,0 +1,156 @@
+"""Agents of ``cx_rl_clips`` as environments of Gymnasium: the checkout's agent builds a tower of blocks."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from tests.support import CX_DIR, ROOT, needs_cx
+
+gymnasium = pytest.importorskip("gymnasium")
+
+import cxbridge_ros2cx.rl  # noqa: E402 - registers the environment
+
+pytestmark = needs_cx
+
+CHECKOUT = Path(str(CX_DIR))
+BRINGUP = CHECKOUT / "extensions/reinforment_learning/cx_rl_bringup"
+PARAMS = BRINGUP / "params"
+TOWER = ("stack(robot1#block2#block1)", "stack(robot1#block3#block2)", "stack(robot1#block4#block3)")
+
+
+def make(**given):
+    given = {"parameters": PARAMS / "rl_agent.yaml", "ros2cx": CHECKOUT} | given
+    return gymnasium.make(cxbridge_ros2cx.rl.ID, **given).unwrapped
+
+
+@pytest.fixture(scope="module")
+def blocks():
+    made = make(node_parameters=PARAMS / "rl_node_config.yaml")
+    yield made
+    made.close()
+
+
+def do(blocks, *actions):
+    """Do actions; return the last step."""
+    step = ()
+    for action in actions:
+        step = blocks.step(blocks.actions.index(action))
+    return step
+
+
+def test_it_is_an_environment_of_gymnasium(blocks):
+    from gymnasium.utils.env_checker import check_env
+
+    check_env(blocks, skip_render_check=True)
+
+
+def test_the_spaces_have_all_groundings_in_the_order_of_the_original(blocks):
+    objects = 4
+    assert list(blocks.observables) == sorted(blocks.observables)
+    assert len(blocks.observables) == objects * 5 + 1 + 2 * objects**2 - objects  # holding, on, target-on ...
+    assert blocks.actions[0] == "no-op"
+    assert blocks.actions[1:] == sorted(blocks.actions[1:])
+    assert len(blocks.actions) == 1 + objects + objects**2
+    assert {"holding(robot1#block1)", "on(block1#block1)", "can-hold(robot1)"} <= {*blocks.observables}
+
+
+def test_a_step_changes_what_the_rules_say(blocks):
+    before, info = blocks.reset()
+    assert info["robot"] == "robot1"
+    assert {blocks.actions[number] for number in np.flatnonzero(info["action_mask"])} == {
+        f"pickup(robot1#block{number})" for number in range(1, 5)
+    }
+    after, reward, terminated, truncated, info = do(blocks, "pickup(robot1#block2)")
+    changed = {name for name, place in blocks.observables.items() if before[place] != after[place]}
+    assert changed == {"can-hold(robot1)", "on-table(block2)", "holding(robot1#block2)"}
+    assert (reward, terminated, truncated, info["outcome"]) == (0.0, False, False, "")
+    assert do(blocks, TOWER[0])[1] == 100.0
+
+
+def test_an_action_that_cannot_be_executed_changes_nothing(blocks):
+    before, _ = blocks.reset()
+    after, reward, terminated, _, info = do(blocks, TOWER[0])
+    assert (reward, terminated, info["outcome"]) == (0.0, False, "NO-ACTION-FOR-ROBOT")
+    assert (before == after).all()
+
+
+def test_a_dead_end_ends_the_episode_with_the_reward_of_failures(blocks):
+    blocks.reset()
+    pairs = [("block2", "block1"), ("block4", "block3")]
+    *_, info = do(
+        blocks, *(each for a, b in pairs for each in (f"pickup(robot1#{a})", f"stack(robot1#{a}#{b})"))
+    )
+    assert np.flatnonzero(info["action_mask"]).tolist() == [0]
+    assert do(blocks, "no-op")[1:3] == (-100.0, True)
+
+
+def test_each_episode_begins_alike_and_runs_are_the_same(blocks):
+    first, _ = blocks.reset()
+    steps = []
+    for _ in range(2):
+        again, _ = blocks.reset()
+        assert (first == again).all()
+        steps.append([do(blocks, "pickup(robot1#block3)")[0].tobytes(), do(blocks, TOWER[1])[0].tobytes()])
+    assert steps[0] == steps[1]
+
+
+def test_a_learner_with_the_settings_of_the_checkout_builds_the_tower(blocks):
+    settings = blocks.settings
+    random = np.random.default_rng(settings["model.seed"])
+    values: defaultdict[bytes, np.ndarray] = defaultdict(lambda: np.zeros(len(blocks.actions)))
+
+    def play(curious: float) -> list[str]:
+        done, over = [], False
+        observation, info = blocks.reset()
+        while not over:
+            state, possible = observation.tobytes(), np.flatnonzero(info["action_mask"])
+            best = possible[np.argmax(values[state][possible])]
+            action = random.choice(possible) if random.random() < curious else best
+            observation, reward, over, _, info = blocks.step(action)
+            later = 0.0 if over else values[observation.tobytes()][np.flatnonzero(info["action_mask"])].max()
+            values[state][action] += 0.5 * (reward + settings["model.gamma"] * later - values[state][action])
+            done.append(blocks.actions[action])
+        return done
+
+    episodes = settings["training.max_episodes"]
+    for episode in range(episodes):
+        play(1 - episode / episodes)
+    assert [action for action in play(0) if action.startswith("stack")] == [*TOWER]
+
+
+def test_the_sample_of_the_page_runs(tmp_path, monkeypatch):
+    page = (ROOT / "docs" / "from-ros2-cx.md").read_text()
+    (sample,) = re.findall(r"```python\n(import gymnasium\n.*?)```", page, re.DOTALL)
+    (tmp_path / "clips_executive").symlink_to(CHECKOUT)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(sample, names)
+    assert names["terminated"] is True
+    assert [file.name for file in tmp_path.iterdir()] == ["clips_executive"]
+
+
+def test_an_agent_without_the_interface_is_an_error():
+    with pytest.raises(CxbridgeError, match="no environment has the templates of cx_rl_clips") as raised:
+        make(parameters=CHECKOUT / "cx_tutorial_agents" / "params" / "hello_world.yaml")
+    assert str(raised.value.file).endswith("hello_world.yaml")
+
+
+def test_an_action_without_an_end_is_an_error_that_names_the_action(tmp_path):
+    program = BRINGUP / "clips" / "cx_rl_bringup" / "rl-blocksworld.clp"
+    lazy = program.read_text().replace("(modify ?action (is-finished TRUE) (reward ?reward))", "")
+    (tmp_path / "lazy.clp").write_text(lazy)
+    text = (PARAMS / "rl_agent.yaml").read_text()
+    (tmp_path / "lazy.yaml").write_text(
+        text.replace("clips/cx_rl_bringup/rl-blocksworld.clp", f"{tmp_path}/lazy.clp")
+    )
+    lazy_one = make(parameters=tmp_path / "lazy.yaml", patience=5.0)
+    lazy_one.reset()
+    with pytest.raises(CxbridgeError, match="does not finish the action pickup"):
+        do(lazy_one, "pickup(robot1#block2)")
+    lazy_one.close()
