@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.closing import Closing
-from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.errors import CxbridgeError, PddlError, Ros2Error
 from cxbridge.executive.planning import PlanningService
 from cxbridge.executive.planning.planner import PlanStatus
 from cxbridge.executive.planning.service import PlanRequest
@@ -31,7 +32,6 @@ NAME: Final = "/pddl_manager"
 MOST_WAITING: Final = 64
 """Goals that wait for the planner; a further goal is rejected."""
 
-_PACKAGE: Final = "cx_pddl_interfaces"
 _UNKNOWN: Final = "Unknown pddl instance"
 _GROUP_S: Final = 0.1
 """Seconds within which actions begin that are of one class."""
@@ -45,28 +45,31 @@ class PddlManager(GoalHandler, Closing):
     """The node.
 
     :param node: its part in ROS.
+    :param package: the package with its types: that of the extension, or an agent's copy of earlier types.
     """
 
-    def __init__(self, node: Node, clock: Clock, log: Logger) -> None:
+    def __init__(self, node: Node, clock: Clock, log: Logger, package: str) -> None:
         self._node, self._log = node, log
         self._problems: dict[str, ManagedProblem] = {}
         self._planning: PlanningService | None = None
         self._waiting: deque[ServedGoal] = deque()
         for service, (kind, answer) in self._services().items():
-            node.serve(
-                f"{NAME}/{service}",
-                f"{_PACKAGE}/srv/{kind}",
-                self._reported(answer),
-                needs=Right.CONTROL,
-            )
+            with suppress(Ros2Error):  # earlier packages have fewer types
+                node.serve(
+                    f"{NAME}/{service}",
+                    f"{package}/srv/{kind}",
+                    self._reported(answer),
+                    needs=Right.CONTROL,
+                )
         self._updates = node.publisher(f"{NAME}/instance_update", "std_msgs/msg/String")
-        action = f"{_PACKAGE}/action/PlanTemporal"
+        action = f"{package}/action/PlanTemporal"
         self._server = GoalServer(node, f"{NAME}/temp_plan", action, self, clock)
 
     def _services(self) -> dict[str, tuple[str, Callable[[Message], Fields]]]:
         return {
             "add_pddl_instance": ("AddPddlInstance", self._add_instance),
             "check_action_condition": ("CheckActionCondition", self._check_condition),
+            "check_action_precondition": ("CheckActionPrecondition", self._check_condition),
             "get_action_effects": ("GetActionEffects", self._effects),
             "get_action_names": ("GetActionNames", self._action_names),
             "get_fluents": ("GetFluents", self._fluents),

@@ -259,9 +259,10 @@ class ManagedProblem:
         wanted = self.goal(goal)
         objects, fluents = _filter(wanted.objects), _filter(wanted.fluents)
         actions = _filter(wanted.actions)
-        domain = replace(
-            self.domain, actions=tuple(each for each in self.domain.actions if actions(each.name))
-        )
+        domain = self.domain
+        if wanted.actions:  # planners read the text, which has all actions
+            left = tuple(each for each in domain.actions if actions(each.name))
+            domain = replace(domain, actions=left, text="")
 
         def is_left(ground: Ground) -> bool:
             return fluents(ground[0]) and all(map(objects, ground[1]))

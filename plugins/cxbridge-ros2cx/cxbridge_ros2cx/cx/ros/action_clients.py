@@ -162,7 +162,7 @@ class ActionClients:
             self.plugin.log.warn(f"Already registered to action client for {server}")
             return
         kind = self.kind if self.kind is not None else parse_type(str(text), "action")
-        client = ActionClient(self.plugin.ros.node, self.plugin.ros.reach(server), str(kind))
+        client = ActionClient(self.plugin.ros.node, self.plugin.ros.reach(server, kind), str(kind))
         slots: dict[str, Value] = {"server": str(server)}
         if self.kind is None:
             slots["type"] = str(text)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cxbridge.events import Logger
     from cxbridge.rights import Rights
     from cxbridge_ros2.definitions import Definitions
+    from cxbridge_ros2.names import TypeName
     from cxbridge_ros2.node import Node
     from cxbridge_ros2.transports.local import LocalGraph
     from cxbridge_ros2cx.cx.packages import Packages
@@ -24,13 +25,15 @@ if TYPE_CHECKING:
 
 _PDDL: Final = "/pddl_manager/"
 _TYPES: Final = {
+    "bond/msg/Status": "std_msgs/Header header\nstring id\nstring instance_id\nbool active\n"
+    "float32 heartbeat_timeout\nfloat32 heartbeat_period\n",
     "example_interfaces/action/Fibonacci": "int32 order\n---\nint32[] sequence\n---\nint32[] sequence\n",
     "turtlesim/msg/Pose": "".join(
         f"float32 {name}\n" for name in ("x", "y", "theta", "linear_velocity", "angular_velocity")
     ),
     "turtlesim/srv/TeleportAbsolute": "float32 x\nfloat32 y\nfloat32 theta\n---\n",
 }
-"""Types of the examples that neither the checkout nor rosbags has."""
+"""Types that neither the checkout nor rosbags has: of bonds, and of the examples."""
 
 
 class RosNode(Closing):
@@ -91,18 +94,20 @@ class RosNode(Closing):
     def _folder(self) -> Path:
         return self._packages.folders[0] if self._packages.folders else Path()
 
-    def reach(self, name: str) -> str:
-        """Return the whole name of a service or an action that is called.
+    def reach(self, name: str, kind: TypeName) -> str:
+        """Return the whole name of a service or an action that has clients.
 
-        On a virtual clock there is no other node: our own ``pddl_manager`` joins when its services are
-        wanted.
+        On a virtual clock our own ``pddl_manager`` joins when its services have clients, with types of the
+        clients' package.
         """
         whole = self.whole(name)
         if self._clock.is_virtual and self._pddl is None and whole.startswith(_PDDL):
             from cxbridge_ros2cx.cx.pddl.manager import PddlManager  # noqa: PLC0415 - for agents that plan
 
             log = self._log_of(_PDDL.strip("/"))
-            self._pddl = PddlManager(self.graph.join("pddl_manager", log.warn), self._clock, log)
+            self._pddl = PddlManager(
+                self.graph.join("pddl_manager", log.warn), self._clock, log, kind.package
+            )
         return whole
 
     def whole(self, name: str) -> str:

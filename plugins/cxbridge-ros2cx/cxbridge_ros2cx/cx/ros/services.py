@@ -80,7 +80,7 @@ class ServiceClients:
             self._plugin.log.warn(f"Already registered to client {service}")
             return
         kind = self._kind if self._kind is not None else parse_type(str(text), "srv")
-        client = self._plugin.ros.node.client(self._plugin.ros.reach(service), str(kind))
+        client = self._plugin.ros.node.client(self._plugin.ros.reach(service, kind), str(kind))
         slots: dict[str, Value] = {"service": str(service)}
         if self._kind is None:
             slots["type"] = str(text)

@@ -7,8 +7,11 @@ from pathlib import Path
 import pytest
 
 import cxbridge_ros2cx
+from cxbridge.executive.pddl.ast import Atom
+from cxbridge.executive.planning.engines.texts import original_texts
 from cxbridge.run import run_scenario
 from cxbridge.run.program.plain_options import make_options
+from cxbridge_ros2cx.cx.pddl.problem import ManagedGoal, ManagedProblem
 from tests.support import CX_DIR, needs_cx
 
 EXAMPLES = Path(cxbridge_ros2cx.__file__).parent / "examples"
@@ -42,3 +45,19 @@ def test_an_example_prints(name, env, tmp_path):
     lines = [line.split("[info] ")[1] for line in (tmp_path / f"{env}.log").read_text().splitlines()]
     assert [line for line in lines if "> f-" not in line] == PRINTED[name, env]
     assert result.status == 0
+
+
+DOMAIN = """
+(define (domain two-ways) (:predicates (here) (there))
+  (:action walk :parameters () :precondition (here) :effect (there))
+  (:action fly :parameters () :precondition (here) :effect (and (there) (not (here)))))
+"""
+
+
+def test_a_planner_sees_the_actions_that_a_filter_leaves():
+    problem = ManagedProblem(DOMAIN)
+    problem.set_fluent("here", (), value=True)
+    problem.goals["there"] = ManagedGoal([Atom("there", ())], actions=("fly",))
+    domain, task = problem.filtered("there", "task")
+    assert [each.name for each in domain.actions] == ["fly"]
+    assert "walk" not in original_texts(domain, task)[0]
