@@ -71,6 +71,14 @@ class Ros2CxOptions(PluginOptions):
         ),
     ] = None
 
+    hash_order: Annotated[
+        bool,
+        typer.Option(
+            "--hash-order",
+            help="With parameters of clips_manager: activate the environments in the original's order.",
+        ),
+    ] = False
+
     def check(self, options: RunOptions) -> None:  # noqa: ARG002 - another group needs no other option
         """Raise :class:`CxbridgeError` when an option of the group lacks another option."""
         if self.executors and self.ros2cx is None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.node_services import NodeServices
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
-ACTIVATE, DEACTIVATE, SHUTDOWN = "activate", "deactivate", "shutdown"
+CONFIGURE, ACTIVATE, DEACTIVATE, SHUTDOWN = "configure", "activate", "deactivate", "shutdown"
 """Transitions of a managed node."""
 
 
@@ -57,15 +57,23 @@ class CxNode(Executive):
     def init(self) -> None:
         """Activate the node, and let peers reach it.
 
+        A node whose parameters have ``autostart_node: false`` waits until a peer activates the node; without
+        peers the node does not wait.
+
         :raises CxbridgeError: when parameters are wrong.
         """
-        self.activate()
-        ros = self.node.context.ros
-        if ros.has_peers:
-            from cxbridge_ros2cx.cx.ros.node_services import NodeServices  # noqa: PLC0415 - a start counts
+        context = self.node.context
+        starts = context.parameters.get("autostart_node", default=True)
+        if starts or not context.ros.has_peers:
+            self.activate()
+        if context.ros.has_peers:
+            from cxbridge_ros2.lifecycle import LifecycleState  # noqa: PLC0415 - a start counts
+            from cxbridge_ros2cx.cx.ros.node_services import NodeServices  # noqa: PLC0415 - likewise
 
-            work = {ACTIVATE: self.activate, DEACTIVATE: self.deactivate, SHUTDOWN: self._shut_down}
-            self._services = NodeServices(self.node, work)
+            state = LifecycleState.ACTIVE if self._is_active else LifecycleState.UNCONFIGURED
+            work = {CONFIGURE: lambda: True, ACTIVATE: self.activate}
+            work |= {DEACTIVATE: self.deactivate, SHUTDOWN: self._shut_down}
+            self._services = NodeServices(self.node, work, state)
 
     def activate(self) -> bool:
         """Load the plug-ins of each environment; then reset and run each environment."""
@@ -114,6 +122,8 @@ class CxNode(Executive):
         self._take()
         for plugin in list(self.node.plugins.values()):
             plugin.tick()
+        if self._services is not None:
+            self._services.tick()
         self._take()
         fired, self._fired = self._fired, 0
         return fired
@@ -146,7 +156,8 @@ class CxNode(Executive):
         """Run the rules for the shutdown, and unload the plug-ins; environments stay."""
         self.node.log.info(f"Deactivating [{self._title}]...")
         self._is_active = False
-        for env in map(self.node.stock, list(self.node.environments)):
+        names = sorted(self.node.environments, key=lambda name: (*self.names, name).index(name))
+        for env in map(self.node.stock, names):
             with env.lock:
                 env.assert_string("(executive-finalize)")
                 env.refresh_agenda()
@@ -155,7 +166,7 @@ class CxNode(Executive):
                         f"{MOST_FINAL_FIRINGS} rules fired after (executive-finalize): they have no end"
                     )
                 env.emit_settings()
-        for each in list(self.node.environments):
+        for each in names:
             self.node.unload_plugins(each)
         self.node.finalize_plugins()
         self.node.log.info(f"Deactivated [{self._title}]...")

@@ -17,6 +17,8 @@ from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.rights import read_rights
 from cxbridge.run.source import LoadedFile, Source
+from cxbridge_protobuf.settings import CONNECTIONS
+from cxbridge_ros2cx.cx.hash_order import hash_order
 from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode
@@ -156,7 +158,7 @@ class CxSource(Source):
         parts = NodeContext(parameters, packages, context.clock, context.bus, ros)
         parts.is_newer = packages.has_file(*_NEWER_FILE)
         if context.clock.is_virtual:
-            parts.connections = _join_locally()
+            parts.connections = context.additions.values.get(CONNECTIONS) or _join_locally()
         parts.is_look = environment is not ClipsEnvironment
         logs = EnvironmentLogs(None if parts.is_look else self.options.option("log_dir"))
         manager = CxManager(parts, logs, environment if parts.is_look else StockEnvironment)
@@ -178,7 +180,10 @@ class CxSource(Source):
     ) -> Executive:
         """Return the node."""
         assert isinstance(manager, CxManager)
-        return CxNode(manager, context.config, mapper, files)
+        made = CxNode(manager, context.config, mapper, files)
+        if self.options.option("hash_order"):
+            made.names = hash_order(made.names)
+        return made
 
 
 def _join_locally() -> MakeConnections:

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError, Ros2Error
 from cxbridge.executive.host.values import FALSE
 from cxbridge.rights import Right
-from cxbridge_ros2.lifecycle import ACTIVATE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
+from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
 from cxbridge_ros2.parameters import Parameter, Parameters
 from cxbridge_ros2.rosout import Rosout
 from cxbridge_ros2cx.cx.ros.topic_logs import TopicLogs
+from cxbridge_ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2cx.cx.manager import CxManager
 
 _PACKAGE: Final = "cx_msgs/srv"
+_BOND: Final = "bond"
+_BOND_TIMEOUT_S: Final = 4.0
+"""How long a peer waits for a heartbeat, as in the original."""
 _LOGS: Final = "set_topic_logging"
 _KEPT: Final = ("list_envs", _LOGS)
 """The services that stay when the node is not active."""
@@ -31,24 +37,29 @@ class NodeServices(Closing):
     """The services of the node, from its activation on.
 
     :param work: what its transitions do.
+    :param state: the state of the node: active, or unconfigured.
     """
 
-    def __init__(self, manager: CxManager, work: Mapping[str, Callable[[], bool]]) -> None:
+    def __init__(
+        self, manager: CxManager, work: Mapping[str, Callable[[], bool]], state: LifecycleState
+    ) -> None:
         self._manager, context = manager, manager.context
         self._node, self._name = context.ros.node, context.parameters.name.strip("/")
         self._ends: dict[str, Callable[[], None]] = {}
         self._rosout = Rosout(self._node, self._name)
         context.bus.subscribe(self._rosout, *Rosout.events)
+        self._bond = Bond.of(manager) if state is LifecycleState.ACTIVE else None
         self._serve()
         if context.is_newer:
             self._ends[_LOGS] = TopicLogs(manager, f"/{self._name}").end
         report, clock = manager.log.error, context.clock
         done: dict[str, Callable[[], bool]] = {
+            CONFIGURE: work[CONFIGURE],
             ACTIVATE: partial(self._activate, work[ACTIVATE]),
             DEACTIVATE: partial(self._deactivate, work[DEACTIVATE]),
             SHUTDOWN: work[SHUTDOWN],
         }
-        self._lifecycle = Lifecycle(self._node, self._name, done, clock, report, LifecycleState.ACTIVE)
+        self._lifecycle = Lifecycle(self._node, self._name, done, clock, report, state)
         declared = {
             name: Parameter(_value(found.value), read_only=True) for name, found in context.parameters
         }
@@ -142,22 +153,74 @@ class NodeServices(Closing):
     def _activate(self, activate: Callable[[], bool]) -> bool:
         done = activate()
         self._serve()
+        self._bond = Bond.of(self._manager)
         return done
 
     def _deactivate(self, deactivate: Callable[[], bool]) -> bool:
         done = deactivate()
         for name in [name for name in self._ends if name not in _KEPT]:
             self._ends.pop(name)()
+        self._break_bond()
         return done
+
+    def tick(self) -> None:
+        """Send the heartbeat of the bond when it is due."""
+        if self._bond is not None:
+            self._bond.tick()
+
+    def _break_bond(self) -> None:
+        if self._bond is not None:
+            self._bond.close()
+            self._bond = None
 
     def close(self) -> None:
         """Offer nothing more."""
+        self._break_bond()
         self._manager.bus.unsubscribe(self._rosout)
         while self._ends:
             self._ends.popitem()[1]()
         self._lifecycle.close()
         self._parameters.close()
         self._rosout.close()
+
+
+class Bond(Closing):
+    """The bond of an active node: heartbeats on the topic ``bond``, until the bond is broken.
+
+    :param period: seconds between heartbeats.
+    """
+
+    def __init__(self, manager: CxManager, period: float) -> None:
+        context = manager.context
+        self._topic = context.ros.node.publisher(context.ros.whole(_BOND), "bond/msg/Status")
+        self._timer = RefreshTimer(context.clock, int(period * MICROSECONDS))
+        self._status = {
+            "id": context.parameters.name.rpartition("/")[2],
+            "instance_id": str(uuid.uuid4()),
+            "active": True,
+            "heartbeat_timeout": _BOND_TIMEOUT_S,
+            "heartbeat_period": period,
+        }
+        self._topic.publish(self._status)
+
+    @classmethod
+    def of(cls, manager: CxManager) -> Bond | None:
+        """Return the bond that the parameters ask for.
+
+        :raises ConfigError: when the period is not a number.
+        """
+        period = manager.context.parameters.get(f"{_BOND}_heartbeat_period", 0.0)
+        return cls(manager, period) if period > 0.0 else None
+
+    def tick(self) -> None:
+        """Send a heartbeat when it is due."""
+        if self._timer.due():
+            self._topic.publish(self._status)
+
+    def close(self) -> None:
+        """Break the bond."""
+        self._topic.publish(self._status | {"active": False})
+        self._topic.close()
 
 
 def _value(value: Any) -> Any:

@@ -22,6 +22,7 @@ FOLDER: Final = SHARED / "traces" / "ros2cx"
 _PARAMETERS: Final = re.compile(r"^parameters: (?:ros2cx|upstream-2026-06-14)/(\S+)$", re.MULTILINE)
 _NEWER: Final = "upstream/"
 _PREFIX: Final = re.compile(r"\[[^]]*\] \[[^]]*\] \[\w+\] ")
+_COLOUR: Final = re.compile(r"\x1b\[\d+m")
 _PROGRAM: Final = re.compile(r"/[\w/.-]+/tests/[\w/.-]+\.clp")
 _PATH: Final = re.compile(
     r"/[\w/-]+/(?:overlay|ws2?/install)|/\S*/cxbridge/ros2cx/[0-9a-f]{12}|/\S*/prefix\b"
@@ -37,6 +38,8 @@ class Recording:
     :param compared: what is compared of a log; all by default.
     :param peer: does what a peer has done in the recording; gets a node and the run's seconds, in each loop.
     :param status: the exit status: 1 when an error was reported.
+    :param dies: the original dies or is killed: its console is compared, up to there; log files lack lines.
+    :param text: replaces texts of the parameters.
     """
 
     seconds: float = 6.0
@@ -44,6 +47,8 @@ class Recording:
     compared: Callable[[list[str]], list[str]] = list
     peer: Callable[[Node], Callable[[float], None]] | None = None
     status: int = 0
+    dies: bool = False
+    text: tuple[str, str] = ("", "")
 
 
 def names() -> list[str]:
@@ -51,12 +56,13 @@ def names() -> list[str]:
     return sorted(str(file.parent.relative_to(FOLDER)) for file in FOLDER.rglob("notes.md")) if FOLDER else []
 
 
-def parameters(name: str, folder: Path) -> Path:
+def parameters(name: str, folder: Path, text: tuple[str, str] = ("", "")) -> Path:
     """Return the parameter file of a recording: its own, with its CLIPS file, or that of the checkout."""
+    old, new = text
     own, programs = FOLDER / name / "params.yaml", [*(FOLDER / name).glob("*.clp")]
     if own.is_file():
-        text = _PROGRAM.sub(str(programs[0]) if programs else "", own.read_text())
-        (folder / "params.yaml").write_text(text)
+        program = str(programs[0]) if programs else ""
+        (folder / "params.yaml").write_text(_PROGRAM.sub(program, own.read_text()).replace(old, new, 1))
         return folder / "params.yaml"
     match = _PARAMETERS.search((FOLDER / name / "notes.md").read_text())
     assert match, name
@@ -68,17 +74,32 @@ def checkout(name: str) -> Path | None:
     return CX_NEWER_DIR if name.startswith(_NEWER) else CX_DIR
 
 
-def recorded(name: str) -> dict[str, list[str]]:
-    """Return the lines of the logs of a recording, by environment."""
+def recorded(name: str, *, dies: bool = False) -> dict[str, list[str]]:
+    """Return the lines of the logs of a recording, by environment; the console's when the node dies."""
     files = sorted((FOLDER / name).glob("clips-*.log"))
-    return {file.stem.removeprefix("clips-"): file.read_text().splitlines() for file in files}
+    logs = {file.stem.removeprefix("clips-"): file.read_text().splitlines() for file in files}
+    if not dies:
+        return logs
+    console = _COLOUR.sub("", (FOLDER / name / "stdout.log").read_text())
+    line = r"^\[\w+\] \[[\d.]+\] \[{}\]: (.*)$"
+    return {env: re.findall(line.format(env), console, re.MULTILINE) for env in logs}
+
+
+def activated(name: str) -> list[str]:
+    """Return the environments of a recording in the order in which they got their plug-ins."""
+    console = (FOLDER / name / "stdout.log").read_text()
+    return re.findall(r"Loading plugins for (\S+)\.$", console, re.MULTILINE)
 
 
 def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[str, list[str]]]:
     """Run the parameters of a recording; return the result and the lines of the logs, by environment."""
     logs = folder / "logs"
     options = make_options(
-        parameters(name, folder), ros2cx=checkout(name), timeout=recording.seconds, log_dir=logs
+        parameters(name, folder, recording.text),
+        ros2cx=checkout(name),
+        timeout=recording.seconds,
+        log_dir=logs,
+        hash_order=True,
     )
 
     def attach(assembly: Run) -> None:
