@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
-from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import FALSE, TRUE
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS
-from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, find_class, load_class
+from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, as_known, find_class, load_class
 from cxbridge_ros2cx.cx.stock import StockEnvironment
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
     from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
@@ -38,6 +41,7 @@ class CxManager(EnvironmentManager):
         self.plugins: dict[str, CxPlugin] = {}
         """The plug-ins that were made, by name."""
         self._loaded: dict[str, list[str]] = {}
+        self._reported: set[str] = set()
         self.is_strict = False
         """Whether a plug-in that cannot be made is an error; else the environment goes without."""
 
@@ -96,26 +100,33 @@ class CxManager(EnvironmentManager):
         env = self._entries[name].environment
         try:
             plugin = self._plugin(feature_name)
-        except CxbridgeError as error:
+        except Exception as error:  # noqa: BLE001 - as in attempt
+            known = as_known(feature_name, error)
             if self.is_strict:
-                raise
-            self.plugin_log.error(str(error))
+                raise known from None
+            self.plugin_log.error(str(known))
             return FALSE
         with env.lock:
             if feature_name in self._loaded[name]:  # as in the original: it defines all again
                 env.udfs.revoke(self._entries[name].functions[feature_name], "")
             before = env.udfs.names
-            try:
-                plugin.init_context(env)
-            except CxbridgeError as error:
-                plugin.log.error(str(error))
-                return FALSE
-            except Exception as error:  # noqa: BLE001  a plug-in of another package: the others go on
-                plugin.log.error(f"the plug-in '{plugin.name}' failed: {type(error).__name__}: {error}")
+            if not self.attempt(plugin, partial(plugin.init_context, env)):
                 return FALSE
             self._entries[name].functions[feature_name] = env.udfs.names - before
         self._loaded[name].append(feature_name)
         return TRUE
+
+    def attempt(self, plugin: CxPlugin, work: Callable[[], None]) -> bool:
+        """Let a plug-in do its work; return whether it could. The first of equal errors is reported."""
+        try:
+            work()
+        except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
+            text = str(as_known(plugin.name, error))
+            if text not in self._reported:
+                self._reported.add(text)
+                plugin.log.error(text)
+            return False
+        return True
 
     def _plugin(self, name: str) -> CxPlugin:
         """Return a plug-in; it is made on the first request."""
@@ -147,10 +158,7 @@ class CxManager(EnvironmentManager):
 
     def _unload(self, env: ClipsEnvironment, name: str) -> None:
         plugin = self.plugins[name]
-        try:
-            plugin.context_destroyed(env)
-        except Exception as error:  # noqa: BLE001  a plug-in of another package: the others go on
-            plugin.log.error(f"the plug-in '{name}' failed: {type(error).__name__}: {error}")
+        self.attempt(plugin, partial(plugin.context_destroyed, env))
         self._loaded[env.name].remove(name)
         gone = f"the plug-in '{name}' was unloaded from the environment '{env.name}'"
         if name not in self._loaded[env.name]:
@@ -166,7 +174,8 @@ class CxManager(EnvironmentManager):
     def finalize_plugins(self) -> None:
         """End all plug-ins; no environment has them any more."""
         for name in reversed(list(self.plugins)):
-            self.plugins.pop(name).finalize()
+            plugin = self.plugins.pop(name)
+            self.attempt(plugin, plugin.finalize)
             self.plugin_log.info(f"[{name}] Deactivated!")
 
     def destroy(self, name: str) -> None:

@@ -121,7 +121,7 @@ class CxNode(Executive):
             return self.debugger.run()
         self._take()
         for plugin in list(self.node.plugins.values()):
-            plugin.tick()
+            self.node.attempt(plugin, plugin.tick)
         if self._services is not None:
             self._services.tick()
         self._take()
@@ -132,7 +132,7 @@ class CxNode(Executive):
         """Take messages from other nodes."""
         self.node.context.ros.spin()
         for plugin in list(self.node.plugins.values()):
-            plugin.take()
+            self.node.attempt(plugin, plugin.take)
 
     @property
     def is_over(self) -> bool:

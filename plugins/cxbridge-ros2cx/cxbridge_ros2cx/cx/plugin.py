@@ -11,11 +11,12 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 from pkgutil import resolve_name
+from traceback import extract_tb
 from typing import TYPE_CHECKING, Final
 
 from msgspec import Struct
 
-from cxbridge.errors import ConfigError
+from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.executive.feature import Feature
 from cxbridge.suggestions import did_you_mean
 
@@ -173,6 +174,15 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
             f"entry point '{class_name}' of the group {GROUP}",
         ),
     )
+
+
+def as_known(plugin: str, error: Exception) -> CxbridgeError:
+    """Return the error of a plug-in; of another exception one that names the plug-in, with file and line."""
+    if isinstance(error, CxbridgeError):
+        return error
+    place = extract_tb(error.__traceback__)[-1]
+    text = f"the plug-in '{plugin}' failed: {type(error).__name__}: {error}"
+    return CxbridgeError(text, file=place.filename, line=place.lineno)
 
 
 def _imported(target: str) -> MakePlugin:

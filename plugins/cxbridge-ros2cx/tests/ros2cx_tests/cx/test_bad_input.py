@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import re
+import sys
 
 import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Level, LogLine
+from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.program.plain_options import make_options
+from cxbridge_ros2.actions import ActionClient, GoalHandler, GoalResponse, GoalServer, GoalStatus, SentGoal
+from cxbridge_ros2cx.cx import plugin
+from cxbridge_ros2cx.cx.node import CxNode
+from cxbridge_ros2cx.cx.plugin import CxPlugin
+from ros2cx_tests.cx.recordings import FOLDER
+from tests.support import CX_DIR, needs_cx, needs_shared
 
 HEAD = "/**:\n  ros__parameters:\n"
 
@@ -18,7 +26,7 @@ HEAD = "/**:\n  ros__parameters:\n"
 def run(tmp_path):
     """Run parameters; return the result and the errors that were reported."""
 
-    def run(text, program="", *, strict=None, seconds=1.0):
+    def run(text, program="", *, strict=None, seconds=1.0, ros2cx=None, peer=None):
         (tmp_path / "agent.clp").write_text(program)
         file = tmp_path / "params.yaml"
         file.write_text(HEAD + text.replace("AGENT", str(tmp_path / "agent.clp")))
@@ -28,8 +36,22 @@ def run(tmp_path):
             if isinstance(event, LogLine) and event.level is Level.ERROR and event.text:
                 errors.append(event.text.replace(str(tmp_path), "T"))
 
-        options = make_options(file, timeout=seconds, strict=strict, log_dir=tmp_path / "logs")
-        return run_scenario(options, console), errors
+        def attach(assembly):
+            if peer is not None:
+                assert isinstance(assembly.executive, CxNode)
+                node = assembly.executive.node.context.ros.graph.join("peer")
+                node.clock = assembly.clock
+                step, begun_us = peer(node), assembly.clock.now_us()
+                assembly.loop.add(Hook.PRE_LOOP, lambda: step((assembly.clock.now_us() - begun_us) / 1e6))
+
+        logs = tmp_path / "logs"
+        options = make_options(file, timeout=seconds, strict=strict, log_dir=logs, ros2cx=ros2cx)
+        result = run_scenario(options, console, attach=attach)
+        log = logs / "one.log"
+        run.lines = (
+            [each.split("[info] ")[-1] for each in log.read_text().splitlines()] if log.is_file() else []
+        )
+        return result, errors
 
     return run
 
@@ -167,6 +189,183 @@ def test_a_value_that_a_field_does_not_take_changes_nothing(run, kind, field, va
     (error,) = errors
     assert message in error
     assert result.run_seconds < 1
+
+
+HOOKS = ("initialize", "init_context", "take", "tick", "context_destroyed", "finalize")
+
+
+@pytest.mark.parametrize("hook", ["__init__", *HOOKS])
+def test_a_plugin_that_raises_in_a_hook_is_one_error_with_its_place(run, hook, monkeypatch):
+    """The executive plug-in ticks all the same: once a tick a rule fires."""
+
+    def fail(self, *_arguments):
+        raise ValueError("no door")
+
+    failing = type("Failing", (CxPlugin,), {hook: fail})
+    monkeypatch.setitem(plugin._OWN, "door::Door", f"{__name__}:Failing")
+    monkeypatch.setattr(sys.modules[__name__], "Failing", failing, raising=False)
+    text = plugins("x", "e", x="plugin: 'door::Door'", e="plugin: 'cx::ExecutivePlugin'")
+    result, errors = run(text)
+    assert [re.sub(r"^.*/|py:\d+", "", error) for error in errors] == [
+        "test_bad_input.: the plug-in 'x' failed: ValueError: no door"
+    ]
+    is_counted = hook not in {"context_destroyed", "finalize"}  # these come after the result
+    assert (result.status, result.firings) == (int(is_counted), 10)
+
+
+def test_all_hooks_of_plugins_are_tried():
+    own = {name for name in vars(CxPlugin) if not name.startswith("_") and name not in {"parameter", "name"}}
+    assert own == {*HOOKS} - {"context_destroyed"}  # of the class that it derives from
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("int32 a\nint32 a b c\n", "Broken.msg"),
+        ("Nothing a\n", "there is no ROS 2 type own_msgs/msg/Nothing"),
+    ],
+)
+def test_a_definition_that_cannot_be_read_is_an_error_of_the_rule(run, tmp_path, text, message):
+    package = tmp_path / "own_msgs"
+    (package / "msg").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>own_msgs</name></package>")
+    (package / "msg" / "Broken.msg").write_text(text)
+    rules = '(defrule wrong => (ros-msgs-create-message "own_msgs/msg/Broken"))'
+    result, errors = run(
+        FILES, f"{rules} (defrule right (time ?) => (printout t right crlf))", ros2cx=package
+    )
+    assert any(message in error for error in errors)
+    assert (result.status, result.firings) == (1, 21)
+
+
+def test_a_message_of_another_definition_does_not_come(run):
+    def peer(node):
+        publisher = node.publisher("/talk", "std_msgs/msg/Int32")
+        return lambda _seconds: publisher.publish({"data": 1})
+
+    rules = '(defrule listen => (ros-msgs-create-subscription "/talk" "std_msgs/msg/String"))'
+    result, errors = run(
+        FILES, f"{rules} (defrule came (ros-msgs-message) => (printout error came crlf))", peer=peer
+    )
+    assert (result.status, errors) == (0, [])
+
+
+@needs_cx
+def test_a_plugin_that_rules_use_can_be_unloaded(run):
+    """The rule that calls its function is an error each time that it fires; the node goes on."""
+
+    def peer(node):
+        client = node.client("/clips_manager/unload_plugin", "cx_msgs/srv/UnloadClipsPlugin")
+        left = [{"env_name": "one", "plugin_name": "m"}]
+
+        def step(seconds):
+            if left and seconds > 0.5:
+                client.call(left.pop(), lambda _response: None)
+
+        return step
+
+    program = '(defrule use (time ?) => (ros-msgs-destroy-publisher "x") (printout t used crlf))'
+    result, errors = run(FILES, program, peer=peer, ros2cx=CX_DIR)
+    assert any("the plug-in 'm' was unloaded from the environment 'one'" in error for error in errors)
+    assert (result.status, result.loops) == (1, 11)
+
+
+STATES = {
+    "unknown": ("", ""),
+    "accepted": ("waits", ""),
+    "executing": ("runs", ""),
+    "canceling": ("runs", "cancel"),
+    "ended": ("ends", ""),
+}
+"""What a server does with a goal, and what the client asks for, before the server is gone."""
+
+
+class Server(GoalHandler):
+    """Serves Fibonacci until it leaves, three tenths of a second after a goal has come."""
+
+    def __init__(self, node, clock, does):
+        self.node, self.does, self.at = node, does, None
+        self.server = GoalServer(node, "/count", FIBONACCI, self, clock)
+
+    def respond(self, served):
+        return GoalResponse.ACCEPT_AND_DEFER if self.does == "waits" else GoalResponse.ACCEPT_AND_EXECUTE
+
+    def begin(self, served):
+        self.at = -1.0
+        if self.does == "ends":
+            served.finish(GoalStatus.SUCCEEDED, {"sequence": [1]})
+
+    def step(self, seconds):
+        if self.at is not None and self.at < 0:
+            self.at = seconds
+        if self.node is not None and (not self.does or (self.at and seconds > self.at + 0.3)):
+            self.node.close()
+            self.node = None
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_a_server_that_is_gone_in_a_state_of_a_goal_stops_nothing(run, state):
+    does, asks = STATES[state]
+    program = f"""
+(defrule begin => (ros-msgs-create-action-client "/count" "{FIBONACCI}")
+  (ros-msgs-async-send-goal (ros-msgs-create-goal-request "{FIBONACCI}") "/count"))
+(defrule stop (ros-msgs-goal-response (client-goal-handle-ptr ?p)) (test (eq "{asks}" "cancel"))
+  => (ros-msgs-async-cancel-goal "/count" ?p))
+(defrule ended (ros-msgs-wrapped-result (code ?code)) => (printout t "ended " ?code crlf))
+(defrule on (time ?) => (printout t on crlf))
+"""
+    result, errors = run(FILES, program, peer=lambda node: Server(node, node.clock, does).step, seconds=3.0)
+    assert (result.status, errors) == (0, [])
+    assert run.lines.count("on") == 30
+    assert run.lines.count("ended SUCCEEDED") == (does == "ends")
+
+
+@pytest.mark.parametrize("state", ["accepted", "executing", "canceling"])
+def test_a_client_that_is_gone_in_a_state_of_a_goal_stops_nothing(run, state):
+    """The goal goes on to its end: nobody asks for its result."""
+
+    def peer(node):
+        client = ActionClient(node, "/count", FIBONACCI)
+        sent = []
+
+        def step(seconds):
+            if not sent and seconds > 0.3:
+                sent.append(client.send({"order": 3}))
+            elif seconds > 0.6 and sent[-1] is not None:
+                if state == "canceling":
+                    sent[0].cancel()
+                node.close()
+                sent.append(None)
+
+        return step
+
+    accepted = 3 if state == "accepted" else 2
+    program = f"""
+(deffunction example-interfaces-fibonacci-handle-goal-callback (?server ?goal ?id) (return {accepted}))
+(defrule serve => (example-interfaces-fibonacci-create-server "/count"))
+(defrule goal (example-interfaces-fibonacci-accepted-goal (server-goal-handle-ptr ?p)) => (assert (due ?p)))
+(defrule finish ?f <- (due ?p) (time ?t) (test (> ?t 1000000001.5)) => (retract ?f)
+  (bind ?r (example-interfaces-fibonacci-result-create))
+  (example-interfaces-fibonacci-server-goal-handle-succeed ?p ?r) (printout t finished crlf))
+"""
+    text = plugins(
+        "e",
+        "g",
+        "f",
+        e="plugin: 'cx::ExecutivePlugin'",
+        g="plugin: 'cx::CXExampleInterfacesFibonacciPlugin'",
+        f="plugin: 'cx::FileLoadPlugin', load: [AGENT]",
+    )
+    result, errors = run(text, program, peer=peer, seconds=3.0)
+    assert (result.status, errors, run.lines.count("finished")) == (0, [], 1)
+
+
+@pytest.mark.parametrize("recording", ["empty_plugins", "two_envs_no_log"])
+@needs_shared
+def test_parameters_that_end_the_original_run(recording, tmp_path):
+    file = FOLDER / recording / "params.yaml"
+    assert run_scenario(make_options(file, timeout=1.0, log_dir=tmp_path)).status == 0
+    assert {each.stem for each in tmp_path.glob("*.log")} == {"one", "two"}
 
 
 def test_files_that_execute_each_other_end(run, tmp_path):
