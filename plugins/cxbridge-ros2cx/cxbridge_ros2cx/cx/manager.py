@@ -1,4 +1,4 @@
-"""The environments and plug-ins of a node: who is made, loaded, unloaded and destroyed in which order."""
+"""The environments and plug-ins of a node, made, loaded, unloaded and destroyed in the original's order."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class CxManager(EnvironmentManager):
     """The environments of a node, and its plug-ins.
 
-    :param context: the shared state of the plug-ins.
+    :param context: shared by the plug-ins.
     :param logs: the log files of the environments.
     """
 
@@ -40,6 +40,9 @@ class CxManager(EnvironmentManager):
         self._logs = logs
         self.plugins: dict[str, CxPlugin] = {}
         """The plug-ins that were made, by name."""
+        self.takers: tuple[CxPlugin, ...] = ()
+        self.tickers: tuple[CxPlugin, ...] = ()
+        """The plug-ins that take messages, and those that have work in loops."""
         self._loaded: dict[str, list[str]] = {}
         self._reported: set[str] = set()
         self.is_strict = False
@@ -129,14 +132,20 @@ class CxManager(EnvironmentManager):
         return True
 
     def _plugin(self, name: str) -> CxPlugin:
-        """Return a plug-in; it is made on the first request."""
+        """Return a plug-in, made at the first request."""
         if name not in self.plugins:
             class_name = find_class(name, self.context.parameters)
             plugin = load_class(name, class_name, self.context)(name, self.context)
             self.plugin_log.info(f"Created plugin: {name} of type {class_name} on activation")
             plugin.initialize()
             self.plugins[name] = plugin
+            self._sort()
         return self.plugins[name]
+
+    def _sort(self) -> None:
+        made = self.plugins.values()
+        self.takers = tuple(each for each in made if type(each).take is not CxPlugin.take)
+        self.tickers = tuple(each for each in made if type(each).tick is not CxPlugin.tick)
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
         """Return the plug-ins of an environment, in the order in which they were loaded."""
@@ -175,6 +184,7 @@ class CxManager(EnvironmentManager):
         """End all plug-ins; no environment has them any more."""
         for name in reversed(list(self.plugins)):
             plugin = self.plugins.pop(name)
+            self._sort()
             self.attempt(plugin, plugin.finalize)
             self.plugin_log.info(f"[{name}] Deactivated!")
 

@@ -100,7 +100,7 @@ class CxNode(Executive):
         return True
 
     def load_core(self) -> None:
-        """Load the plug-ins of all environments into the first, for tools that look at the agents."""
+        """Load the plug-ins of all environments into the first, for commands that look at agents."""
         loaded: set[str] = set()
         for name in self.names:
             for plugin in self.node.context.parameters.get_strings(f"{name}.plugins"):
@@ -116,11 +116,11 @@ class CxNode(Executive):
         return fired
 
     def loop(self) -> int:
-        """Do due work; returns how many rules fired. While the debugger is stopped none does."""
+        """Run plug-ins that are due; return how many rules fired: none while the debugger is stopped."""
         if self.within_loop:
             return self.debugger.run()
         self._take()
-        for plugin in list(self.node.plugins.values()):
+        for plugin in self.node.tickers:
             self.node.attempt(plugin, plugin.tick)
         if self._services is not None:
             self._services.tick()
@@ -129,9 +129,9 @@ class CxNode(Executive):
         return fired
 
     def _take(self) -> None:
-        """Take messages from other nodes."""
+        """Take messages of other nodes."""
         self.node.context.ros.spin()
-        for plugin in list(self.node.plugins.values()):
+        for plugin in self.node.takers:
             self.node.attempt(plugin, plugin.take)
 
     @property

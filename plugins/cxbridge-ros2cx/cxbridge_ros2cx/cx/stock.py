@@ -185,9 +185,10 @@ class StockEnvironment(ClipsEnvironment):
             done = int(lib.Run(self.env, chunk))
             self.is_firing = self.output.is_firing = False
             fired += done
-            halted = self.api.halted() or self.api.rules_halt()
-            self.api.clear_halt()
-            if halted or done < chunk:
+            if self.api.halted() or self.api.rules_halt():
+                self.api.clear_halt()
+                break
+            if done < chunk:
                 break
             if (why := self.endless.look(done)) and (limit < 0 or before):
                 self.end_for_good(why)

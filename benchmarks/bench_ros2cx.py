@@ -1,0 +1,203 @@
+"""Agents of clips_manager: a cold start, an idle tick, twenty environments, a minute of a turtle, learning.
+
+The start is measured against our smallest scenario, the tick against the same tick in bare clipspy: a time
+fact comes in, a rule retracts it. Seconds are processor time: these machines have other work, too.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import clips
+from clips._clips import ffi, lib
+
+from benchmarks.bench_cold import processor_seconds
+from benchmarks.harness import paired_ratio, report
+from cxbridge.mainloop import Hook
+from cxbridge.run import Run, run_scenario
+from cxbridge.run.program.plain_options import make_options
+from cxbridge_ros2cx.cx.node import CxNode
+
+PAIRS = 9
+BATCH = 500
+ENVIRONMENTS = 20
+TICKS_A_SECOND = 30
+TURTLE_S = 60.0
+STEPS = 2000
+
+HELLO = "(defrule hello => (printout t hello crlf))"
+DRIVER = """
+(deffacts corners (corner 1.0 1.0) (corner 9.0 1.0) (corner 9.0 9.0) (corner 1.0 9.0))
+(defrule begin => (ros-msgs-create-publisher "/cmd_vel" "geometry_msgs/msg/Twist")
+  (ros-msgs-create-subscription "/pose" "geometry_msgs/msg/Pose2D"))
+(defrule drive ?f <- (ros-msgs-message (msg-ptr ?m)) ?c <- (corner ?x ?y)
+  => (bind ?dx (- ?x (ros-msgs-get-field ?m "x"))) (bind ?dy (- ?y (ros-msgs-get-field ?m "y")))
+  (bind ?turn (- (atan2 ?dy ?dx) (ros-msgs-get-field ?m "theta")))
+  (bind ?far (sqrt (+ (* ?dx ?dx) (* ?dy ?dy))))
+  (if (< ?far 0.2) then (retract ?c) (assert (corner ?x ?y)))
+  (bind ?t (ros-msgs-create-message "geometry_msgs/msg/Twist"))
+  (bind ?l (ros-msgs-get-field ?t "linear")) (bind ?a (ros-msgs-get-field ?t "angular"))
+  (ros-msgs-set-field ?l "x" (min 2.0 ?far)) (ros-msgs-set-field ?a "z" (sin ?turn))
+  (ros-msgs-publish ?t "/cmd_vel") (ros-msgs-destroy-message ?t)
+  (ros-msgs-destroy-message ?m) (retract ?f))
+(defrule late (declare (salience -1)) ?f <- (ros-msgs-message (msg-ptr ?m))
+  => (ros-msgs-destroy-message ?m) (retract ?f))
+"""
+
+
+def parameters(folder: Path, program: str, environments: int = 1, rate: int = 10) -> Path:
+    """Write an agent and its parameters; return the file of the parameters."""
+    (folder / "agent.clp").write_text(program)
+    names = [f"e{number}" for number in range(environments)]
+    rows = "".join(f"    {name}: {{plugins: [executive, ros, files]}}\n" for name in names)
+    (folder / "agent.yaml").write_text(
+        f"/**:\n  ros__parameters:\n    environments: [{', '.join(names)}]\n{rows}"
+        f"    executive: {{plugin: 'cx::ExecutivePlugin', refresh_rate: {rate}}}\n"
+        "    ros: {plugin: 'cx::RosMsgsPlugin'}\n"
+        f"    files: {{plugin: 'cx::FileLoadPlugin', load: ['{folder / 'agent.clp'}']}}\n"
+    )
+    return folder / "agent.yaml"
+
+
+def cold(folder: Path) -> None:
+    """Measure hello_world as a process, with our smallest scenario in turn."""
+    root = Path(__file__).resolve().parent.parent
+    hello = root / "plugins/cxbridge-ros2cx/cxbridge_ros2cx/examples/params/hello.yaml"
+    program = [sys.executable, "-m", "cxbridge", "run"]
+    ours = [*program, str(hello), "--timeout", "2"]
+    smallest = [*program, "waypoints"]
+    environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(folder / "bytecode")}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    for each in (ours, smallest):
+        processor_seconds(each, environment)
+    pairs = [
+        (processor_seconds(ours, environment), processor_seconds(smallest, environment)) for _ in range(PAIRS)
+    ]
+    first, second = (statistics.median(seconds) for seconds in zip(*pairs, strict=True))
+    print(f"  {first:.3f} s against {second:.3f} s of processor time (medians of {PAIRS})")
+    report("hello_world cold / our smallest scenario", first / second, limit=1.2)
+
+
+def bare():
+    """Return a function that does one tick in bare clipspy."""
+    environment = clips.Environment()
+    env = environment._env
+    environment.build("(deftemplate time (slot now (type FLOAT)))")
+    environment.build("(defrule retract (declare (salience -10000)) ?f <- (time) => (retract ?f))")
+    builder = lib.CreateFactBuilder(env, b"time")
+
+    def tick(_keeps_alive=environment):
+        value = ffi.new("CLIPSValue *")
+        value.value = lib.CreateFloat(env, time.time())
+        lib.FBPutSlot(builder, b"now", value)
+        lib.FBAssert(builder)
+        lib.RefreshAllAgendas(env)
+        lib.Run(env, -1)
+
+    return tick
+
+
+def idle(folder: Path) -> None:
+    """Measure a tick of an agent that has done its work."""
+    with Run(make_options(parameters(folder, HELLO, rate=TICKS_A_SECOND), timeout=1e9)) as run:
+        run.start()
+        clock, node, period_us = run.clock, run.executive, run.loop.period_us
+
+        def tick():
+            clock.sleep_until(clock.now_us() + period_us)
+            node.loop()
+
+        report("idle tick / bare clipspy", paired_ratio(tick, bare(), BATCH), limit=1.3)
+
+
+def several(folder: Path) -> None:
+    """Measure a second of twenty environments."""
+    file = parameters(folder, HELLO, ENVIRONMENTS, TICKS_A_SECOND)
+    with Run(make_options(file, timeout=1e9)) as run:
+        run.start()
+        clock, node, period_us = run.clock, run.executive, run.loop.period_us
+        begun = time.process_time()
+        for _ in range(TICKS_A_SECOND * 10):
+            clock.sleep_until(clock.now_us() + period_us)
+            node.loop()
+        seconds = (time.process_time() - begun) / 10
+    print(f"  {seconds * 1000:.1f} ms of processor time a second")
+    report(f"a second of {ENVIRONMENTS} environments / a second", seconds, limit=1.0)
+
+
+def turtle(folder: Path) -> None:
+    """Measure a minute in which a turtle drives from corner to corner."""
+    reached = [0]
+
+    def attach(run):
+        assert isinstance(run.executive, CxNode)
+        node = run.executive.node.context.ros.graph.join("turtle")
+        pose, topic = [5.5, 5.5, 0.0], node.publisher("/pose", "geometry_msgs/msg/Pose2D")
+        moving = [0.0, 0.0]
+
+        def command(message):
+            moving[:] = [message["linear"]["x"], message["angular"]["z"]]
+
+        def step():
+            passed = run.loop.period_us / 1e6
+            pose[2] += moving[1] * passed
+            pose[0] += moving[0] * passed * math.cos(pose[2])
+            pose[1] += moving[0] * passed * math.sin(pose[2])
+            reached[0] += 1
+            topic.publish({"x": pose[0], "y": pose[1], "theta": pose[2]})
+
+        node.subscribe("/cmd_vel", "geometry_msgs/msg/Twist", command)
+        run.loop.add(Hook.PRE_LOOP, step)
+
+    begun = time.process_time()
+    result = run_scenario(make_options(parameters(folder, DRIVER), timeout=TURTLE_S), attach=attach)
+    seconds = time.process_time() - begun
+    print(f"  {seconds:.2f} s of processor time, {reached[0]} poses, {result.firings} rules")
+    report(f"{TURTLE_S:g} s of the turtle / 2 s", seconds / 2.0, limit=1.0)
+
+
+def learning(checkout: Path) -> None:
+    """Measure steps of the agent of blocks, with its resets."""
+    import gymnasium
+
+    import cxbridge_ros2cx.rl
+
+    agent = checkout / "extensions/reinforment_learning/cx_rl_bringup/params/rl_agent.yaml"
+    env = gymnasium.make(cxbridge_ros2cx.rl.ID, parameters=agent, ros2cx=checkout).unwrapped
+    chance = random.Random(1)
+    _, info = env.reset()
+    begun = time.process_time()
+    for _ in range(STEPS):
+        action = chance.choice([number for number, can in enumerate(info["action_mask"]) if can])
+        *_, is_over, _, info = env.step(action)
+        if is_over:
+            _, info = env.reset()
+    seconds = time.process_time() - begun
+    env.close()
+    print(f"  {STEPS / seconds:.0f} steps in a second of processor time")
+    report("a step / 1 ms", seconds / STEPS * 1000, limit=1.0)
+
+
+def main() -> None:
+    """Measure and print."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        cold(folder)
+        idle(folder)
+        several(folder)
+        turtle(folder)
+    if "ROS2CX_DIR" in os.environ:
+        learning(Path(os.environ["ROS2CX_DIR"]))
+    else:
+        print("learning is not measured: ROS2CX_DIR names no checkout")
+
+
+if __name__ == "__main__":
+    main()
