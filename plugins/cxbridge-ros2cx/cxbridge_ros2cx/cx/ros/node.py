@@ -41,7 +41,7 @@ class RosNode(Closing):
 
     :param name: the whole name: ``/clips_manager``.
     :param packages: where types are looked for first.
-    :param rights: what other nodes may do.
+    :param rights: the rights of other nodes.
     """
 
     def __init__(
@@ -118,14 +118,14 @@ class RosNode(Closing):
 
     @property
     def has_peers(self) -> bool:
-        """Whether other nodes may reach the node: on a virtual clock those of this process."""
+        """Whether peers may reach the node: on a virtual clock the nodes of this process."""
         if not self._clock.is_virtual:
             return True
         own = {self.name.rpartition("/")[2], _PDDL.strip("/")}
         return "graph" in self.__dict__ and not own.issuperset(self.graph.nodes)
 
     def spin(self) -> None:
-        """Take incoming messages, and on a virtual clock all messages that result at this moment."""
+        """Take messages, and on a virtual clock all messages that follow at this moment."""
         if self._pddl is not None:
             self._pddl.step()
         if "graph" in self.__dict__:

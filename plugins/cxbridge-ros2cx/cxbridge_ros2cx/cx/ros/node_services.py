@@ -1,4 +1,4 @@
-"""The services of the node: for environments and plug-ins, lifecycle, parameters, log."""
+"""The services of the node: for environments and plug-ins, lifecycle, parameters, log, bond."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Fields = Mapping[str, Any]
 class NodeServices(Closing):
     """The services of the node, from its activation on.
 
-    :param work: what its transitions do.
+    :param work: the work of each transition.
     :param state: the state of the node: active, or unconfigured.
     """
 

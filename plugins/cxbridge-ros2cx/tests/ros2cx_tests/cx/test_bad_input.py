@@ -1,4 +1,4 @@
-"""What is wrong is one error with its place; the rest goes on, and nothing hangs."""
+"""Each mistake is one error with its place; the run continues, and nothing hangs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Level, LogLine
 from cxbridge.mainloop import Hook
@@ -22,38 +23,47 @@ from tests.support import CX_DIR, needs_cx, needs_shared
 HEAD = "/**:\n  ros__parameters:\n"
 
 
-@pytest.fixture
-def run(tmp_path):
-    """Run parameters; return the result and the errors that were reported."""
+class Run:
+    """Runs parameters.
 
-    def run(text, program="", *, strict=None, seconds=1.0, ros2cx=None, peer=None):
-        (tmp_path / "agent.clp").write_text(program)
-        file = tmp_path / "params.yaml"
-        file.write_text(HEAD + text.replace("AGENT", str(tmp_path / "agent.clp")))
+    :ivar lines: the lines of the log of the environment ``one``.
+    """
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.lines: list[str] = []
+
+    def __call__(self, text, program="", *, strict=None, seconds=1.0, ros2cx=None, peer=None):
+        """Return the result, and the errors that were reported."""
+        (self.folder / "agent.clp").write_text(program)
+        file = self.folder / "params.yaml"
+        file.write_text(HEAD + text.replace("AGENT", str(self.folder / "agent.clp")))
         errors = []
 
         def console(event):
             if isinstance(event, LogLine) and event.level is Level.ERROR and event.text:
-                errors.append(event.text.replace(str(tmp_path), "T"))
+                errors.append(event.text.replace(str(self.folder), "T"))
 
         def attach(assembly):
             if peer is not None:
                 assert isinstance(assembly.executive, CxNode)
                 node = assembly.executive.node.context.ros.graph.join("peer")
-                node.clock = assembly.clock
                 step, begun_us = peer(node), assembly.clock.now_us()
                 assembly.loop.add(Hook.PRE_LOOP, lambda: step((assembly.clock.now_us() - begun_us) / 1e6))
 
-        logs = tmp_path / "logs"
+        logs = self.folder / "logs"
         options = make_options(file, timeout=seconds, strict=strict, log_dir=logs, ros2cx=ros2cx)
         result = run_scenario(options, console, attach=attach)
         log = logs / "one.log"
-        run.lines = (
+        self.lines = (
             [each.split("[info] ")[-1] for each in log.read_text().splitlines()] if log.is_file() else []
         )
         return result, errors
 
-    return run
+
+@pytest.fixture
+def run(tmp_path):
+    return Run(tmp_path)
 
 
 ONE = "    environments: [one]\n    one: {plugins: [PLUGINS]}\n"
@@ -252,7 +262,7 @@ def test_a_message_of_another_definition_does_not_come(run):
 
 @needs_cx
 def test_a_plugin_that_rules_use_can_be_unloaded(run):
-    """The rule that calls its function is an error each time that it fires; the node goes on."""
+    """The rule that calls its function is an error at each firing; the node continues."""
 
     def peer(node):
         client = node.client("/clips_manager/unload_plugin", "cx_msgs/srv/UnloadClipsPlugin")
@@ -277,15 +287,15 @@ STATES = {
     "canceling": ("runs", "cancel"),
     "ended": ("ends", ""),
 }
-"""What a server does with a goal, and what the client asks for, before the server is gone."""
+"""The server's action on a goal, and the client's request, before the server leaves."""
 
 
 class Server(GoalHandler):
     """Serves Fibonacci until it leaves, three tenths of a second after a goal has come."""
 
-    def __init__(self, node, clock, does):
+    def __init__(self, node, does):
         self.node, self.does, self.at = node, does, None
-        self.server = GoalServer(node, "/count", FIBONACCI, self, clock)
+        self.server = GoalServer(node, "/count", FIBONACCI, self, VirtualClock())
 
     def respond(self, served):
         return GoalResponse.ACCEPT_AND_DEFER if self.does == "waits" else GoalResponse.ACCEPT_AND_EXECUTE
@@ -314,7 +324,7 @@ def test_a_server_that_is_gone_in_a_state_of_a_goal_stops_nothing(run, state):
 (defrule ended (ros-msgs-wrapped-result (code ?code)) => (printout t "ended " ?code crlf))
 (defrule on (time ?) => (printout t on crlf))
 """
-    result, errors = run(FILES, program, peer=lambda node: Server(node, node.clock, does).step, seconds=3.0)
+    result, errors = run(FILES, program, peer=lambda node: Server(node, does).step, seconds=3.0)
     assert (result.status, errors) == (0, [])
     assert run.lines.count("on") == 30
     assert run.lines.count("ended SUCCEEDED") == (does == "ends")
@@ -322,20 +332,21 @@ def test_a_server_that_is_gone_in_a_state_of_a_goal_stops_nothing(run, state):
 
 @pytest.mark.parametrize("state", ["accepted", "executing", "canceling"])
 def test_a_client_that_is_gone_in_a_state_of_a_goal_stops_nothing(run, state):
-    """The goal goes on to its end: nobody asks for its result."""
+    """The goal continues to its end without a request for its result."""
 
     def peer(node):
         client = ActionClient(node, "/count", FIBONACCI)
-        sent = []
+        sent: list[SentGoal] = []
+        left = ["node"]
 
         def step(seconds):
             if not sent and seconds > 0.3:
                 sent.append(client.send({"order": 3}))
-            elif seconds > 0.6 and sent[-1] is not None:
+            elif seconds > 0.6 and left:
                 if state == "canceling":
                     sent[0].cancel()
+                left.pop()
                 node.close()
-                sent.append(None)
 
         return step
 
@@ -380,6 +391,23 @@ def test_an_agent_ends_its_run(run):
     result, errors = run(FILES, "(defrule end (time ?) => (cx-shutdown))")
     assert (result.status, errors) == (0, [])
     assert result.run_seconds < 0.3
+
+
+def test_an_end_without_an_end_is_ended(run):
+    program = "(defrule on ?f <- (executive-finalize) => (retract ?f) (assert (executive-finalize)))"
+    result, errors = run(FILES, program)
+    assert errors == ["10000 rules fired after (executive-finalize): they have no end"]
+    assert result.loops == 11
+
+
+def test_a_request_waits_for_nothing(run):
+    program = (
+        '(defrule ask => (ros-msgs-create-client "never" "std_srvs/srv/SetBool") (printout t "sent "'
+        ' (ros-msgs-async-send-request (ros-msgs-create-request "std_srvs/srv/SetBool") "never") crlf))'
+    )
+    result, errors = run(FILES, program)
+    assert (result.status, errors) == (0, [])
+    assert "sent FALSE" in run.lines
 
 
 def test_rules_without_an_end_are_a_fault(run):

@@ -239,6 +239,19 @@ def test_each_recording_is_in_a_table():
     assert not {*RECORDINGS} & {*NOT_REACHED}
 
 
+def test_numbers_convert(tmp_path):
+    """Where the original takes the bits of another type."""
+    _, logs = run("quirks", tmp_path, RECORDINGS["quirks"])
+    lines = [line.rpartition("] ")[2] for line in logs["quirks"] if re.search(CONVERTED, line)]
+    assert lines == [
+        "RESULT int-in-float64 5.0",
+        "RESULT float-in-float64 5.0",
+        "RESULT int-in-float32 7.0",
+        "RESULT float-in-int32 2",
+        "RESULT ints-in-floats 1.0 2.0",
+    ]
+
+
 @needs_newer_cx
 def test_hash_order_is_that_of_the_recordings(tmp_path):
     several = {name: activated(name) for name in RECORDINGS if len({*activated(name)}) > 1}
