@@ -84,8 +84,9 @@ class EndlessRules:
 
     def end(self) -> None:
         """Trace no more: the run is over."""
-        self._is_tracing = False
-        self._api.trace(None, None)
+        if self._is_tracing:
+            self._is_tracing = False
+            self._api.trace(None, None)
         self._clear(0.0)
 
     def look(self, fired: int) -> str:
