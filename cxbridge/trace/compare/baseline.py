@@ -48,7 +48,7 @@ class BaselineEntry(Struct, forbid_unknown_fields=True, omit_defaults=True, kw_o
 
     @property
     def texts(self) -> dict[str, str]:
-        """What the texts of a difference must match."""
+        """The patterns for the texts of a difference."""
         return {name: text for name in TEXTS if (text := getattr(self, name))}
 
 

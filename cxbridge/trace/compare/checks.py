@@ -25,7 +25,7 @@ class TimeFrom(Enum):
 class Tolerance:
     """How far the times of partners may be apart.
 
-    :param seconds: so many at most.
+    :param seconds: the tolerance.
     """
 
     seconds: float
@@ -33,13 +33,13 @@ class Tolerance:
 
 
 class MessageIds:
-    """Ids of messages count as the distance to others of their stream, whatever came before the run."""
+    """Ids of messages count as the distance to earlier ones of their stream, whatever came before the run."""
 
     def __init__(self) -> None:
         self._offsets: dict[Hashable, tuple[int, int]] = {}
 
     def differ(self, stream: Hashable, one: int, other: int) -> bool:
-        """Whether two ids do not go on as those before them did; 0, no message yet, stays apart."""
+        """Whether two ids do not continue like those before them; 0, no message yet, stays apart."""
         if not one or not other:
             return bool(one or other)
         offset = other - one
@@ -50,12 +50,12 @@ class MessageIds:
         return True
 
     def gap(self, stream: Hashable) -> None:
-        """Note that a run has an event of the stream that the other has not: its ids may go on otherwise."""
+        """Note that only one run has an event of the stream: the ids of the two may differ then."""
         self._offsets.pop(stream, None)
 
 
 class PartnerTimes:
-    """Times of partners, relative to what came before.
+    """Times of partners, relative to earlier times.
 
     :param begin: when both runs began, microseconds; None: with the first partners that are asked for.
     """
@@ -79,7 +79,7 @@ class PartnerTimes:
 
 
 def stream_of(key: Key) -> Hashable:
-    """Return what the ids of messages in events of this key are counted by: a skiller, an interface."""
+    """Return the counter of the message ids in events of this key: a skiller, an interface."""
     if key[0] != "fact":
         return thread_key(key)
     match = _ID.search(key[-1])
@@ -87,5 +87,5 @@ def stream_of(key: Key) -> Hashable:
 
 
 def time_words(late: float) -> str:
-    """Return in words that an event of B is late, or early (less than 0), by so many seconds."""
+    """Return in words that an event of B is late, or early (less than 0), by a number of seconds."""
     return f"another time: {abs(late):.6g} s {'later' if late > 0 else 'earlier'} in B"

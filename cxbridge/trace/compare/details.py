@@ -52,7 +52,7 @@ def with_common_details(runs: Sequence[Run]) -> list[Run]:
 
 
 def _missing(run: Run) -> Missing:
-    """Return what a run does not record: what the first event of each class lacks."""
+    """Return the details that a run does not record: those that the first event of each class lacks."""
     found: dict[type[Event], frozenset[str]] = {}
     for event in run.select(*DETAILED):
         if type(event) not in found:

@@ -155,7 +155,7 @@ class Alignment:
         return AlignedRow(ours, theirs, same)
 
     def _places(self) -> Iterator[tuple[int, int, bool]]:
-        """Yield the indices that are beside each other, and whether they are partners; -1 is a gap."""
+        """Yield the indices that are next to each other, and whether they are partners; -1 is a gap."""
         partners = set(self.pairs)
         next_a = next_b = 0
         for one, other in (*self._beside, self._ends):

@@ -1,4 +1,4 @@
-"""Reads the goals and plans of a run, each with the sequence of its own transitions."""
+"""Reads the goals and plans of a run, each with the sequence of its transitions."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class GoalForest:
         return self.goals.get(key) or self.goals.setdefault(key, Goal(key))
 
     def _goal_transition(self, event: GoalTransition) -> None:
-        """Take a transition of a goal; one that only changes the parent is none of its own."""
+        """Take a transition of a goal; one that only changes the parent does not count."""
         goal = self._goal(event.env, event.goal)
         goal.goal_class = _joined(goal.goal_class, event.goal_class)
         goal.sub_type = _joined(goal.sub_type, event.sub_type)

@@ -31,13 +31,13 @@ Said: TypeAlias = tuple[Key, Names]
 """A key, and the names in it by numbers that are the same for partners."""
 
 MAX_CHANGED: Final = 3
-"""Events that differ in more parts than this are not called changed, but others."""
+"""Events that differ in more parts than this are not called changed, but different."""
 
 DIFFERENT_SCENARIOS: Final = 0.5
 """Runs that share less than this part of their goal classes, rules, skills are of different scenarios."""
 
 MAX_SCOPES: Final = 5
-"""So many classes, rules, skills are named that one run has alone."""
+"""The number of classes, rules, skills of one run alone that are named."""
 
 _PLACEHOLDER: Final = re.compile(r"(?:gen|uuid|fact)#")
 _ENDED: Final = ("S_FINAL", "S_FAILED")
@@ -46,12 +46,12 @@ _IDLE: Final = "S_INACTIVE"
 
 @dataclass(frozen=True)
 class KeyForm:
-    """What the key of a kind of event is made of.
+    """The parts of the key of a kind of event.
 
     :param kind: the first part of the key.
     :param parts: the other parts: what each is in words, and the attribute of the event that it is.
-    :param thread: so many parts, the kind included, say what the event is a step of: a goal, a plan.
-    :param subject: what the event is about, in words, with the event as ``{0}``.
+    :param thread: the number of parts, the kind included, that name the thread of the event: a goal, a plan.
+    :param subject: the subject of the event, in words, with the event as ``{0}``.
     :param scope: what tells scenarios apart, in words, and the number of the part that is it.
     :param named: the attributes with names that differ from run to run.
     :param details: the last parts, likewise; they may hold fact indices and absolute times, too.
@@ -146,7 +146,7 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
 _BY_KIND: Final = {form.kind: form for form in FORMS.values()}
 
 _SUBJECTS: Final = {form.kind: len(event_type.KIND.subject) + 1 for event_type, form in FORMS.items()}
-"""So many parts of a key, the kind included, name what the event is about."""
+"""The number of parts of a key, the kind included, that name the subject of the event."""
 
 
 class Token(NamedTuple):
@@ -154,7 +154,8 @@ class Token(NamedTuple):
 
     :param names: the names in the parts of the key, in their order.
     :param thread_names: how many of them are in the parts that name the thread.
-    :param msgid: the id of a message, counts as the distance to others of its thread; None: it has none.
+    :param msgid: the id of a message, counts as the distance to earlier ones of its thread; None: it has
+        none.
     :param number: the event's number among those that are compared, from 0.
     """
 
@@ -167,7 +168,7 @@ class Token(NamedTuple):
 
     @property
     def thread(self) -> tuple[Key, Names]:
-        """What the event is a step of: one goal, plan or skiller of the run."""
+        """The thread of the event: one goal, plan or skiller of the run."""
         return thread_key(self.key), self.names[: self.thread_names]
 
 
@@ -245,7 +246,7 @@ class _KeyMaker:
 class SkillerBacklog:
     """Shows the states of skillers as if none had worked before the run.
 
-    A skiller that was used says at first how the skill of somebody else ended, also after control is
+    A skiller that was used before first shows the end of the last skill, also after control is
     acquired, until it runs a skill. That is taken for the idle state of a fresh one; said again, for nothing.
     """
 
@@ -267,7 +268,7 @@ class SkillerBacklog:
 
 
 def thread_key(key: Key) -> Key:
-    """Return the parts of a key that say what the event is a step of; with the names in them it is one."""
+    """Return the parts of a key that name the thread of the event; with the names in them it is one."""
     return key[: _BY_KIND[key[0]].thread]
 
 

@@ -34,7 +34,7 @@ class DifferenceKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """What one of the two runs has at a difference.
+    """The event of one of the two runs at a difference.
 
     :param position: the number, among the events that are compared, from 0, of the event at the difference,
         or of the last one before it when something is missing; None when there is none either.
@@ -70,7 +70,7 @@ class Difference:
     def position(self) -> int:
         """Where it comes first, on either side: differences are sorted by it.
 
-        What one run has alone comes up where that run has it.
+        The surplus of one run comes up where that run has it.
         """
         if self.kind in {DifferenceKind.ONLY_A, DifferenceKind.ONLY_B}:
             side = self.a if self.kind is DifferenceKind.ONLY_A else self.b
@@ -103,7 +103,7 @@ class EventLine:
 
 @dataclass(frozen=True, slots=True)
 class GoalAtDifference:
-    """A goal as it is at the difference.
+    """A goal at the difference.
 
     :param depth: how many goals are above it.
     """
@@ -141,7 +141,7 @@ class DifferenceContext:
 class AlignedRow:
     """Two events next to each other: partners, or one that has none.
 
-    :param same: whether both are there and the same.
+    :param same: whether both exist and are equal.
     """
 
     a: EventLine | None
@@ -159,8 +159,8 @@ class Comparison:
     :param dropped: how many more differences there are than are kept.
     :param accepted: differences that a baseline lists.
     :param rows: both runs next to each other around the first difference; may be empty.
-    :param alike: which part of the events has a partner, from 0 to 1; None when nobody counted.
-    :param hints: what else a person should know about the difference.
+    :param alike: the part of the events that have a partner, from 0 to 1; None when it was not counted.
+    :param hints: hints for a person about the difference.
     """
 
     view: View
@@ -188,7 +188,7 @@ class Comparison:
 
     @property
     def same(self) -> bool:
-        """Whether the runs are the same, except for what is accepted."""
+        """Whether the runs are the same, except for accepted differences."""
         return not self.differences and not self.dropped
 
     @property
@@ -198,7 +198,7 @@ class Comparison:
 
 
 def ends_early(differences: Sequence[Difference], count_a: int, count_b: int) -> list[str]:
-    """Return a hint when one run has all that the other has up to its end, and the other goes on."""
+    """Return a hint when one run has all events of the other up to its end, and the other continues."""
     for kind, count, short, long in (
         (DifferenceKind.ONLY_A, count_b, "B", "A"),
         (DifferenceKind.ONLY_B, count_a, "A", "B"),

@@ -1,6 +1,6 @@
 """The names that differ from run to run, and what stands for them in a comparison.
 
-Ids made by ``gensym*`` (``gen12``), UUIDs, fact indices and absolute times say nothing of what a run did.
+Ids made by ``gensym*`` (``gen12``), UUIDs, fact indices and absolute times do not describe a run.
 docs/comparing.md, section "Names", has the rules.
 """
 
@@ -29,7 +29,7 @@ MSGID: Final = "msgid"
 """The field, and the slot, with the id of the message that a writer took last."""
 
 MAX_CACHED: Final = 50_000
-"""So many texts are remembered with their names; then all are forgotten."""
+"""The number of texts that are remembered with their names; then all are forgotten."""
 
 Names: TypeAlias = tuple[int, ...]
 """The names in a text, in their order, each as a number: the how-manieth name of the run it is."""
@@ -66,7 +66,7 @@ def without_times(text: str) -> str:
 def without_times_of_day(text: str, now_us: int) -> str:
     """Return ``text`` with one name for all times of a log without dates: seconds since midnight.
 
-    :param now_us: what the run's clock shows; text of a run with dates stays as it is.
+    :param now_us: the run's clock; the text of a run with dates is not changed.
     """
     if now_us >= _DATED_US or _PAIR.search(text) is None:
         return text

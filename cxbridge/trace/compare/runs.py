@@ -25,10 +25,10 @@ def compare_runs(
     selection: Selection | None = None,
     tolerance: Tolerance | None = None,
 ) -> Comparison:
-    """Compare a run with others; it is the same when it is the same as each of them.
+    """Compare a run with several runs; it is the same when it is the same as each of them.
 
     :param others: at least one.
-    :param selection: what of the events counts; None: all.
+    :param selection: the events that count; None: all.
     :param tolerance: how far the times of partners may be apart; None: times do not count.
     :raises TraceError: when a run cannot be read, or was not recorded at this level.
     """

@@ -66,7 +66,7 @@ class EventPattern:
 def parse_pattern(text: str) -> EventPattern:
     """Read ``KIND[.FIELD][:GLOB]`` or ``KIND[.FIELD]:NAME=GLOB[,NAME=GLOB...]``.
 
-    :raises TraceError: when it is neither, or names what is not there.
+    :raises TraceError: when it is neither, or has unknown names.
     """
     head, _, rest = text.partition(":")
     kind, _, field = head.partition(".")
@@ -105,7 +105,7 @@ def _hint(known: Mapping[str, str]) -> str:
 
 
 class Selection:
-    """What is compared; the same for all runs. Remembers which patterns met anything.
+    """The selected events; the same for all runs. Remembers which patterns matched.
 
     :param only: events that match none of these do not count; empty: all count.
     :param ignore: events, or fields of events, that match one of these do not count.
@@ -127,7 +127,7 @@ class Selection:
         return bool(self.only or self.ignore)
 
     def check(self, view: View) -> None:
-        """Refuse ``--only`` of what is not compared at this level: nothing would be left.
+        """Refuse ``--only`` with an event that this level does not compare: nothing would be left.
 
         :raises TraceError: when no pattern is of a kind that is compared.
         """
@@ -208,7 +208,7 @@ class _SelectionReader:
         return values
 
     def _unless_said(self, event: Event) -> Event | None:
-        """Return the event, None when it says what the one before it of its subject did."""
+        """Return the event, None when it repeats the last one of its subject."""
         if not event.KIND.subject:
             return event
         subject = event.KIND.name, *(getattr(event, field) for field in event.KIND.subject)
@@ -220,7 +220,7 @@ class _SelectionReader:
 
 
 def _chosen_fields(event: Event, chosen: Sequence[EventPattern]) -> Event:
-    """Return an interface write with the fields that were chosen; any other event as it is."""
+    """Return an interface write with the chosen fields; any other event unchanged."""
     if not isinstance(event, InterfaceWrite) or any(not pattern.field for pattern in chosen):
         return event
     globs = [re.compile(translate(pattern.field)) for pattern in chosen]

@@ -45,7 +45,7 @@ def report(run: Run, title: str = "") -> str:
     else:
         data = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
     name = title or run.path.name or "run"
-    links = guessed_links(run)  # reads the run: its notes are there then
+    links = guessed_links(run)  # reads the run, which makes its notes
     return page_with(name, data, {"name": name, "links": links, "notes": run.notes})
 
 

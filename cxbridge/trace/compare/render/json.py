@@ -18,7 +18,7 @@ def plain_report(
 ) -> dict[str, Any]:
     """Return the outcome as values that JSON knows; numbers of events count from 1.
 
-    :param options: how it was compared, printed as it is.
+    :param options: the options of the comparison, printed unchanged.
     :param unused: entries of the baseline that no difference met.
     """
     comparison = report.comparison

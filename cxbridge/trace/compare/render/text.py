@@ -34,7 +34,7 @@ NOUNS: Final = {
     "facts": "fact changes",
     "blackboard": "interface writes",
 }
-"""What the events of a level are called."""
+"""The noun for the events of a level."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class ComparisonReport:
 def make_report(
     comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
 ) -> ComparisonReport:
-    """Gather what a comparison says; the runs are read again for what led to the first difference."""
+    """Gather the results of a comparison; the runs are read again for the causes of the first difference."""
     b = others[comparison.other]
     first = comparison.differences[0] if comparison.differences else None
     contexts = [
@@ -142,7 +142,7 @@ def title(difference: Difference) -> str:
 
 
 def _side(side: Side) -> str:
-    """Return what one run has, with the number of the event."""
+    """Return the event of one run, with its number."""
     text = short(side.text)
     return text if side.number is None else f"[{side.number}] {text}"
 

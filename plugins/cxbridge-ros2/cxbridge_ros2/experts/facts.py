@@ -34,7 +34,7 @@ from cxbridge.executive.problem.facts import (
 from cxbridge_ros2.experts.knowledge import Knowledge
 
 UNNAMED: Final = "domain"
-"""What a domain is called that nobody has parsed."""
+"""The name of a domain before any is parsed."""
 
 _REQUIREMENTS: Final = ("strips", "typing", "negative-preconditions")
 _GOAL: Final = "problem-goal"
@@ -46,7 +46,7 @@ class FactKnowledge(Knowledge):
     """Keeps it as facts.
 
     :param env: the environment, whose lock must be held.
-    :param numbers: the numbers of goals, so that each has an id of its own.
+    :param numbers: the numbers of goals, so that each has a unique id.
     """
 
     def __init__(self, env: ClipsEnvironment, numbers: Iterator[int]) -> None:
@@ -82,11 +82,11 @@ class FactKnowledge(Knowledge):
         self._assert(PREDICATE, slots_of(ground))
 
     def put_function(self, ground: Ground, value: float) -> None:
-        """Assert the value of a function, in place of what it was."""
+        """Assert the value of a function, in place of the old value."""
         put_number(self._env, ground, value)
 
     def put_goal(self, formula: str) -> None:
-        """Assert a goal, in place of the others."""
+        """Assert a goal, in place of the present ones."""
         self._retract(_GOAL, lambda _slots: True)
         if formula:
             self._assert(_GOAL, {"id": Symbol(f"{_GOAL}-{next(self._numbers)}"), "formula": formula})

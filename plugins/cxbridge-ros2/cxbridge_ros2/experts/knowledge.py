@@ -1,4 +1,4 @@
-"""What is known of a problem, and what may become known: the rules of PlanSys2's problem expert.
+"""The knowledge about a problem, and its changes: the rules of PlanSys2's problem expert.
 
 Where it is kept is another matter: in memory, or as facts of an environment. Source: PlanSys2's ProblemExpert
 and its node.
@@ -60,7 +60,7 @@ class Knowledge(ABC):
     @property
     @abstractmethod
     def predicates(self) -> Sequence[Ground]:
-        """What is true."""
+        """The true predicates."""
 
     @property
     @abstractmethod
@@ -74,11 +74,11 @@ class Knowledge(ABC):
 
     @abstractmethod
     def put_instance(self, name: str, kind: str) -> None:
-        """Note an instance that is not there."""
+        """Add a new instance."""
 
     @abstractmethod
     def put_predicate(self, ground: Ground) -> None:
-        """Note what is true, and was not."""
+        """Add a new predicate."""
 
     @abstractmethod
     def put_function(self, ground: Ground, value: float) -> None:
@@ -86,7 +86,7 @@ class Knowledge(ABC):
 
     @abstractmethod
     def put_goal(self, formula: str) -> None:
-        """Want something, in place of what was wanted; empty: nothing."""
+        """Set the goal; empty: none."""
 
     @abstractmethod
     def drop_instance(self, name: str) -> None:
@@ -94,7 +94,7 @@ class Knowledge(ABC):
 
     @abstractmethod
     def drop_predicate(self, ground: Ground) -> None:
-        """Forget what is true."""
+        """Remove a predicate."""
 
     @abstractmethod
     def drop_function(self, ground: Ground) -> None:
@@ -115,7 +115,7 @@ class MemoryKnowledge(Knowledge):
         self.instances[name] = kind
 
     def put_predicate(self, ground: Ground) -> None:
-        """Note what is true."""
+        """Add a predicate."""
         self.predicates.append(ground)
 
     def put_function(self, ground: Ground, value: float) -> None:
@@ -131,7 +131,7 @@ class MemoryKnowledge(Knowledge):
         del self.instances[name]
 
     def drop_predicate(self, ground: Ground) -> None:
-        """Forget what is true."""
+        """Remove a predicate."""
         self.predicates.remove(ground)
 
     def drop_function(self, ground: Ground) -> None:
@@ -140,9 +140,9 @@ class MemoryKnowledge(Knowledge):
 
 
 class ProblemExpert:
-    """Lets knowledge become only what the domain has words for.
+    """Restricts knowledge to the names of the domain.
 
-    :param knowledge: what is known.
+    :param knowledge: the knowledge to change.
     :param domain_of: returns the domain; None: there is none, and any type and predicate is taken.
     """
 
@@ -171,9 +171,9 @@ class ProblemExpert:
     # ---- instances
 
     def add_instance(self, name: str, kind: str) -> None:
-        """Add an instance; one that is there with this type stays.
+        """Add an instance; an existing one of this type stays.
 
-        :raises PddlError: when it is there with another type, or there is no such type.
+        :raises PddlError: when it exists with another type, or there is no such type.
         """
         if _NAME.fullmatch(name) is None:
             raise PddlError(f"'{name}' is no name")
@@ -187,7 +187,7 @@ class ProblemExpert:
             self.knowledge.put_instance(name, kind)
 
     def remove_instance(self, name: str) -> None:
-        """Remove an instance, and what is said or wanted of it.
+        """Remove an instance, with its predicates and its part of the goal.
 
         :raises PddlError: when there is none of that name.
         """
@@ -251,7 +251,7 @@ class ProblemExpert:
     def check(self, formula: Formula) -> None:
         """Check that the domain has words for a formula, and its constants are instances.
 
-        :raises PddlError: for the first thing that makes no sense.
+        :raises PddlError: for the first mistake.
         """
         domain = self._domain_of()
         if domain is not None:
@@ -266,7 +266,7 @@ class ProblemExpert:
     def goal(self) -> Formula | None:
         """The goal; None when there is none.
 
-        :raises PddlError: when rules have set one that makes no sense.
+        :raises PddlError: when rules have set an invalid goal.
         """
         return parse_formula(self.knowledge.goal) if self.knowledge.goal else None
 
@@ -295,7 +295,7 @@ class ProblemExpert:
     def problem(self) -> Problem:
         """Return it all as a problem.
 
-        :raises PddlError: when rules have made something of it that makes no sense.
+        :raises PddlError: when rules have made the knowledge invalid.
         """
         domain, knowledge = self.domain, self.knowledge
         predicates = {each.name for each in domain.predicates}
@@ -309,9 +309,9 @@ class ProblemExpert:
         return found.changed(name="problem_1")
 
     def add_problem(self, text: str) -> None:
-        """Add what a problem says; its goal comes in place of the present one.
+        """Add the contents of a problem; its goal replaces the present one.
 
-        :raises PddlError: when it is none of the domain, or an instance is there with another type; nothing
+        :raises PddlError: when it is none of the domain, or an instance exists with another type; nothing
             is added then.
         """
         problem = parse_problem(text, self.domain, warn=_refuse)
@@ -366,7 +366,7 @@ def _comparison(ground: Ground) -> TermComparison:
 
 
 def _without(goal: str, name: str) -> str:
-    """Return what is left of a goal when nothing is wanted of an instance any more."""
+    """Return the rest of a goal without the parts about an instance."""
     formula = parse_formula(goal)
     parts = formula.parts if isinstance(formula, And) else (formula,)
     left = tuple(part for part in parts if name not in words_of(format_formula(part)))

@@ -118,7 +118,7 @@ class Construct:
 
     @cached_property
     def facts(self) -> tuple[FactUse, ...]:
-        """The facts that it makes, as far as they are literal."""
+        """The facts that it makes, if they are literal."""
         made: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
         for action in self.actions:
             made += (fact for node in action.walk() if node.head == "assert" for fact in node.arguments)

@@ -59,7 +59,7 @@ def _rule(moment: StoppedEnvironment) -> Iterator[CallFrame]:
 
 
 def _works_for(moment: StoppedEnvironment) -> Iterator[CallFrame]:
-    """Yield the frames of the plan-action, the goal and its parents, as far as they are clear."""
+    """Yield the frames of the plan-action, the goal and its parents, if they are clear."""
     goals = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
     action, goal = _about(moment)
     if action is not None:

@@ -139,7 +139,7 @@ def _global(known: AgentDefinitions, mention: Mention) -> _What | None:
 
 
 def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
-    """Yield what the check finds in a domain, or in a problem with the domain beside it."""
+    """Yield the findings of the check in a domain, or in a problem with its domain."""
     as_fawkes = session.knowledge.reads_as_fawkes
     for finding in findings_of(Path(file.path), file.text, fawkes_compat=as_fawkes):
         place = finding.place

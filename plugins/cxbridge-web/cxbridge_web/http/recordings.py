@@ -96,7 +96,7 @@ def _name(path: Path) -> str:
 
 
 def is_mcap(path: Path) -> bool:
-    """Return whether the page can read a file as it is."""
+    """Return whether the page can read a file without a conversion."""
     if not path.is_file():
         return False
     with path.open("rb") as file:

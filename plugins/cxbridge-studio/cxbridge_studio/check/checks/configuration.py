@@ -18,8 +18,8 @@ from cxbridge_studio.check.keys import KeyCheck, parts_of, prefixes
 STRANGE: Final = Code(
     "CX111",
     Severity.WARNING,
-    "a configuration value is not what it seems",
-    "YAML reads some words as something else, two files disagree, or nobody reads this key of an entry. "
+    "a misleading configuration value",
+    "YAML reads some words as something else, two files disagree, or this key is never read of an entry. "
     "Nothing says so at run time.",
 )
 NO_TIME: Final = Code(
@@ -40,7 +40,7 @@ TIME: Final = Code(
 UNKNOWN_KEY: Final = Code(
     "CX114",
     Severity.WARNING,
-    "nobody reads this key",
+    "this key is never read",
     "The program reads no key of this name in this place, and no CLIPS file of the agent names it. "
     "Often it is misspelt, or a level too high or too low.",
 )

@@ -24,7 +24,7 @@ RULE: Final = Code(
 FACT: Final = Code(
     "CX502",
     Severity.WARNING,
-    "a fact that nobody matches",
+    "a fact that no rule matches",
     "Rules make facts of this template, and no pattern or query of any file reads them.",
 )
 NOT_FORMULATED: Final = Code(

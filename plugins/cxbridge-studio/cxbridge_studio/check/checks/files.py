@@ -14,7 +14,7 @@ from cxbridge_studio.check.findings import Code, Finding, Severity
 MISSING: Final = Code(
     "CX102",
     Severity.ERROR,
-    "a file is not there",
+    "a file is missing",
     "The spec, or a CLIPS file, loads a file that none of the folders has, or that you may not read. The "
     "executive goes on without it: the rules in it do not exist, and goals wait forever.",
 )

@@ -49,7 +49,7 @@ TYPE: Final = Code(
 NOT_EXECUTED: Final = Code(
     "CX404",
     Severity.WARNING,
-    "an action that nobody executes",
+    "an action without an executor",
     "A plan has the action, the action mapping has no entry for it, and no rule waits for it: the plan waits "
     "forever.",
 )
@@ -57,7 +57,7 @@ NOT_EXECUTED: Final = Code(
 FORMULA: Final = Code(
     "CX309",
     Severity.WARNING,
-    "a planner's goal names what the domain lacks",
+    "a planner's goal names something unknown",
     "The formula of a planner's call names a predicate, or an object, that neither the domain nor a rule "
     "declares: the planner finds no plan.",
 )
