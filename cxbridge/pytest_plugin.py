@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _BENCH: pytest.StashKey[Bench] = pytest.StashKey()
 _FAILED: pytest.StashKey[bool] = pytest.StashKey()
 _SCRIPTED = "scripted"
+Paths = str | Path | tuple[str | Path, ...]
+"""One path, or several."""
 _LIBRARY = re.compile(r"cxbridge(_\w+)?(\.|$)")
 """The names of modules of cxbridge and its plug-ins."""
 
@@ -54,12 +56,12 @@ class Bench:
         skiller: str = _SCRIPTED,
         strict: bool = True,
         patience: float | None = None,
-        clips_dirs: tuple[str | Path, ...] = (),
-        interface_dirs: tuple[str | Path, ...] = (),
-        skill_dirs: tuple[str | Path, ...] = (),
-        config: str | Path | tuple[str | Path, ...] = (),
+        clips_dirs: Paths = (),
+        interface_dirs: Paths = (),
+        skill_dirs: Paths = (),
+        config: Paths = (),
         fawkes_dir: str | Path | None = None,
-        overlays: tuple[str | Path, ...] = (),
+        overlays: Paths = (),
         **options: Any,
     ) -> AgentRun:
         """Make a run of a scenario and load its agent.
@@ -73,7 +75,7 @@ class Bench:
         """
         # not before a test asks for it: pytest loads this plug-in for each project on the machine
         from cxbridge.run.options import RunOptions  # noqa: PLC0415
-        from cxbridge.run.program.plain_options import more_options  # noqa: PLC0415
+        from cxbridge.run.program.plain_options import more_options, paths_of  # noqa: PLC0415
         from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
         from cxbridge.testing.golden import GoldenFiles, file_name  # noqa: PLC0415
 
@@ -85,12 +87,12 @@ class Bench:
         given = RunOptions(
             scenario=None if scenario is None else self.find(scenario),
             skiller="none" if skiller == _SCRIPTED else skiller,
-            clips_dirs=tuple(map(self.find, clips_dirs)),
-            interface_dirs=tuple(map(self.find, interface_dirs)),
-            skill_dirs=tuple(map(self.find, skill_dirs)),
-            config=tuple(map(self.find, (config,) if isinstance(config, str | Path) else config)),
+            clips_dirs=paths_of("clips_dirs", clips_dirs, self.find),
+            interface_dirs=paths_of("interface_dirs", interface_dirs, self.find),
+            skill_dirs=paths_of("skill_dirs", skill_dirs, self.find),
+            config=paths_of("config", config, self.find),
             fawkes_dir=None if fawkes_dir is None else self.find(fawkes_dir),
-            overlays=tuple(map(self.find, overlays)),
+            overlays=paths_of("overlays", overlays, self.find),
             more=more,
             trace=trace,
             trace_level="facts" if trace is not None else "rules",
@@ -140,7 +142,7 @@ class Bench:
 
 
 def _benches(request: pytest.FixtureRequest, test: str) -> Iterator[Bench]:
-    """Yield what makes runs, and close them afterwards."""
+    """Yield a bench that makes runs, and close the runs afterwards."""
     config = request.config
     artifacts = config.getoption("--cx-artifacts")
     bench = Bench(

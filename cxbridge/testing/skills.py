@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import Any, Final, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS, Clock
-from cxbridge.skiller.simulation.deciders import Decider, Effect, Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Effect, Outcome
 from cxbridge.skiller.simulation.estimators import as_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.suggestions import nearest
 
-FOREVER = 1e9
-"""Seconds that a skill which hangs would take: three decades."""
-
 _PATTERN: Final = re.compile(r"[*?[]")
+_MOST_SHOWN: Final = 3  # different calls, in a complaint
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +34,13 @@ class Call:
     name: str
     args: dict[str | int, Any]
     skiller: str
+
+    def __str__(self) -> str:
+        """Return the skill with its arguments, as Python would call it."""
+        args = (
+            repr(value) if isinstance(key, int) else f"{key}={value!r}" for key, value in self.args.items()
+        )
+        return f"{self.name}({', '.join(args)})"
 
 
 class SkillAnswer(Protocol):
@@ -115,9 +120,10 @@ class SkillRule:
         """Return it as a test wrote it."""
         return f"run.skills({', '.join([repr(self.name), *(f'{k}={v!r}' for k, v in self.args.items())])})"
 
-    def complaint(self, known: Collection[str]) -> str:
+    def complaint(self, known: Collection[str], calls: Iterable[Call] = ()) -> str:
         """Return the mistake at the end of the run: no call came; empty when there is none.
 
+        :param calls: those of the run.
         :param known: the names of the skills that were called, or that actions are mapped to.
         """
         if self.calls or self._optional:
@@ -128,7 +134,9 @@ class SkillRule:
             hint = f"; did you mean '{near[0]}'?" if near else others
             is_typo = self._scripted or (known and not _PATTERN.search(self.name))
             return f"{self} has met no call, there is no skill '{self.name}'{hint}" if is_typo else ""
-        return f"{self} has met no call; say .optional() if it need not" if self._scripted else ""
+        had = dict.fromkeys(str(call) for call in calls if fnmatchcase(call.name, self.name))
+        seen = f", calls were {', '.join(list(had)[:_MOST_SHOWN])}" if had else ""
+        return f"{self} has met no call{seen}; say .optional() if it need not" if self._scripted else ""
 
     @property
     def says_something(self) -> bool:
@@ -190,7 +198,7 @@ class SkillScript:
         :param mapped: the names of the skills that actions are mapped to.
         """
         known = {*mapped, *(call.name for call in self.calls)}
-        return [text for rule in self._rules if (text := rule.complaint(known))]
+        return [text for rule in self._rules if (text := rule.complaint(known, self.calls))]
 
     def begin(self, skiller: str, call: SkillStringCall) -> Outcome | None:
         """Note that a call begins; return how it ends, None when nothing is said of it."""

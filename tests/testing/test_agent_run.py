@@ -63,6 +63,21 @@ def test_a_skill_that_hangs_fails_the_test_in_time_of_the_run(cx, mini):
     assert 100 <= run.seconds < 100.1
 
 
+def test_the_log_says_that_a_skill_does_not_end(cx, mini):
+    run = cx.run(mini)
+    run.skills("work").hangs()
+    run.until(lambda: run.skills("work").calls)
+    assert [line.text for line in run.log if "Executing" in line.text] == [
+        """Executing 'work{what="hello"}', which does not end by itself"""
+    ]
+
+
+@pytest.mark.parametrize("option", ["config", "clips_dirs", "interface_dirs", "skill_dirs", "overlays"])
+def test_values_in_place_of_paths_are_refused(cx, mini, option):
+    with pytest.raises(CxbridgeError, match=f"'{option}' wants the paths of files or folders, not {{'a/b'"):
+        cx.run(mini, **{option: {"a/b": 1}})
+
+
 def test_until_ends_with_its_condition(cx, mini):
     run = cx.run(mini)
     run.until(lambda: run.goals("MINI") and run.goal("MINI").mode == "DISPATCHED")

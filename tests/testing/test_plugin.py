@@ -143,7 +143,7 @@ def test_optional(cx):
         [
             "run.skills('wrok') has met no call, there is no skill 'wrok'; did you mean 'work'[?]",
             "run.skills('wrok') has met no call, there is no skill 'wrok'; did you mean 'work'[?]",
-            "run.skills('work', what='nothing') has met no call; say .optional() if it need not",
+            "run.skills('work', what='nothing') has met no call, calls were work(what='hello'); say *",
         ]
     )
     found.stdout.no_fnmatch_line("*pytest_plugin.py*")

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from cxbridge.clock import VirtualClock
-from cxbridge.skiller.simulation.deciders import Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER, Outcome
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
-from cxbridge.testing.skills import FOREVER, SkillScript
+from cxbridge.testing.skills import SkillScript
 
 
 @pytest.fixture
@@ -99,6 +99,15 @@ def test_calls_are_known_to_what_is_named_before_and_after_them(skills):
     assert [call.name for call in before.calls] == ["pick"]
     assert [call.name for call in skills("pick", thing="cup").calls] == ["pick"]
     assert [call.name for call in skills("*").calls] == ["pick", "place"]
+
+
+def test_a_complaint_names_the_arguments_of_the_calls(skills):
+    skills("goto", location="hall").succeeds()
+    outcome(skills, "goto", place="hall")
+    skills.begin("robot1", SkillStringCall("goto", {1: "lab", "speed": 2}))
+    outcome(skills, "pick", thing="cup")
+    (complaint,) = skills.complaints()
+    assert " has met no call, calls were goto(place='hall'), goto('lab', speed=2); say " in complaint
 
 
 def test_times_below_one_are_refused(skills):

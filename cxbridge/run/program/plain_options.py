@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import types
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
@@ -12,7 +12,7 @@ from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 
-_PATHS = ("clips_dirs", "interface_dirs", "skill_dirs", "replay")
+_PATHS = ("config", "clips_dirs", "interface_dirs", "skill_dirs", "overlays", "replay")
 """Options that are several paths."""
 
 _CAPITAL: Final = re.compile(r"[A-Z]")
@@ -44,6 +44,24 @@ def more_options(given: dict[str, Any], find: Callable[[str | Path], Path] = Pat
             )
 
 
+def paths_of(name: str, given: object, find: Callable[[str | Path], Path] = Path) -> tuple[Path, ...]:
+    """Return the paths that an option is given: one, or several.
+
+    :param name: the option.
+    :param find: returns the path for a text.
+    :raises CxbridgeError: when the option is given something else.
+    """
+    if isinstance(given, str | Path):
+        return (find(given),)
+    several = list(given) if isinstance(given, Iterable) and not isinstance(given, Mapping) else [given]
+    paths = [path for path in several if isinstance(path, str | Path)]
+    if len(paths) < len(several):
+        wrong = next(value for value in several if not isinstance(value, str | Path))
+        hint = "write the values into a YAML file, and give its path" if isinstance(wrong, Mapping) else ""
+        raise CxbridgeError(f"'{name}' wants the paths of files or folders, not {wrong!r}", hint=hint)
+    return tuple(map(find, paths))
+
+
 def make_options(scenario: str | Path | None, **given: Any) -> RunOptions:
     """Return the options of a run; paths may be texts, and one may stand for several.
 
@@ -55,11 +73,9 @@ def make_options(scenario: str | Path | None, **given: Any) -> RunOptions:
     unknown = [name for name in values if name not in known]
     if unknown:
         raise CxbridgeError(f"a run has no option '{unknown[0]}'", hint=f"it has: {', '.join(sorted(known))}")
-    for name in ("config", *_PATHS):
+    for name in _PATHS:
         if name in values:
-            each = values[name]
-            several = [each] if isinstance(each, str | Path) else each
-            values[name] = tuple(map(Path, several))
+            values[name] = paths_of(name, values[name])
     for name in ("trace", "log", "bblog", "fawkes_dir"):
         if name in values:
             values[name] = Path(values[name])
@@ -84,7 +100,7 @@ def plain_options(given: Mapping[str, Any]) -> RunOptions:
 
 @cache
 def _kinds() -> dict[str, tuple[type, ...]]:
-    """Return what may be given for each option."""
+    """Return the types of values that each option takes."""
     return {
         name: tuple(dict.fromkeys(plain for each in _members(hint) for plain in _PLAIN.get(each, ())))
         for group in (RunOptions, *RunOptions.added_groups())

@@ -16,6 +16,10 @@ Effect = Callable[[], object]
 """The change of the world at the end of a skill."""
 
 
+FOREVER = 1e9
+"""Seconds that a skill which does not end by itself would take: three decades."""
+
+
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """How a skill ends.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.errors import SkillerError
-from cxbridge.skiller.simulation.deciders import Decider, Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Outcome
 from cxbridge.skiller.skillstring import SkillStringCall
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ PREFIX = "/plugins/execution-time-estimator"
 
 STATIC_PREFIX = f"{PREFIX}/static"
 """Where the configuration of the static estimator is."""
-
-_LONGEST_S = 1e9
 
 T = TypeVar("T")
 
@@ -215,6 +213,6 @@ def _read_seconds(config: Configuration, path: str) -> float | None:
     if not config.exists(path):
         return None
     seconds = config.get_float(path)
-    if not 0 <= seconds <= _LONGEST_S:
-        raise wrong(config, path, f"is {seconds:g}", f"seconds, from 0 to {_LONGEST_S:g}")
+    if not 0 <= seconds <= FOREVER:
+        raise wrong(config, path, f"is {seconds:g}", f"seconds, from 0 to {FOREVER:g}")
     return seconds

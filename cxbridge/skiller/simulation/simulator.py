@@ -16,7 +16,7 @@ from cxbridge.events import EventBus
 from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.control import ReaderWatch, sender_of, serial_of
 from cxbridge.skiller.failure import FailureCause, SkillFailure
-from cxbridge.skiller.simulation.deciders import Decider, Deciders, Effect, Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Deciders, Effect, Outcome
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_string
 from cxbridge.skiller.status import Status
@@ -195,7 +195,10 @@ class SkillerSimulator(SkillerBackend):
         self._interface.status = Status.S_RUNNING
         self._start_us = self._clock.now_us()
         self._end_us = self._start_us + round(seconds * MICROSECONDS)
-        self._log.info(f"Executing '{text}', will take {seconds:.2f} seconds")
+        duration = (
+            "which does not end by itself" if seconds >= FOREVER else f"will take {seconds:.2f} seconds"
+        )
+        self._log.info(f"Executing '{text}', {duration}")
 
     def _decide(self, call: SkillStringCall) -> _Part:
         """Return how a call ends, as the deciders say."""

@@ -11,9 +11,8 @@ from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
-from cxbridge.skiller.simulation.deciders import Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER, Outcome
 from cxbridge.skiller.status import Status
-from cxbridge.testing.skills import FOREVER
 from cxbridge_explore.counterexample_playing import Played
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.worlds.points import USUAL, ChoiceKind

@@ -90,7 +90,7 @@ def page_with(title: str, data: bytes, inside: Mapping[str, Any]) -> str:
         icon=_url(_read("icon.svg"), "image/svg+xml"),
         modules=modules,
         body=body,
-        data=b64encode(gzip.compress(data)).decode(),
+        data=b64encode(gzip.compress(data, mtime=0)).decode(),
         scripts="".join(f"<script>{script}</script>\n" for script in scripts),
     )
 

@@ -148,8 +148,8 @@ def test_parameters_that_are_wrong(bench: Bench, kind: str, params: str) -> None
     lone(bench, kind, params)
     bench.tick()
     assert bench.state("P") == ("FINISHED", "FAILED")
-    name = PREFIXES[kind]
-    assert error(bench, "P") == ("INVALID-PARAMETERS", f"Invalid parameters for {name} goal 'P'")
+    name, wanted = PREFIXES[kind], f"not (params {'max-tries N' if kind == 'retry' else 'timeout SECONDS'})"
+    assert error(bench, "P") == ("INVALID-PARAMETERS", f"Invalid parameters for {name} goal 'P': {wanted}")
 
 
 @pytest.mark.parametrize(("kind", "params"), [("retry", "max-tries 2"), ("timeout", "timeout 2.0")])

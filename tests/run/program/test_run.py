@@ -153,6 +153,9 @@ def test_a_configured_executor_is_replaced_as_a_whole():
         ({"skills": [3]}, "3 is not a skill"),
         ({"skills": [lambda text: None]}, "this function has no name"),
         ({"config": "nowhere.yaml"}, "nowhere.yaml"),
+        ({"config": {"a/b": 1}}, "'config' wants the paths of files or folders, not {'a/b': 1}"),
+        ({"config": [{"a/b": 1}]}, "write the values into a YAML file"),
+        ({"clips_dirs": 3}, "'clips_dirs' wants the paths of files or folders, not 3"),
     ],
 )
 def test_a_mistake_is_one_error(options, message):

@@ -10,13 +10,13 @@ from typing import NamedTuple
 from cxbridge.run.agent import Run
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
 from cxbridge.skiller.board.protocol import SkillCall
-from cxbridge.skiller.simulation.deciders import Decider, Outcome
+from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Outcome
 from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
 from cxbridge.skiller.simulation.execution import as_string_call
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.testing.scripted import ScriptedSkills
-from cxbridge.testing.skills import FOREVER, Call
+from cxbridge.testing.skills import Call
 from cxbridge_explore.worldmodel.distributions import Distribution, text_of
 from cxbridge_explore.worldmodel.model import SkillFailure, SkillModel, WorldModel
 from cxbridge_explore.worlds.asking import Ask, fault, unless

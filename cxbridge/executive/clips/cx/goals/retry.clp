@@ -34,7 +34,7 @@
                    (params $?params&:(not (goal-param-positive ?params max-tries))))
   =>
   (retry-give-up ?parent INVALID-PARAMETERS
-                 (str-cat "Invalid parameters for RETRY goal '" ?id "'")))
+                 (str-cat "Invalid parameters for RETRY goal '" ?id "': not (params max-tries N)")))
 
 (defrule retry-goal-failed-many-subgoals
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type RETRY-SUBGOAL) (mode EXPANDED))

@@ -19,7 +19,7 @@
                    (params $?params&:(not (goal-param-positive ?params timeout))))
   =>
   (timeout-give-up ?parent INVALID-PARAMETERS
-                   (str-cat "Invalid parameters for TIMEOUT goal '" ?id "'")))
+                   (str-cat "Invalid parameters for TIMEOUT goal '" ?id "': not (params timeout SECONDS)")))
 
 (defrule timeout-goal-failed-many-subgoals
   ?parent <- (goal (id ?id) (type ACHIEVE) (sub-type TIMEOUT-SUBGOAL) (mode EXPANDED))
