@@ -1,4 +1,4 @@
-"""A game with a referee of our own words: agent, robots, machines and referee meet in one run."""
+"""A game with a referee in our words: agent, robots, machines and referee meet in one run."""
 
 from __future__ import annotations
 

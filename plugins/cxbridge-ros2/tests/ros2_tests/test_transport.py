@@ -422,7 +422,7 @@ def test_a_response_to_a_client_that_is_gone_is_dropped(domain: int):
 
 
 def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():
-    """The wheel asks for a number, then for so many handles, and fails when a reader came in between."""
+    """The wheel asks for a number, then for that many handles, and fails when a reader came in between."""
     answers: list[list[int] | None] = [None, [1, 2]]
 
     def handles() -> list[int]:

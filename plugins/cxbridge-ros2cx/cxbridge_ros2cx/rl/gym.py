@@ -98,7 +98,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         return self._observation(), self._info("")
 
     def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Let the free robot execute an action to its end; others change nothing."""
+        """Let the free robot execute an action to its end; busy robots change nothing."""
         if self._choice is None:
             raise CxbridgeError("no episode has begun", hint="call reset() first")
         status = self.agent.status

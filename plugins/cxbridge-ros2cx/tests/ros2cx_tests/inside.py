@@ -1,4 +1,4 @@
-"""What a run with ``--ros2cx`` consists of, looked at when its agent is loaded."""
+"""The parts of a run with ``--ros2cx``, looked at when its agent is loaded."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cxbridge.run.program.plain_options import make_options
 from tests.support import ROS2CX_DIR
 
 LOOPS = 2
-"""After so many loops the agent is loaded."""
+"""The number of loops after which the agent is loaded."""
 
 KINDS = ("defrule", "deftemplate", "deffunction", "defglobal", "deffacts")
 """Kinds of constructs; their lists are compared."""
@@ -23,7 +23,7 @@ KINDS = ("defrule", "deftemplate", "deffunction", "defglobal", "deffacts")
 
 @dataclass
 class Inside:
-    """What a run consists of.
+    """The parts of a run.
 
     :param files: the CLIPS files in the order in which they were loaded, and whether as a batch.
     :param functions: least and greatest number of arguments of each function of a feature.

@@ -40,7 +40,7 @@ def mutations(text: str, below: str = "") -> Iterator[Mutation]:
 
 
 def _keys(lines: list[str]) -> Iterator[_Line]:
-    """Yield the keys with their paths, and the line after what belongs to them."""
+    """Yield the keys with their paths, and the line after their values."""
     parents: list[tuple[int, str]] = []
     counts: dict[str, int] = {}
     for number, line in enumerate(lines):

@@ -68,7 +68,7 @@ def _counted(rows: Iterable[Row]) -> list[Row]:
 
 @dataclass
 class Watched:
-    """What a run of ours did."""
+    """The actions of our run."""
 
     result: RunResult
     rows: list[Row]
@@ -101,7 +101,7 @@ def run(options: RunOptions) -> Watched:
 
 
 class _Changes:
-    """Pairs what a rule retracts and asserts: that is how CLIPS modifies a fact."""
+    """Pairs the retracts and asserts of a rule: that is how CLIPS modifies a fact."""
 
     def __init__(self) -> None:
         self._rows: list[Row | None] = []

@@ -1,4 +1,4 @@
-"""Agents with ids work side by side; what nobody serves is an error."""
+"""Agents with ids work in parallel; an action without an executor is an error."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_the_original_drops_the_ids_so_the_second_cancels_the_first(tmp_path):
     first = ["REQUEST", "RESPONSE", "CONFIRM", "CANCEL", "FINISH"]
     assert kinds == [*first, "REQUEST", "RESPONSE", "CONFIRM", *["FEEDBACK"] * 4, "FINISH"]
     ends = {changes(watched, action)[-1] for action in (1, 2)}
-    assert "WAITING" in ends  # nobody tells the first of its end, as there
+    assert "WAITING" in ends  # the first is not told of its end, as in the original
 
 
 DEFAULT_ONLY = ("move=cxbridge_ros2cx.executors:DummyExecutor",)

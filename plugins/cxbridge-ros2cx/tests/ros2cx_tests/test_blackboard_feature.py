@@ -154,7 +154,7 @@ AGENT = """
 @needs_ros2cx
 @pytest.mark.parametrize("core", [None, "builtin"])
 def test_an_agent_of_the_original_asks_for_it(core, tmp_path):
-    """The checkout as it is, but for a line of its parameters that names the plugin."""
+    """The unchanged checkout, but for a line of its parameters that names the plugin."""
     assert ROS2CX_DIR is not None
     checkout = tmp_path / "checkout"
     for package in ROS2CX_DIR.iterdir():

@@ -65,7 +65,7 @@ def test_it_plans_and_moves_and_clients_see_it(core):
 
 @needs_plugin("web")
 def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
-    """The skill board is made again: those who execute must be found on the new one."""
+    """The skill board is made again: the executors must be found on the new one."""
 
     from web_tests.support import serving
 

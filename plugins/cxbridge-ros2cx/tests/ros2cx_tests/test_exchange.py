@@ -1,4 +1,4 @@
-"""Masters and executors exchange here what they did in the thesis' recordings, message by message."""
+"""Masters and executors exchange the messages of the thesis' recordings here, one by one."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def test_the_messages_are_those_of_the_recording(recording, spec, overlay, execu
 
 
 def assert_causal(messages: Sequence[SkillMessage]) -> None:
-    """Nobody answers before the question, and nobody begins before it is confirmed."""
+    """No executor answers before the question, and none begins before it is confirmed."""
     asked: set[tuple[str, ...]] = set()
     confirmed: set[tuple[str, tuple[str, ...]]] = set()
     for message in messages:

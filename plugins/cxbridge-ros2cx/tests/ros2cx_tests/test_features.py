@@ -76,7 +76,7 @@ class Bench:
         return [tuple(fact[slot] for slot in slots) for _, _, fact in self.env.facts(template)]
 
     def feedback(self):
-        """Read, and take what came."""
+        """Read, and take the received messages."""
         self.env.call("call-skill-read")
         facts = self.facts("skill-feedback", "skill-id", "agent-id", "status", "error")
         self.env.eval("(do-for-all-facts ((?f skill-feedback)) TRUE (retract ?f))")

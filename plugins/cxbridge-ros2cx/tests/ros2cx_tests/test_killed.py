@@ -51,7 +51,7 @@ ENDS = {
 
 
 class Executor:
-    """An executor in a process that is killed at a point, and what the run sees of it."""
+    """An executor in a process that is killed at a point, and the run's view of it."""
 
     def __init__(self, folder: Path, point: str) -> None:
         self._url = f"ipc://{folder}/board"

@@ -24,12 +24,12 @@ EXECUTIVE, FEATURES = "clips_executive.yaml", "cx_params.yaml"
 SPECS = "clips_executive/ros__parameters/specs"
 
 SILENT = (
-    # what may be left out: the original has defaults for these keys, and needs none of the others
+    # optional keys: the original has defaults for these, and needs no further ones
     ("drop", r".*/(debug|refresh-rate|clips-dirs|spec|parameters|stage-\d|[\w-]+-[\w-]+)(/.*)?"),
     ("drop", r".*/stage-1/\d+/files"),
     ("drop", r".*/action-mapping/.*"),
     ("drop", r"cx_clips.*"),  # another node
-    # any name will do: rules read these as they are, and the log tells of an action without a mapping
+    # any name will do: rules read these, and the log tells of an action without a mapping
     ("misspell", r".*/(parameters|action-mapping)/.*"),
     ("type", r".*/parameters/.*"),
     ("(misspell|type)", r"cx_clips(/.*)?"),
@@ -64,7 +64,7 @@ def change(checkout: Path, old: str, new: str, file: str = EXECUTIVE, after: str
 
 
 def complaint(checkout: Path, spec: str = "test-nav2", **more: object) -> str:
-    """What is said before anything runs: the error, or the warnings."""
+    """The output before a rule fires: the error, or the warnings."""
     try:
         with Run(make_options(None, ros2cx=checkout, spec=spec, **more)) as agent:
             return "\n".join([*agent.warnings, *map(str, agent.missing)])
@@ -119,7 +119,7 @@ def test_a_spec_that_does_not_exist(checkout):
 @pytest.mark.parametrize("core", [None, "builtin"])
 @pytest.mark.parametrize("name", ["navgraph", "plansys"])
 def test_a_feature_that_cannot_be_had(checkout, core, name):
-    """The original's own rules trip over this: the run went on and timed out."""
+    """The original's own rules trip over this: the run continued and timed out."""
     line = change(checkout, "- name: plansys2", f"- name: {name}", after="test-nav2:\n")
     said = complaint(checkout, core=core)
     assert f"{EXECUTIVE}:{line}" in said

@@ -30,7 +30,7 @@ def rig():
 
 
 def drive(rig: Rig, to: str):
-    """Ask for a move; return its master, the executor, and what was told until its end."""
+    """Ask for a move; return its master, the executor, and the messages until its end."""
     skills: SkillBoard = rig.skills()
     executor = rig.puppet("r1", "e1", MoveExecutor)  # type: ignore[arg-type]
     told = []

@@ -40,7 +40,7 @@ REFUSED = {
     },
     # a slot that plan-action does not have
     "exectest.clp": {"start"},
-    # nobody defines skiller-control
+    # skiller-control is undefined
     "test-scenario/goal-reasoner.clp": {"goal-reasoner-parent-create"},
     # part-of where a slot has to be
     "tests/blocksworld.clp": {"blocksworld"},

@@ -1,4 +1,4 @@
-"""Parameter files of ROS 2 nodes: what a run reads of them, and the facts that the rules get."""
+"""Parameter files of ROS 2 nodes: the values that a run reads, and the facts that the rules get."""
 
 from __future__ import annotations
 

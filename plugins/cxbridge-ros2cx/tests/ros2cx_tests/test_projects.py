@@ -1,4 +1,4 @@
-"""``cxbridge new --from-ros2cx``: what it makes passes its test; the agent stays where it is."""
+"""``cxbridge new --from-ros2cx``: the new project passes its test; the agent stays in its folder."""
 
 from __future__ import annotations
 

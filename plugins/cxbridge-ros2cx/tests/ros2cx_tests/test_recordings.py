@@ -1,4 +1,4 @@
-"""The thesis' own files do here what they did there: its recordings, change by change, rule by rule."""
+"""The thesis' own files behave here as in its recordings, change by change, rule by rule."""
 
 from __future__ import annotations
 

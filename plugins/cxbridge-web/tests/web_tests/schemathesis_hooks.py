@@ -1,4 +1,4 @@
-"""What schemathesis checks beyond what it brings; it loads this by SCHEMATHESIS_HOOKS."""
+"""Additional checks of schemathesis, which loads this file by SCHEMATHESIS_HOOKS."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ NOT_NOW = (
     "there is no daemon with an executive",
     "The CLIPS environment 'executive' was made again during the request",
 )
-"""Why a request cannot be answered after somebody has unloaded what it needs."""
+"""Why a request cannot be answered after an earlier request has unloaded its component."""
 
 SERVER_ERRORS = 500
 UNAVAILABLE = 503

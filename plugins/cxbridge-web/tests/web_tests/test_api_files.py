@@ -37,7 +37,7 @@ TYPES: dict[str, Any] = {
 @pytest.mark.skipif(not _FILES, reason="needs a Fawkes checkout (FAWKES_DIR)")
 @pytest.mark.parametrize("file", _FILES, ids=lambda file: file.parent.parent.name + "/" + file.parent.name)
 def test_each_path_of_the_api_files_answers_with_what_they_document(there, file: Path):
-    """Each path is asked, with ids of things that are there; the answer is held against the schema."""
+    """Each path is requested, with existing ids; the answer is compared with the schema."""
     spec = yaml.safe_load(file.read_text())
     # a Skiller that rests shows no graphs
     others = serving((("executive", False),)) if file.parent.parent.name == "skiller" else nullcontext(there)
@@ -85,7 +85,7 @@ def _calls(client, method, path):
 
 
 def _deviations(value, schema, spec, name):
-    """Yield in what a value is not as its schema says."""
+    """Yield the violations of a value's schema."""
     if "$ref" in schema:
         name = schema["$ref"].rpartition("/")[2]
         schema = spec["components"]["schemas"][name]

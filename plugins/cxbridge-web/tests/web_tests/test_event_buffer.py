@@ -1,4 +1,4 @@
-"""The kept events: bounds, gaps, and what is left out of interfaces."""
+"""The kept events: bounds, gaps, and omitted writes of interfaces."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ START = StreamPosition()
 
 
 def at_line(lines, goals=0, lost=0, others=0):
-    """The position after so many log lines and others."""
+    """The position after a number of log lines and a number of further events."""
     return StreamPosition((goals, lines, others), lost)
 
 
@@ -137,7 +137,7 @@ STEP = st.tuples(st.integers(0, 5), st.integers(0, 5), st.integers(0, 4))
 
 @given(st.lists(STEP, max_size=30), st.integers(1, 8))
 def test_everybody_gets_each_event_or_is_told_that_it_is_gone(steps, room):
-    """However events come and clients read: what is sent and what is reported as gone add up."""
+    """However events come and clients read: sent and lost events add up."""
     buffer, at, sent, gone = EventBuffer(most_events=room), START, 0, 0
     for goals, lines, lost in steps:
         buffer.skip(lost)

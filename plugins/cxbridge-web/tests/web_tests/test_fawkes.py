@@ -1,4 +1,4 @@
-"""Each path of Fawkes' REST API answers with what the scenario has."""
+"""Each path of Fawkes' REST API answers with the data of the scenario."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SKILLS = "/api/skiller/skills"
 
 @pytest.fixture(name="there", scope="module")
 def _there():
-    """The test scenario, stopped in the middle of its way: what is asked stays as it is."""
+    """The test scenario, stopped in the middle: its state does not change."""
     with serving(config=ROOT / "scenarios" / "test-scenario") as (daemon, client, _):
         client.until(
             "/api/clips-executive/plans",

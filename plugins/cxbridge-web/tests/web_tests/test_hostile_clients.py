@@ -1,4 +1,4 @@
-"""Clients that mean harm: each gets an answer or the end of its connection, and the others are served."""
+"""Hostile clients: each gets an answer or the end of its connection, and honest clients are served."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def connect(client):
 def talk(client, request):
     """Send bytes and return all that comes until the server ends the connection."""
     with connect(client) as peer:
-        with suppress(ConnectionError):  # it may have ended, and what it answered is there
+        with suppress(ConnectionError):  # it may have ended after its answer
             peer.sendall(request)
         return rest_of(peer)
 
@@ -139,7 +139,7 @@ def test_what_has_one_length_is_taken_also_byte_by_byte(served, framing):
 
 @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHo", b"GET / HTTP/1.1\r\n" + HOST + b"\r\nGET"])
 def test_who_does_not_complete_a_request_is_let_go(monkeypatch, served, said):
-    """Strangers need no token for this: 200 of them, and nobody else got in any more."""
+    """Strangers need no token for this: after 200 of them, no other client could connect."""
     _, client = served
     monkeypatch.setattr(Connection, "patience_s", 0.05)
     rest = talk(client, said)
@@ -154,7 +154,7 @@ def test_a_body_that_does_not_come_is_not_waited_for(monkeypatch, served):
 
 
 def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
-    """What was written for it was kept for ever."""
+    """The unread answer was kept for ever."""
     _, client = served
     lost = threading.Event()
 
@@ -165,7 +165,7 @@ def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
             super().connection_lost(exc)
             lost.set()
 
-    # those that are there may end, too: only the new one is of this class
+    # existing connections may end, too: only the new one is of this class
     monkeypatch.setattr("cxbridge_web.http.serving.Connection", Watched)
     with serving(ALONE) as (_, other, _lines), socket.socket() as peer:
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -178,7 +178,7 @@ def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
 
 
 def test_only_so_many_connections_are_taken(monkeypatch, served):
-    """Others would have used up the files that the daemon may open."""
+    """Further clients would have used up the files that the daemon may open."""
     _, client = served
     monkeypatch.setattr(Door, "most", 0)
     with connect(client) as refused:
@@ -217,7 +217,7 @@ def test_a_thousand_bad_requests_are_not_a_thousand_lines(served):
         ("/", "no-cors", "same-site", 403),
         ("/", "navigate", "cross-site", 200),  # a link to our page
         ("/api/cxbridge/status", "cors", "same-origin", 200),
-        ("/api/cxbridge/status", "navigate", "none", 200),  # somebody has typed it
+        ("/api/cxbridge/status", "navigate", "none", 200),  # a user has typed it
     ],
 )
 def test_other_sites_may_only_lead_to_the_page(served, path, mode, site, status):

@@ -18,7 +18,7 @@ from web_tests.support import Client, serving
 
 
 def ways(scenario: Path, tmp_path: Path) -> dict[str, Any]:
-    """What a daemon answers on each way, or why it does not."""
+    """The answers of a daemon on each way, or its refusals."""
     settings = (("zmq/endpoints", [f"ipc://{tmp_path}/bb"]), ("fawkes/enable", False))
     with serving(settings, config=scenario) as (daemon, client, _), connected(daemon) as board:
         assert isinstance(client, Client)

@@ -1,4 +1,4 @@
-"""The page's modules fit together: what one imports, another one exports. No browser is needed for that."""
+"""The page's modules fit together: each imported name is exported. No browser is needed for that."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def exports(path: str) -> set[str]:
 
 
 def missing(path: str) -> list[str]:
-    """Return the modules that one imports and that are not there, and the names that these do not export."""
+    """Return the missing modules that one imports, and the missing names."""
     found = []
     for names, other in IMPORT.findall(MODULES[path]):
         if other.startswith("shared/"):

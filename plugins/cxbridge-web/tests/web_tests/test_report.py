@@ -58,7 +58,7 @@ def modules_of(page: str) -> dict[str, str]:
 
 
 def inside_of(page: str) -> dict[str, Any]:
-    """What the page knows of the recording inside."""
+    """The page's data of the recording inside."""
     site = json.loads(modules_of(page)["shared/site.js"].removeprefix("export default ").rstrip(";\n"))
     inside: dict[str, Any] = site["inside"]
     return inside

@@ -1,4 +1,4 @@
-"""The served API against its own description: what is described is answered, no 5xx but the documented."""
+"""The served API against its own description: described requests are answered, no undocumented 5xx."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def name_of(text: str) -> str:
 
 
 def record_of_the_executive(run: Run) -> set[Pair]:
-    """Return the calls as the executive's own facts have them: what it sent, and what ran then."""
+    """Return the calls in the executive's own facts: its orders, and the skills that ran then."""
     sent: dict[tuple[str, str, str], str] = {}
     actions: dict[tuple[str, str, str], Action] = {}
     ran: set[Pair] = set()
@@ -164,7 +164,7 @@ def page_pairs(model: dict[str, list[Any]]) -> Iterator[Pair]:
 
 
 def compare_histories(history: RunHistory, model: dict[str, list[Any]]) -> None:
-    """The page's own reader of a run finds what the one model finds."""
+    """The page's own reader of a run agrees with the one model."""
     states = [
         [[*state, next(changes).time] for state, changes in groupby(goal.changes, itemgetter(2, 3))]
         for goal in history.goals

@@ -1,4 +1,4 @@
-"""What may become known of a problem, in memory and as facts; what is true; the domain that facts make."""
+"""The allowed knowledge about a problem, in memory and as facts; truth; the domain that facts make."""
 
 from __future__ import annotations
 

@@ -35,8 +35,8 @@ class Recording:
 
     :param seconds: how long a run of ours takes for the same ticks.
     :param without: a pattern for what differs between two recordings, too, e.g. times.
-    :param compared: what is compared of a log; all by default.
-    :param peer: does what a peer has done in the recording; gets a node and the run's seconds, in each loop.
+    :param compared: the compared part of a log; all by default.
+    :param peer: acts as a peer of the recording; gets a node and the run's seconds, in each loop.
     :param status: the exit status: 1 when an error was reported.
     :param dies: the original dies or is killed: its console is compared, up to there; log files lack lines.
     :param text: replaces texts of the parameters.
@@ -128,7 +128,7 @@ def sourced(prefix: Path) -> Path:
 
 
 def comparable(lines: list[str], without: str = "") -> list[str]:
-    """Return lines of a log without what is otherwise in each run: times, indices of facts, places."""
+    """Return lines of a log without the parts that vary: times, indices of facts, places."""
     found = []
     for line in lines:
         text = _PATH.sub("PREFIX", _PREFIX.sub("", line, count=1))

@@ -1,4 +1,4 @@
-"""The page for those who come from today's executive names each plug-in, and each function of it."""
+"""The page about moving from today's executive names each plug-in, and each function of it."""
 
 from __future__ import annotations
 

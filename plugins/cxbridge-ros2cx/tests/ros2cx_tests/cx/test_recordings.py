@@ -1,4 +1,4 @@
-"""Agents of today's executive do here what they did in the real node: its logs, line by line."""
+"""Agents of today's executive behave here as in the real node: its logs, line by line."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def by_ticks(first):
 
 RECORDINGS = {
     "hello_world": Recording(),
-    "ament_index": Recording(compared=without("cx_z3_vendor")),  # nobody had built that one
+    "ament_index": Recording(compared=without("cx_z3_vendor")),  # that package was not built there
     "executive": Recording(16.9, TIME),
     "fibonacci_action": Recording(30, rf"{TIME}(\] [12])?"),  # the first goal was never seen to execute
     "file_load": Recording(),

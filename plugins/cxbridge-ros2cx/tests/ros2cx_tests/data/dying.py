@@ -1,4 +1,4 @@
-"""An executor in a process of its own that is killed at a certain point: ``python dying.py POINT URL``.
+"""An executor in a separate process that is killed at a certain point: ``python dying.py POINT URL``.
 
 POINT is ``responded``, ``confirmed``, ``running``, ``finished``, or anything else for never.
 """

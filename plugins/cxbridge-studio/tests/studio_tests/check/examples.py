@@ -1,4 +1,4 @@
-"""The examples of docs/check-codes.md: files of an agent with a mistake, and what the check says."""
+"""The examples of docs/check-codes.md: files of an agent with a mistake, and the output of the check."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Example:
     """A section of the page.
 
     :param files: the files that are written over those of the agent that is fine.
-    :param output: what the check says.
+    :param output: the output of the check.
     """
 
     title: str
@@ -42,7 +42,7 @@ def examples() -> list[Example]:
 
 
 def output_of(files: dict[str, str], folder: Path, *, portable: bool = False) -> str:
-    """Return what the check says of an agent, with names of files as the page has them.
+    """Return the output of the check for an agent, with names of files as the page has them.
 
     :param portable: whether what Fawkes does not take is found, too.
     """

@@ -31,7 +31,7 @@ class Judged:
     """A finding that was judged.
 
     :param place: name of the file, and line.
-    :param reason: a name first, where the finding has one; or what is wrong in the agent.
+    :param reason: a name first, where the finding has one; or the mistake in the agent.
     """
 
     spec: str
@@ -51,7 +51,7 @@ SPECS: Final = tuple(dict.fromkeys(each.spec for each in judged()))
 
 
 def found(spec: str) -> list[Finding]:
-    """Return what the check finds in an agent of Fawkes or of the RoboCup Logistics League."""
+    """Return the findings of the check in an agent of Fawkes or of the RoboCup Logistics League."""
     assert FAWKES_DIR is not None
     if not spec.startswith("rcll"):
         return check(RunOptions(fawkes_dir=FAWKES_DIR, spec=spec))
@@ -82,7 +82,7 @@ def places(findings: list[Finding]) -> Iterator[tuple[str, str]]:
 
 
 def main() -> None:
-    """Print what is found in each agent and how much of it is right; what nobody judged counts as wrong."""
+    """Print the findings in each agent and the share of right ones; unjudged ones count as wrong."""
     right = {(each.spec, each.code, each.place) for each in judged() if each.is_right}
     total = good = 0
     for spec in SPECS:

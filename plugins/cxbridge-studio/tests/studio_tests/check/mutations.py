@@ -1,7 +1,7 @@
 """Misspells each name in the CLIPS files of shipped scenarios, one at a time: does the check find it?
 
 ``python -m studio_tests.check.mutations [-v] SCENARIO...`` prints how many of each kind are found, and
-with ``-v`` those that are not. A scenario has no finding, so any finding is right. What a run finds is not
+with ``-v`` the missed ones. A scenario has no finding, so any finding is right. The findings of a run are not
 measured here.
 """
 

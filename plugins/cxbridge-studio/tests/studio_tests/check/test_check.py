@@ -38,7 +38,7 @@ AGENT = "(deftemplate thing (slot a) (slot b)) (deffacts things (thing (a 1))) (
 
 
 def agent(folder: Path, clips: str = "", **files: str) -> Path:
-    """Write an agent that is fine but for what is given."""
+    """Write an agent without mistakes but for the given ones."""
     texts = {
         "scenario_yaml": SPEC,
         "people_clp": DOMAIN_CLP,
@@ -391,7 +391,7 @@ PROGRAM = {
     ),
     "cases/one.clp": "(batch* main.clp)\nanswer\n",
 }
-"""A program that CLIPS executes with ``batch``: it loads files beside it, or in a folder around it."""
+"""A program that CLIPS executes with ``batch``: it loads files of its folder, or of a folder around it."""
 
 
 @pytest.mark.parametrize("name", ["main.clp", "cases/one.clp"])

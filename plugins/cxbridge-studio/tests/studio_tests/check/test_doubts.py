@@ -1,4 +1,4 @@
-"""What a domain says and cannot mean."""
+"""Absurd parts of a domain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of codes is true: each code has its row and its example, and the check says what the page says."""
+"""The page of codes is true: each code has its row and its example, with the output of the check."""
 
 from __future__ import annotations
 

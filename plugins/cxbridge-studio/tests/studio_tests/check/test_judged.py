@@ -1,4 +1,4 @@
-"""What the check finds in trees that we did not write is what was judged by hand, and 9 of 10 are right."""
+"""The check's findings in foreign trees are those that were judged by hand, and 9 of 10 are right."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``cxbridge monitor``: what is wrong is reported before there is a screen."""
+"""``cxbridge monitor``: mistakes are reported before there is a screen."""
 
 from __future__ import annotations
 

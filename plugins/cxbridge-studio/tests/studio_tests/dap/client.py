@@ -1,4 +1,4 @@
-"""A client of the debug adapter protocol, as small as can be: requests in order, events as they come."""
+"""A minimal client of the debug adapter protocol: requests in order, events in the order of arrival."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PATIENCE_S = 60.0
 
 
 class Client:
-    """A debug adapter in a process of its own, and what it has said. A context manager."""
+    """A debug adapter in a child process, and its messages. A context manager."""
 
     def __init__(self, cwd: Path, *, wait_s: float = PATIENCE_S) -> None:
         self._process, self._stdin, self._stdout, self._stderr = nursery().begin(["dap"], folder=cwd)
@@ -39,7 +39,7 @@ class Client:
             self._process.wait(PATIENCE_S)
         self._errors.join()
         for stream in (self._stdin, self._stdout, self._stderr):
-            with suppress(BrokenPipeError):  # what it has not read
+            with suppress(BrokenPipeError):  # unread input
                 stream.close()
 
     def _read_errors(self) -> None:
@@ -108,14 +108,14 @@ class Client:
         return answer.get("body")
 
     def event(self, name: str, fits: Callable[[dict[str, Any]], bool] = lambda _body: True) -> dict[str, Any]:
-        """Return the body of the next event of that name; others are let go by."""
+        """Return the body of the next event of that name; further events are dropped."""
         while True:
             found = self.event_of(name)
             if fits(found.get("body") or {}):
                 return found.get("body") or {}
 
     def event_of(self, *names: str) -> dict[str, Any]:
-        """Return the next event of these names; others are let go by."""
+        """Return the next event of these names; further events are dropped."""
         while True:
             found = self.events.pop(0) if self.events else self._next()
             assert found["type"] == "event", found
@@ -150,7 +150,7 @@ class Client:
         return self.event("stopped")
 
     def go(self, command: str = "continue") -> dict[str, Any]:
-        """Go on, and wait until it stops."""
+        """Continue, and wait for the stop."""
         self.ask(command, threadId=1)
         return self.stopped()
 
@@ -169,6 +169,6 @@ class Client:
         return {item["name"]: item for item in found}
 
     def evaluate(self, expression: str, context: str = "repl") -> Any:
-        """Evaluate an expression, or what is wrong with it."""
+        """Evaluate an expression, or return its mistake."""
         answer = self.answer("evaluate", expression=expression, frameId=1, context=context)
         return answer["body"]["result"] if answer["success"] else answer["message"]

@@ -1,4 +1,4 @@
-"""Prints what the requests of the debug adapter protocol take: requests.json is made of it.
+"""Prints the arguments of the requests of the debug adapter protocol: requests.json is made of it.
 
 ``python -m studio_tests.dap.schema debugAdapterProtocol.json`` prints requests.json: the schema is the one
 that the protocol publishes. Of each request a client can send: names, JSON types and parts of its arguments.

@@ -1,4 +1,4 @@
-"""The extension of VS Code: what it names is there. Its grammar is tested by `make editor`."""
+"""The extension of VS Code: the files that it names exist. Its grammar is tested by `make editor`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the lines of a file stand for, and the calls that stop within right-hand sides."""
+"""The meanings of a file's lines, and the calls that stop within right-hand sides."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def test_it_stops_at_every_action_with_the_variables_there(tmp_path):
     debugger.run()
     by_line = dict(seen)
     assert [line for line, _ in seen[:4]] == [7, 8, 9, 9]
-    assert [line for line, _ in seen].count(10) == 1 + 3  # the loop, and what is in it, three times
+    assert [line for line, _ in seen].count(10) == 1 + 3  # the loop, and its body, three times
     assert by_line[11]["i"] == 3
     assert by_line[13]["each"] == "c"
     assert str(by_line[15]["g"]).startswith("<Fact-")

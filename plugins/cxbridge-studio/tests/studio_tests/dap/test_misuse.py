@@ -1,4 +1,4 @@
-"""Requests that make no sense, one after the other: each has an answer that says so, and the run goes on."""
+"""Invalid requests, one after the other: each has an answer that says so, and the run continues."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def test_the_same_variables_as_in_the_run(client, recording):
             name: each["value"] for name, each in recorded.items()
         }
         facts = live.below(live.scope("Facts"))
-    early = ("path-info", "ff-feature-loaded")  # some are there before a recorder can take notice
+    early = ("path-info", "ff-feature-loaded")  # some exist before the recorder
     counts = {name: each["value"] for name, each in client.below(client.scope("Facts")).items()}
     assert len(counts) > 20
     for name, count in counts.items():
@@ -83,7 +83,7 @@ def test_transitions_skills_and_loops(client, recording):
     assert client.go("stepOut")["reason"] == "step"
     client.break_on("goal:TALK:FINISHED:COMPLETED", hitCondition=">=1")
     assert "TALK" in client.go("reverseContinue")["description"]
-    # the goal's fact may follow its transition; those above it are there
+    # the goal's fact may follow its transition; its parents exist
     assert any("TESTGOAL-PARENT" in frame["name"] for frame in client.stack())
 
 

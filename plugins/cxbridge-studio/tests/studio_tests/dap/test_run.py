@@ -1,4 +1,4 @@
-"""A run that is debugged, by a client of our own."""
+"""A debugged run, with our own client."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_breakpoint_in_a_right_hand_side(client):
     variables = client.below(client.scope("Variables"))
     assert variables["?modes"]["value"] == "(FORMULATED SELECTED EXPANDED FINISHED EVALUATED RETRACTED)"
     assert client.evaluate("(nth$ (+ 1 (member$ ?mode ?modes)) ?modes)") == "SELECTED"
-    # the right-hand side has begun: its activation is gone, its goal is still as it was
+    # the right-hand side has begun: its activation is gone, its goal is unchanged
     assert all("goes-on" not in item["value"] for item in client.below(client.scope("Agenda")).values())
     assert client.evaluate("?root:mode") == "FORMULATED"
     client.break_at(GOALS)
@@ -116,7 +116,7 @@ def test_breakpoints_on_goals_actions_and_skills(client):
     while made[0]["id"] not in at_goal["hitBreakpointIds"]:
         at_goal = client.go()
     assert at_goal["reason"] == "function breakpoint"
-    # what the rule matched is still known, though it has modified the goal
+    # the match of the rule is still known, though it has modified the goal
     variables = client.below(client.scope("Variables"))
     assert "(mode DISPATCHED)" in variables["?g"]["value"]
 
@@ -267,7 +267,7 @@ def test_no_message_of_the_protocol(client):
 def test_a_launch_that_makes_no_sense(client, arguments, message):
     client.ask("initialize", adapterID="cxbridge")
     answer = client.answer("launch", **arguments)
-    if answer["success"]:  # what is wrong shows when it begins
+    if answer["success"]:  # mistakes show when it begins
         client.begin()
         told = client.event("output", lambda body: body["category"] == "stderr")["output"]
         assert client.event("exited")["exitCode"] == 2
@@ -296,7 +296,7 @@ def test_a_rule_that_was_not_loaded(client, tmp_path):
     client.launch(scenario="test-scenario")
     made = client.break_at(other, 1, 2)
     client.break_at(GOALS, GOES_ON)
-    assert all(each["verified"] for each in made)  # nobody knows yet
+    assert all(each["verified"] for each in made)  # not known yet
     client.begin()
     changes = [client.event("breakpoint")["breakpoint"] for _ in made]
     assert [(each["id"], each["verified"]) for each in changes] == [(each["id"], False) for each in made]

@@ -1,4 +1,4 @@
-"""The frames of the protocol, and what is none."""
+"""The frames of the protocol, and invalid ones."""
 
 from __future__ import annotations
 

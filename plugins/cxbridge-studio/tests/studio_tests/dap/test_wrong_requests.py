@@ -30,7 +30,7 @@ WRONG = {
 
 
 def sample(shape):
-    """Something of a type, with what it needs."""
+    """A value of a type, with its required parts."""
     if "enum" in shape:
         return shape["enum"][0]
     made = SAMPLES.get(shape["type"], {})
@@ -94,7 +94,7 @@ def test_arguments_of_another_type_or_missing(client, phase):
         assert not answer["success"], asked
         assert "fault" not in answer["message"], asked
         if command == "launch" and phase != "ready":
-            continue  # its arguments depend on what is launched: the phase comes first
+            continue  # its arguments depend on the target: the phase comes first
         if "there is no request" not in answer["message"]:
             assert what in answer["message"], asked
     assert client.stderr == ""
@@ -121,7 +121,7 @@ ALLOWED = {
     "running": AFTER_LAUNCH | {"pause"},
     "stopped": AFTER_LAUNCH
     | {"stackTrace", "scopes", "variables", "setVariable", "evaluate", "stepInTargets"}
-    # going on ends the stop; see test_run.py
+    # continuing ends the stop; see test_run.py
     | {"continue", "next", "stepIn", "stepOut", "stepBack", "reverseContinue"},
     "over": AFTER_LAUNCH,
 }
@@ -137,7 +137,7 @@ def test_requests_in_a_phase_that_has_no_answer_to_them(client, phase):
         assert answer["message"], command
         assert "fault" not in answer["message"], answer
         assert "make no sense" not in answer["message"], answer
-    for command in sorted(ALLOWED[phase] & RIGHT.keys()):  # the others are right
+    for command in sorted(ALLOWED[phase] & RIGHT.keys()):  # the rest is right
         client.ask(command, **RIGHT[command])
 
 

@@ -119,7 +119,7 @@ def open_file(page: Any, address: str) -> None:
 
 
 def _go_to(page: Any, text: str, wanted: str, inside: int) -> None:
-    """Place the cursor by "Go to Line": so many characters behind the start of a text."""
+    """Place the cursor by "Go to Line": a number of characters behind the start of a text."""
     offset = text.index(wanted) + inside
     line, column = text.count("\n", 0, offset) + 1, offset - text.rfind("\n", 0, offset)
     page.keyboard.press("Control+g")
@@ -137,7 +137,7 @@ def _type_slot(page: Any, text: str, name: str) -> None:
 
 
 def visit(code: Path, walk: Callable[[Any, str], object], **settings: object) -> None:
-    """Serve VS Code, and give its page and address to somebody.
+    """Serve VS Code, and give its page and address to a function.
 
     :param settings: laid over those of the machine; ``__`` in a name is a dot.
     """

@@ -1,4 +1,4 @@
-"""A daemon tells why, over its blackboard, while it goes on."""
+"""A running daemon tells why, over its blackboard."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How goals came to their outcome, and what they wait for: runs of a few events, and the recordings."""
+"""How goals came to their outcome, and why they wait: runs of a few events, and the recordings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def started(at: float, name: str, parent: str = "nil", modes=MODES):
 
 
 def told(events, name: str, at: float | None = None) -> str:
-    """What is reported about a goal, as text."""
+    """The report about a goal, as text."""
     return "\n".join(explain(RecordedEvidence(ListRun(events), at, None), name, "goal").lines)
 
 

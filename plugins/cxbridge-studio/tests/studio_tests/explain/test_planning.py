@@ -1,4 +1,4 @@
-"""What a planner was asked in a recorded run, in the form of PlanSys2's terminal."""
+"""The requests to a planner in a recorded run, in the form of PlanSys2's terminal."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def test_a_part_that_there_is_not(meeting, capsys):
 @needs_ros2cx
 @needs_shared
 def test_figure_9_of_the_thesis(tmp_path, capsys):
-    """Character by character; in the plan's lines the times, and the blanks beside them, are left out."""
+    """Character by character; in the plan's lines the times, and the blanks around them, are left out."""
     figure = re.search(r"^> get problem instances\n.*?(?=^```)", THESIS.read_text(), re.DOTALL | re.MULTILINE)
     assert figure is not None
     file = tmp_path / "run.mcap"

@@ -1,4 +1,4 @@
-"""A recording at a time: facts as they were, rules of the files that are attached."""
+"""A recording at a time: the facts of that time, rules of the attached files."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ PLAN_ACTION = "(plan-action (id {number}) (goal-id g) (plan-id g-PLAN) (action-n
 
 
 def two_lives() -> list[Event]:
-    """Goal `g` fails twice, each time with a sub-goal, an action and a planner of its own."""
+    """Goal `g` fails twice, each time with a different sub-goal, action and planner."""
     events: list[Event] = []
     for life, why in enumerate(("first", "second")):
         begin = 10.0 * life

@@ -1,4 +1,4 @@
-"""A stranger's recording is data: nothing of what it brings along runs, and it does not hold up who looks."""
+"""A stranger's recording is data: none of its code runs, and it does not hold up its reader."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ TOLD = {
     "wide": ("matches in one way",),
     "deep": ("nested more than 500 deep", "nested too deep"),
 }
-"""What is reported about them."""
+"""The reports about them."""
 HEAVY_FUNCTIONS = """
 (deffunction endless (?x) (+ 1 (endless ?x)))
 (deffunction grow () (bind ?x "aaaaaaaa") (while TRUE do (bind ?x (str-cat ?x ?x))))
@@ -82,7 +82,7 @@ HEAVY_FUNCTIONS = """
 
 
 def record(path: Path, text: str, *facts: tuple[str, str]) -> Path:
-    """Record with our own recorder what nobody's run has made."""
+    """Record events that no run makes, with our own recorder."""
     events: list[Event] = [
         SourceRead(BEGIN_US, "environment", ENV, ENV, None, {}),
         SourceRead(BEGIN_US, "clips", ENV, "/agent/evil.clp", text.encode(), {"how": "load"}),
@@ -162,7 +162,7 @@ NUMBERS = share(product(WHERE, range(len(NAMES))), 14, row=lambda case: case[1])
 
 @pytest.mark.parametrize(("where", "number"), NUMBERS)
 def test_names_of_a_recording_are_no_code(scene, tmp_path, where, number):
-    """What is put together to CLIPS text from names and values of a recording."""
+    """CLIPS text that is made from names and values of a recording."""
     name = NAMES[number]
     rule = "(defrule r (x ?) (test (any-factp ((?f x)) TRUE)) =>)"
     facts = [("x", "(x 1)")]
@@ -184,7 +184,7 @@ def test_names_of_a_recording_are_no_code(scene, tmp_path, where, number):
 
 
 def test_a_look_has_no_rights_that_it_does_not_need(tmp_path):
-    """What the process of a look could do if CLIPS itself were broken into: not even this."""
+    """The rights of the process of a look if CLIPS itself were broken into: not even this."""
     program = f"""
 import os
 from cxbridge_studio.explain.rules.sandbox import MEMORY

@@ -29,7 +29,7 @@ PATIENCE_S = 120
 
 
 class Editor:
-    """Drives a client in a loop of its own; messages of the server come while it waits for something."""
+    """Drives a client in an event loop; messages of the server come while it waits for something."""
 
     def __init__(self, root: Path, *arguments: str, options: dict[str, Any] | None = None) -> None:
         self.root = root
@@ -83,7 +83,7 @@ class Editor:
         return (self.root / name).as_uri()
 
     def open(self, name: str, text: str | None = None) -> str:
-        """Open a file, or give one that is open another text, as somebody who types."""
+        """Open a file, or give an open one another text, as a user who types."""
         text = (self.root / name).read_text("utf-8") if text is None else text
         uri = self.uri(name)
         self.texts[name] = text

@@ -1,4 +1,4 @@
-"""Options that make no sense: on the command line one error at once, from an editor's settings a message."""
+"""Invalid options: on the command line one error at once, from an editor's settings a message."""
 
 from __future__ import annotations
 

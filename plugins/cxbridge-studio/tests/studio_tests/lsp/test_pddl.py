@@ -1,4 +1,4 @@
-"""PDDL in the editor: what the check finds, while a user types."""
+"""PDDL in the editor: the findings of the check, while a user types."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HARBOUR = """(define (problem p) (:domain quay) (:objects anna - ship bo)
     ],
 )
 def test_doubts_about_pddl_are_live(tmp_path, name, text, expected):
-    """What the check finds in a domain, and in a problem with the domain beside it."""
+    """The findings of the check in a domain, and in a problem with its domain."""
     (tmp_path / "quay.pddl").write_text(QUAY)
     session = Session()
     file = session.update(str(tmp_path / name), text)

@@ -1,4 +1,4 @@
-"""The editor knows the protobuf messages of the agent: what they have, and where they are defined."""
+"""The editor knows the protobuf messages of the agent: their fields, and their definitions."""
 
 from __future__ import annotations
 

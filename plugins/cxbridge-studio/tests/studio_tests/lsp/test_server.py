@@ -18,7 +18,7 @@ GOALS, DOMAIN, PDDL, SCENARIO = "meet-goals.clp", "meet-domain.clp", "domain.pdd
 
 @pytest.fixture(autouse=True)
 def opened(editor):
-    """All files are open, as they are on the disk."""
+    """All files are open, with the text of the disk."""
     for name in (GOALS, DOMAIN, PDDL, SCENARIO, "skills/say.lua"):
         editor.open(name)
 
@@ -104,7 +104,7 @@ def test_the_session_of_the_manual(editor):
     ],
 )
 def test_what_is_right_is_not_marked(editor, text):
-    file = f"right-{crc32(text.encode())}.clp"  # what the server says of another text may come late
+    file = f"right-{crc32(text.encode())}.clp"  # diagnostics of another text may come late
     editor.open(file, f"{text}\n(defrule last => (no-such-function))\n")
     editor.wait(lambda: bool(editor.shown(file)))
     assert editor.shown(file) == [("CX204", 2)]
@@ -116,7 +116,7 @@ def test_what_is_right_is_not_marked(editor, text):
     ["(do-for-fact ((?g goal)) ?g:mood (retract ?g))", "(do-for-fact ((?g goal)) TRUE (modify ?g (mood X)))"],
 )
 def test_a_wrong_slot_of_a_fact_in_a_variable(editor, text):
-    file = f"query-{crc32(text.encode())}.clp"  # what the server says of another text may come late
+    file = f"query-{crc32(text.encode())}.clp"  # diagnostics of another text may come late
     editor.open(file, f"(defrule r => {text})\n")
     editor.wait(lambda: editor.shown(file) == [("CX210", 1)])
     (found,) = editor.diagnostics(file)
@@ -135,7 +135,7 @@ def test_a_mistake_in_a_domain_and_in_a_configuration(editor):
 
 
 def test_the_whole_check_follows_when_a_file_is_saved(editor):
-    """What the text of one file does not show: an action that the domain lacks."""
+    """A mistake that the text of one file does not show: an action that the domain lacks."""
     right = editor.texts[SCENARIO]
     editor.open(SCENARIO, right.replace("say-goodbye: say", "say-godbye: say"))
     editor.save(SCENARIO)

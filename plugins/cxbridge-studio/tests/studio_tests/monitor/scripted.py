@@ -1,4 +1,4 @@
-"""The monitor's screen on a source that tells what a test has put there."""
+"""The monitor's screen on a source with the data of a test."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SNAPSHOT = MonitorSnapshot(
 
 
 class Scripted:
-    """A source; ``snapshot`` is what it tells, ``error`` why it cannot."""
+    """A source; ``snapshot`` is its answer, ``error`` its failure."""
 
     name = "robot"
     period_s = 0.05

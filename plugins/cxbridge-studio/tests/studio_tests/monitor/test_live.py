@@ -19,11 +19,11 @@ from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.run.mini import write_scenario
 
 AGENT = "(defrule begin (executive-initialized) (not (goal)) => (assert (goal (id G) (class MINI))))"
-"""A goal that stays as it is."""
+"""A goal that does not change."""
 
 
 def until(look, condition):
-    """Look until it is so, and return what was seen then."""
+    """Look until the condition holds, and return the snapshot."""
     for _ in range(WAIT_S * 20):
         seen = look()
         if condition(seen):
@@ -197,7 +197,7 @@ def test_a_daemon_that_goes_and_comes_back(tmp_path):
 
 
 def look(source):
-    """Look; None when nobody is there."""
+    """Look; None without a daemon."""
     try:
         return source.look(ViewQuery())
     except BlackBoardError:

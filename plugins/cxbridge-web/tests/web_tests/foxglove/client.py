@@ -27,8 +27,8 @@ _REFUSED: Final = re.compile(r"Unknown channel ID: (\d+)")
 class FoxgloveClient:
     """Subscribes to everything that is advertised.
 
-    :ivar channels: what the server advertised, by topic.
-    :ivar messages: what came, by topic: times in nanoseconds, and the JSON.
+    :ivar channels: the advertised channels, by topic.
+    :ivar messages: the messages, by topic: times in nanoseconds, and the JSON.
     """
 
     socket: Any
@@ -79,7 +79,7 @@ class FoxgloveClient:
 
 @contextmanager
 def connected(url: str) -> Iterator[FoxgloveClient]:
-    """Connect to a server, and receive what it says of itself."""
+    """Connect to a server, and receive its description."""
     client = pytest.importorskip("websockets.sync.client", reason="needs websockets")
     # a queue that was full would keep the answer to our good-bye away from us, for ten seconds
     with client.connect(url, subprotocols=[PROTOCOL], max_size=None, max_queue=None) as socket:

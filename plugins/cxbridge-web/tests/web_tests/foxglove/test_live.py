@@ -1,4 +1,4 @@
-"""Foxglove live: a client that speaks the published protocol receives each channel of a run that goes on."""
+"""Foxglove live: a client that speaks the published protocol receives each channel of a running run."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def check(client: FoxgloveClient) -> None:
 
 
 def attend(server: Any, over: threading.Event) -> None:
-    """Do what a main loop does."""
+    """Do the work of a main loop."""
     while not over.wait(0.01):
         server.attend()
 

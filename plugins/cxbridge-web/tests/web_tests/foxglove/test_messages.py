@@ -127,7 +127,7 @@ def test_a_navigation_graph_is_one_entity_with_nodes_edges_and_names():
 @pytest.mark.parametrize(
     "event",
     [
-        pose(frame=""),  # nobody has written it yet
+        pose(frame=""),  # not written yet
         pose(translation=(math.nan, 0.0, 0.0)),
         pose(rotation=(0.0, 1.0)),
         transform(child_frame=""),

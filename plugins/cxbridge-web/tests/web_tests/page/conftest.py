@@ -30,7 +30,7 @@ in_both = pytest.mark.parametrize(
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave the page's stories to FULL; each run has what is marked `smoke`: one test a view at least."""
+    """Leave the page's stories to FULL; each run has the tests marked `smoke`: one test a view at least."""
     for item in items:
         if item.path.parent == Path(__file__).parent and item.get_closest_marker("smoke") is None:
             item.add_marker(needs_full)
@@ -122,7 +122,7 @@ def errors() -> list[str]:
 def tab(browsers: Browsers, browser: Any, errors: list[str]) -> Iterator[Any]:
     """An empty tab; at the end nothing may have gone wrong in it.
 
-    Tests take the same one in turn. One that adds scripts or a clock to its tab makes a context of its own.
+    Tests take the same one in turn. One that adds scripts or a clock to its tab makes a separate context.
     """
     page = browsers.tab(browser)
     listeners: dict[str, Callable[[Any], None]] = {
@@ -182,7 +182,7 @@ def show_gone(tab: Any) -> None:
 
 
 def wait_for(tab: Any, condition: Callable[[], bool]) -> None:
-    """Wait until a condition of ours holds; the page goes on meanwhile."""
+    """Wait until a condition of ours holds; the page keeps running."""
     for _ in range(WAIT_MS // 50):
         if condition():
             return

@@ -36,9 +36,9 @@ class FakeDaemon:
     """Answers below ``/api``.
 
     :ivar answers: replies to GET, by path below ``/api/``, without the query.
-    :ivar replies: replies to what changes something, by path as well; a function does something first.
+    :ivar replies: replies to changing requests, by path as well; a function acts first.
     :ivar asked: every request: method, path with query, body.
-    :ivar files: what is served beside the page, by name below ``/files/``.
+    :ivar files: files of the server besides the page, by name below ``/files/``.
     """
 
     def __init__(self) -> None:
@@ -57,7 +57,7 @@ class FakeDaemon:
         self.remote_programs = True
         self.stopped: dict[str, Any] | None = None
         self.result: dict[str, Any] | None = None
-        """What came of a run that is over."""
+        """The result of a run that is over."""
         self.locked = False
         """Whether everything below ``/api`` wants a token."""
         self._lock = threading.Lock()

@@ -35,7 +35,7 @@ def mended(payload: bytes) -> bytes:
 
 
 async def _frames(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    """Pass on what the server says: its handshake, then WebSocket frames, which a server does not mask."""
+    """Pass on the server's bytes: its handshake, then WebSocket frames, which a server does not mask."""
     writer.write(await reader.readuntil(b"\r\n\r\n"))
     while True:
         first, size = await reader.readexactly(2)

@@ -72,7 +72,7 @@ def _debug(page: Any) -> None:
 
 
 def _moment(part: float) -> Prepare:
-    """Let so much of the recorded run have happened."""
+    """Let the recorded run advance."""
 
     def prepare(page: Any) -> None:
         page.evaluate(

@@ -44,7 +44,7 @@ async ([theme, options]) => {
     .map((one) => one.id + " " + one.nodes[0].html);
 }
 """
-"""What is around a view, four fifths of the elements, is looked at again only when it has changed."""
+"""The frame of a view, four fifths of the elements, is checked again only after a change."""
 OF_COLOURS = ("color-contrast", "link-in-text-block")
 COLOURS: dict[str, Any] = {"runOnly": [*OF_COLOURS]}
 """The rules that look at colours. A theme changes nothing else: the elements and their places stay."""
@@ -61,7 +61,7 @@ THEME = (
 
 
 def serious(page, where: str) -> dict[str, list[str]]:
-    """Look at what the page shows, in its light theme and in its dark one."""
+    """Check the page, in its light theme and in its dark one."""
     found: dict[str, list[str]] = {}
     for theme, options in LOOKS["phone" if page.viewport_size == PHONE else "desk"]:
         page.evaluate(THEME, theme)

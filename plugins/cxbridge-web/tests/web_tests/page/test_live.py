@@ -26,7 +26,7 @@ def recording(tmp_path_factory):
 
 def test_the_test_scenario_is_watched_from_begin_to_end(tab):
     with serving((("clock", "scaled:3"),), config=SCENARIO) as (_, client, _lines):
-        client.ask("POST", "/api/cxbridge/pause")  # nothing happens before the page is there
+        client.ask("POST", "/api/cxbridge/pause")  # nothing happens before the page is loaded
         tab.goto(f"{client.url}/#/goals/gen14")
         tab.wait_for_selector("#state >> text=PAUSED")
         client.ask("POST", "/api/cxbridge/resume")

@@ -55,7 +55,7 @@ def navgraph(at_s: float = 0) -> Any:
 
 
 def rows(tab: Any) -> dict[str, list[str]]:
-    """Return what the table beside the map says, by name."""
+    """Return the rows of the map's table, by name."""
     found = tab.locator("#map-items tr[data-item]").all()
     return {row.get_attribute("data-item"): row.locator("td").all_inner_texts() for row in found}
 

@@ -70,7 +70,7 @@ def test_a_field_is_added_where_it_is_shown_and_follows_its_writes(tab, site, da
     assert list(values_of(tab)) == [f"{POSE}.translation[{at}]" for at in range(3)]
     daemon.tell(write(61, 2.25))
     wait_for(tab, lambda: values_of(tab)[x] == "2.2500")
-    # it goes on while another view is open
+    # it continues while another view is open
     tab.goto(f"{site.url}#/log")
     daemon.tell(write(62, 9.5))
     tab.goto(f"{site.url}#/plot")

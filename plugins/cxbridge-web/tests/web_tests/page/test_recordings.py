@@ -1,4 +1,4 @@
-"""Recordings in the page: each way to open one, cut off, packed, text, and what is none."""
+"""Recordings in the page: each way to open one, cut off, packed, text, and other files."""
 
 from __future__ import annotations
 

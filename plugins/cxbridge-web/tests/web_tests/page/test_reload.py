@@ -1,4 +1,4 @@
-"""What the page shows comes from the daemon: a page that is loaded again, or opened late, shows the same."""
+"""The page's data come from the daemon: a page that is loaded again, or opened late, shows the same."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The timeline: what is drawn of a run, live and recorded; how it is walked, zoomed and read."""
+"""The timeline: the drawing of a run, live and recorded; moving, zooming and reading it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The views against a server that plays the daemon: what they show, what they ask for, what they send."""
+"""The views against a server that plays the daemon: their contents, requests and changes."""
 
 from __future__ import annotations
 

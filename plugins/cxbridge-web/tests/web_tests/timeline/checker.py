@@ -1,4 +1,4 @@
-"""Checks trace events: what the format's description asks for, and how Perfetto's importer takes them."""
+"""Checks trace events: the demands of the format's description, and of Perfetto's importer."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ def check(events: list[dict[str, Any]]) -> None:
 
 
 def _check_tracks(events: list[dict[str, Any]], named: dict[str, set[object]]) -> None:
-    """Slices nest within their thread; flows begin, go on and end within slices, in order."""
+    """Slices nest within their thread; flows begin, continue and end within slices, in order."""
     stacks: dict[tuple[int, int], list[dict[str, Any]]] = {}
     flows: dict[int, list[str]] = {}
-    # an importer sorts by time, and keeps the order of what has the same
+    # an importer sorts by time, and keeps the order of equal times
     for event in sorted(events, key=lambda each: each["ts"]):
         assert event["pid"] in named["process_name"]
         assert event["tid"] in named["thread_name"]

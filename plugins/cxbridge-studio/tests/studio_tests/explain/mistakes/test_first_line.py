@@ -18,17 +18,17 @@ from studio_tests.explain.mistakes.agents import MISTAKES, Mistake
 from tests.support import ROOT, share
 
 TO_THE_END: dict[str, Any] = {"strict": False}
-"""A run with a broken rule goes on."""
+"""A run with a broken rule continues."""
 
 
 def asked(evidence: Evidence, mistake: Mistake) -> Explanation:
-    """Ask what the author of the agent asks."""
+    """Ask the question of the agent's author."""
     kind, _, name = mistake.question.rpartition(" ")
     return explain(evidence, name, kind)
 
 
 def copied(evidence: EnvironmentEvidence, mistake: Mistake) -> Evidence:
-    """Return what a daemon copies when it is asked."""
+    """Return a daemon's copy for the question."""
     kind, _, name = mistake.question.rpartition(" ")
     assert evidence.history is not None
     times_us = evidence.start_us, evidence.now_us

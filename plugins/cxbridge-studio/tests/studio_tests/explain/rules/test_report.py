@@ -1,4 +1,4 @@
-"""What is reported about a rule: the verdict, its place, the agenda, rules that are not there."""
+"""Reports about a rule: the verdict, its place, the agenda, missing rules."""
 
 from __future__ import annotations
 

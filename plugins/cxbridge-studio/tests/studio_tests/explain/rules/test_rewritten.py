@@ -1,4 +1,4 @@
-"""Rules as they were written, of an environment that has them rewritten."""
+"""Rules in their source form, of an environment that has them rewritten."""
 
 from __future__ import annotations
 
