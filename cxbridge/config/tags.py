@@ -72,7 +72,7 @@ def unknown_tag(tag: str, mark: Mark) -> ConfigError:
     if tag in INCLUDE_TAGS:
         return mark.error(
             f"!{tag} is for the entries of 'include:' in the first of two documents",
-            "write the includes into a document of their own above, and a line '---' after it",
+            "write the includes into a separate document above, and a line '---' after it",
         )
     known = [f"!{name}" for name in (*_CHECKS, *INCLUDE_TAGS)]
     others = f"quote a value that starts with '!'; the known tags are {', '.join(known[: len(_CHECKS)])}"

@@ -228,7 +228,7 @@ class Daemon(Run):
     def _report_stall(self, stall: Stall | None) -> None:
         """Report a loop that does not come to its end, or has come to it; in the watchdog's thread."""
         if stall is None:
-            self.log.info("The loop goes on")
+            self.log.info("The loop continues")
         elif self.loop.stopping:
             self.stalls.watchdog.interrupt()  # no client is left to do so
         self._notifier.status("goes on" if stall is None else str(stall))

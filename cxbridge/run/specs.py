@@ -115,7 +115,9 @@ def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
     for section, known in _SECTIONS.items():
         for each in () if section in sections else sections:
             if nearest(section, [each], _LIKE) and not set(known).isdisjoint(config.keys(f"/{each}")):
-                yield _error(f"nobody reads '{each}'", _first(config, f"/{each}"), f"did you mean {section}?")
+                yield _error(
+                    f"'{each}' is never read", _first(config, f"/{each}"), f"did you mean {section}?"
+                )
 
 
 def _misspelt(config: Configuration, path: str, known: Sequence[str]) -> Iterator[ConfigError]:
@@ -126,7 +128,7 @@ def _misspelt(config: Configuration, path: str, known: Sequence[str]) -> Iterato
     for key in keys:
         if key not in known and (near := nearest(key, absent, _LIKE)):
             place = _first(config, f"{path}/{key}")
-            yield _error(f"nobody reads '{key}'", place, f"did you mean {near[0]}?")
+            yield _error(f"'{key}' is never read", place, f"did you mean {near[0]}?")
 
 
 def check_features(config: Configuration, spec: str, available: Collection[str]) -> None:
@@ -226,7 +228,7 @@ def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
     unknown = sorted(set(keys) - _ENTRY_KEYS)
     for key in unknown:
         known = ", ".join(sorted(_ENTRY_KEYS))
-        yield f"{_at(config, f'{path}/{key}')}nobody reads '{key}' of {where}; known are {known}"
+        yield f"{_at(config, f'{path}/{key}')}'{key}' of {where} is never read; known are {known}"
     if not unknown and not where.startswith(STAGES[0]) and not _ENTRY_KEYS.intersection(keys) - {"name"}:
         yield f"{_at(config, path)}{where} does nothing: it names no file"
 

@@ -15,7 +15,7 @@ from cxbridge.skiller.status import Status
 
 
 class FailureCause(Enum):
-    """What failed, with the begin of the line that the log has of it; an outcome has none."""
+    """What failed, with the beginning of its line in the log; an outcome has none."""
 
     SKILL_STRING = "Failed to compile skill string"
     CODE = "Failed to execute skill"

@@ -64,7 +64,7 @@ class World:
             before = len(self._env.faults)
             if self._env.assert_string(text) is None and len(self._env.faults) == before:
                 raise AssertionError(
-                    f"{text} cannot be asserted: it is no valid fact, or an equal fact exists already"
+                    f"{text} cannot be asserted: it is invalid, or an equal fact exists already"
                 )
 
     def retract(self, template: str, slots: dict[str, object]) -> int:

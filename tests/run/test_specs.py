@@ -73,7 +73,7 @@ def test_what_is_of_a_wrong_type_is_told_with_its_place(old, new, line, message)
 def test_keys_that_nobody_reads_are_warnings():
     config = configuration(GOOD.replace("file: a.clp", "flie: a.clp"))
     (warning,) = check_spec(config, "s")
-    assert warning.startswith("f.yaml:10: nobody reads 'flie' of stage-3, entry 1")
+    assert warning.startswith("f.yaml:10: 'flie' of stage-3, entry 1 is never read")
 
 
 def test_stages_may_be_empty():

@@ -34,7 +34,7 @@ COMPONENT: Final = "Replay"
 _TICK_S = 0.2
 
 Keys = Callable[[Callable[[], bool]], bool]
-"""Waits for a key; gets a function that tells whether to give up. False at the end of the input."""
+"""Waits for a key; gets a function that returns whether to give up. False at the end of the input."""
 
 
 @dataclass(slots=True)

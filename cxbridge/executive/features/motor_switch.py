@@ -53,7 +53,7 @@ class MotorSwitchFeature(Feature):
             motor.msgq_enqueue(message)
         except NoWriterError:
             log.error(
-                f"Failed to {'enable' if on else 'disable'} motors: nobody writes MotorInterface::{self._id}"
+                f"Failed to {'enable' if on else 'disable'} motors: no writer of MotorInterface::{self._id}"
             )
         except CxbridgeError as error:
             log.error(f"Failed to {'enable' if on else 'disable'} motors: {error}")

@@ -54,7 +54,7 @@ DURATION: Final = "duration"
 class KnownState:
     """A state of which the facts, the values of functions and the objects are known.
 
-    :param predicates: the true facts.
+    :param predicates: the facts.
     :param functions: the values of functions.
     :param duration: the value of ``?duration``, within a durative action.
     """

@@ -104,7 +104,7 @@ def _check_number(element: Element, item: EnumItem, names: dict[int, str], findi
         findings.error(
             element,
             f"enum items '{other}' and '{item.name}' are both {item.value}",
-            "give every item a number of its own",
+            "give every item a different number",
             "value",
         )
 

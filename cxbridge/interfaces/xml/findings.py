@@ -89,7 +89,7 @@ class Findings(Struct):
             self.error(
                 element,
                 f"{what} has no comment",
-                f"say what it is for: <{element.name} ...>What it is for</{element.name}>",
+                f"describe its purpose: <{element.name} ...>purpose</{element.name}>",
             )
         return " ".join(element.text.split())
 

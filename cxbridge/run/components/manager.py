@@ -61,7 +61,7 @@ class Policy(Enum):
 
 
 class Interruption(Protocol):
-    """Tells whether a signal asks for the end."""
+    """Returns whether a signal asks for the end."""
 
     @property
     def received(self) -> bool:

@@ -54,7 +54,7 @@ class UnexecutedActions:
         mapped = set(action_mapping(context.config, context.spec))
         if action not in operators:
             hint = did_you_mean(action, operators & mapped or operators | mapped)
-            return _joined(of_action(action), f"nobody executes the action '{action}'", hint)
+            return _joined(of_action(action), f"the action '{action}' has no executor", hint)
         if action in mapped:
             why = f"'{action}' found no Skiller under control, and a monitor fails actions that wait for it"
             return _joined(of_action(action), why, "")

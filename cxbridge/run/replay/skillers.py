@@ -116,7 +116,7 @@ class RecordedSkiller(SkillerBackend):
             self.expected.refuse(f"{kind.value} '{text}'" if text else kind.value, now_us)
             return
         if self._due:
-            self._log.warn(f"{self.name}: {expected} came before what was recorded before it")
+            self._log.warn(f"{self.name}: {expected} came before the recorded commands before it")
         self.expected.meet(now_us)
         self._begun = expected
         self._before.clear()

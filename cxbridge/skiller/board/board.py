@@ -230,7 +230,7 @@ class SkillBoard:
             self._answered(executor)
         info = self._watch.get(executor)
         if info is None:
-            self._log.debug(f"RESPONSE of {executor}, which is not there")
+            self._log.debug(f"RESPONSE of {executor}, which is unknown")
             return
         master = self._master(message)
         if master is None:
@@ -248,7 +248,7 @@ class SkillBoard:
         master = self._master(message)
         if master is None:
             if self._policy.answer_late:
-                self._log.warn(f"{message.executor} executes something that nobody wants any more")
+                self._log.warn(f"{message.executor} executes a skill without a request")
                 self._sender.cancel(message.executor, message.master, message.epoch)
         else:
             master.take_feedback(message.executor, message.progress, message.text, self._clock.now_us())

@@ -242,7 +242,7 @@ class ExecutorHost(Listener):
         if reader is not None:
             reader.close()
         if self.state is not ExecutorState.IDLE and self.ticket.board == board:
-            self._log.warn(f"{self.name}: the skill board {board} is gone, so is what it wanted")
+            self._log.warn(f"{self.name}: the skill board {board} is gone, and its requests with it")
             self._end_steps()
             self._become_idle()
 

@@ -113,13 +113,13 @@ class ExecutorSettings:
         :raises SkillError: when it is only some of them.
         """
         mine = self.skills()
-        others = [skill for skill in mine if skill in skills]
-        if others and len(others) < len(mine):
+        replaced = [skill for skill in mine if skill in skills]
+        if replaced and len(replaced) < len(mine):
             raise SkillError(
-                f"{self.name} executes {', '.join(mine)}: it cannot be replaced for {', '.join(others)} only",
+                f"{self.name} executes {', '.join(mine)}: {', '.join(replaced)} alone cannot be replaced",
                 hint="replace all of its skills",
             )
-        return bool(others)
+        return bool(replaced)
 
 
 @dataclass(frozen=True, slots=True)

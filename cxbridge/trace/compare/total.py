@@ -143,7 +143,7 @@ class Divergence:
     def differences(self, checks: _PartnerChecks, same: int) -> list[Difference]:
         """Return all differences in the order of the runs.
 
-        :param same: the number of partners at the begin that were checked when they were read.
+        :param same: the number of partners at the start that were checked when they were read.
         """
         edits = self._alignment.edits(self._content, self._thread, owner=self._owner)
         found = [(edit.place, self._difference(edit)) for edit in self._without_repeated_details(edits)]

@@ -75,7 +75,7 @@ def _unknown_keys(config: Configuration, spec: str) -> Iterator[str]:
         for key in config.keys(path):
             if key not in names:
                 hint = did_you_mean(key, names, f"known are {', '.join(names)}")
-                yield f"{_at(config, f'{path}/{key}')}nobody reads '{key}'; {hint}"
+                yield f"{_at(config, f'{path}/{key}')}'{key}' is never read; {hint}"
 
 
 def _strange_folders(config: Configuration, checkout: Ros2CxCheckout) -> Iterator[str]:

@@ -53,7 +53,7 @@ def views_module() -> str:
 
 
 def site_module(runs: Sequence[tuple[str, str]] | None, inside: Mapping[str, Any] | None = None) -> str:
-    """Return the module that tells the page its source of data.
+    """Return the module with the page's source of data.
 
     :param runs: recorded runs, by path and name; None: a daemon or a run, with the API.
     :param inside: of the recording in the page itself; None: there is none.

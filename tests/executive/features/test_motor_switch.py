@@ -33,4 +33,4 @@ def test_the_writer_is_told(env, board):
 @pytest.mark.parametrize("verb", ["enable", "disable"])
 def test_nobody_there(env, log, verb):
     env.call(f"motor-{verb}")
-    assert log.texts(Level.ERROR) == [f"Failed to {verb} motors: nobody writes MotorInterface::Robotino"]
+    assert log.texts(Level.ERROR) == [f"Failed to {verb} motors: no writer of MotorInterface::Robotino"]

@@ -79,7 +79,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "hello-plan.clp",
         "(action-name greet)",
         "(action-name greeet)",
-        "nobody executes the action 'greeet'; did you mean greet",
+        "the action 'greeet' has no executor; did you mean greet",
         "hello-plan.clp:6",
         status=_FAILED,
     ),

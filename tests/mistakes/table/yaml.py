@@ -58,7 +58,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _FILE,
         "name: domain",
         "nmae: domain",
-        "nobody reads 'nmae'",
+        "'nmae' is never read",
         "scenario.yaml:14",
     ),
     mistake("a stage is misspelt", _FILE, "stage-3", "stage3", "there is no 'stage3'", "scenario.yaml:14"),

@@ -305,7 +305,9 @@ class OpenInterfaces:
 
     def _give_up(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
         code = ResultCode(frame.body.code).name
-        self._board.warn(f"{instance.uid} of {instance.owner or 'nobody'} could not be opened again: {code}")
+        self._board.warn(
+            f"{instance.uid} of {instance.owner or 'no owner'} could not be opened again: {code}"
+        )
         instance.invalidate()
         if copy is not None:
             if instance in copy.instances:

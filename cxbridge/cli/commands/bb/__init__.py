@@ -176,7 +176,7 @@ def set_fields(
         writer.mark_data_refreshed()
         writer.write()
         if not writer.num_readers and hold is None:
-            say("nobody reads it: it is gone with this command; --hold keeps it", err=True)
+            say("it has no reader: it is gone with this command; --hold keeps it", err=True)
         if hold is not None:
             feed.next(Deadline(hold))
 

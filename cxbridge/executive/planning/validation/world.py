@@ -16,7 +16,7 @@ def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
 
 @dataclass(frozen=True, slots=True)
 class WorldState:
-    """The true facts, and the values of functions."""
+    """The facts, and the values of functions."""
 
     facts: frozenset[Ground]
     numbers: Mapping[Ground, float]

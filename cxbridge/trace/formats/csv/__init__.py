@@ -1,6 +1,7 @@
 """The CSV files that ``ffbblog convert`` writes, one for each interface.
 
-They quote nothing, so a text with semicolons cannot be told from two texts: they are written, not read.
+They quote nothing, so a text with semicolons cannot be distinguished from two texts: they are written, not
+read.
 """
 
 from __future__ import annotations

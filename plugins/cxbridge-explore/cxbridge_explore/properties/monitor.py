@@ -42,7 +42,7 @@ class Violation:
 
     :param property: its name.
     :param message: the violation, in a sentence.
-    :param seconds: the time since the begin of the run, by its clock.
+    :param seconds: the time since the start of the run, by its clock.
     :param goal: the id of the goal in question; empty: none. The same holds for the next fields.
     :param action: the plan-action, as ``NAME ARGUMENT...``.
     :param skill: the skill.

@@ -62,7 +62,7 @@ class ChoicePoint:
     :param kind: the kind of the choice.
     :param subject: the subject in particular, e.g. ``Skiller: deliver{wp='wp1'}``. Runs with equal
         choices before have equal subjects here.
-    :param seconds: the time since the begin of the run, by its clock.
+    :param seconds: the time since the start of the run, by its clock.
     :param options: at least two, or one together with ``draw``; the first is the usual one.
     :param draw: makes further options, which the listed ones represent. None: there are no further options.
     """

@@ -2,7 +2,7 @@
 
 The performer behaves like the originals, except where they hang: a REQUEST that arrives while no executor is
 free is answered when one is, a RESPONSE that may be lost is repeated, one that is neither confirmed nor
-rejected reserves no executor for ever, and a late CONFIRM is still carried out.
+rejected reserves no executor permanently, and a late CONFIRM is still carried out.
 """
 
 from __future__ import annotations
@@ -220,7 +220,7 @@ class HubPerformer(Closing):
             if job.master is not None:
                 continue
             if now_us > job.deadline_us:
-                self._log.debug(f"{job.node}: nobody has confirmed {key}")
+                self._log.debug(f"{job.node}: no caller has confirmed {key}")
                 del self._jobs[key]
             elif 0 < job.repeat_us <= now_us:
                 self._respond(job)

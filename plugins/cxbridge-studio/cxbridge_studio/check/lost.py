@@ -56,7 +56,7 @@ class Losses:
     """Finds lost constructs.
 
     :param usage: the uses of the agent's constructs.
-    :param is_of_core: tells whether a file is one of the core's: none of its constructs is lost.
+    :param is_of_core: returns whether a file is one of the core's: none of its constructs is lost.
     """
 
     def __init__(self, usage: Usage, is_of_core: Callable[[str], bool]) -> None:

@@ -38,7 +38,7 @@ def atom_text(atom: Atom) -> str:
 
 
 class Preconditions:
-    """The conditions of a domain, and its true facts at a moment.
+    """The conditions of a domain, and its facts at a moment.
 
     :param facts_of: gives the facts of ``pddl-formula``, ``pddl-predicate`` and ``domain-fact``.
     """

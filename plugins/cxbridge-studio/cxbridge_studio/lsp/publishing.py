@@ -41,7 +41,7 @@ class FindingsOfFiles:
         return set(self._checked)
 
     def begin(self) -> None:
-        """Note the begin of a check: it sees the files on the disk."""
+        """Note the start of a check: it sees the files on the disk."""
         self._began = set()
 
     def change(self, path: str) -> None:

@@ -23,7 +23,7 @@ class OutlineSymbol(Struct, frozen=True):
     """An entry of an outline.
 
     :param mention: the name, where it is defined.
-    :param start: the begin of the definition; ``end``: its end.
+    :param start: the start of the definition; ``end``: its end.
     """
 
     mention: Mention

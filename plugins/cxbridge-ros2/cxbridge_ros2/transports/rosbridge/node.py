@@ -35,7 +35,7 @@ class RosbridgeNode(Node):
     :param name: the node's, for logs: in ROS all is done by the bridge's own node.
     :param definitions: the types that are known.
     :param url: of the bridge's websocket.
-    :raises Ros2Error: when there is no server, or the server is no bridge.
+    :raises Ros2Error: when there is no server, or the server is not a bridge.
     """
 
     def __init__(

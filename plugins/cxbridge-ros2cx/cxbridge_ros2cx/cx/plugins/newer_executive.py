@@ -69,7 +69,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
             for name, command in (("eval", self._eval), ("build", self._build)):
                 node.serve(f"{place}/{name}", "cx_msgs/srv/ClipsCommand", command, needs=Right.PROGRAMS)
         except Ros2Error as error:
-            self.log.warn(f"eval and build are not there: {error.message}")
+            self.log.warn(f"eval and build are not offered: {error.message}")
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions for the time; its fact is not watched."""

@@ -86,7 +86,7 @@ class NodeServices(Closing):
                 )
             except Ros2Error as error:
                 hint = "name a checkout or workspace with cx_msgs with --ros2cx"
-                self._manager.log.warn(f"services for environments are not there: {error.message}; {hint}")
+                self._manager.log.warn(f"services for environments are not offered: {error.message}; {hint}")
                 return
 
     def _reported(self, answer: Callable[[Message], Fields]) -> Callable[[Message], Fields]:

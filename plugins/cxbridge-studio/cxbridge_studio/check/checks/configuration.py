@@ -151,7 +151,7 @@ def _check_format(agent: Agent, old: list[ConfigValue]) -> Iterator[Finding]:
         yield Finding(
             OLD_FORMAT,
             place_of(old[0]),
-            f"the spec '{agent.spec}' names files in the old format ({keys}): nobody loads them",
+            f"the spec '{agent.spec}' names files in the old format ({keys}), which is not loaded",
             "list the files below init: stage-3: - name: NAME, files: [...]",
         )
 
@@ -178,7 +178,7 @@ def _check_keys(agent: Agent, named: set[SourcePlace]) -> Iterator[Finding]:
         yield Finding(
             UNKNOWN_KEY,
             place_of(value),
-            f"nobody reads '{path[index]}'{above}",
+            f"'{path[index]}' is never read{above}",
             hint or f"known are: {', '.join(sorted(known))}",
         )
 

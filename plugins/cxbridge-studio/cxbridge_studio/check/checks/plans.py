@@ -247,13 +247,13 @@ def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
                 reported.add(name)
                 at = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
                 hint = did_you_mean(name, mapped - operators)
-                yield Finding(NOT_EXECUTED, at, f"nobody executes the action '{name}'", hint)
+                yield Finding(NOT_EXECUTED, at, f"the action '{name}' has no executor", hint)
     planner = next((call for call in _planner_calls(agent)), None)
     for each in parsed if planner is not None else ():
         for action in each.domain.actions:
             if action.name not in reported:
                 reported.add(action.name)
-                message = f"nobody executes the action '{action.name}', which a planner may plan"
+                message = f"the action '{action.name}', which a planner may plan, has no executor"
                 hint = did_you_mean(action.name, mapped - operators)
                 yield Finding(NOT_EXECUTED, each.file.place(each.call), message, hint)
 
