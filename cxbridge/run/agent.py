@@ -370,8 +370,9 @@ class Run(Closing):
         return next((component.loss for component in self.components if component.loss), "")
 
     def interrupt(self) -> None:
-        """End the rule that fires now, and let no rule fire any more. From any thread."""
-        self.executive.env.interrupt()
+        """End the rule that fires now, and let no rule fire any more. From any thread, at any time."""
+        if (thinking := self.thinking) is not None:
+            thinking.executive.env.interrupt()
 
     def finalize(self) -> None:
         """Let the executive's rules run their finalization."""

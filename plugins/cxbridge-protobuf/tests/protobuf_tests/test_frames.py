@@ -65,7 +65,7 @@ def test_garbage_gives_frames_or_one_error(version, garbage):
     [
         ("02000000 ffffffff", "4294967295 bytes"),
         ("02000000 00000003", "3 bytes"),
-        ("01000000 00000008", "not frames of version 2"),
+        ("01000000 00000008", "no frames of version 2"),
         ("02020000 00000020", "encrypted"),
     ],
 )

@@ -120,13 +120,14 @@ class Adapter:
                 self._inbox.put(request)
         except (WireError, OSError) as error:
             self.problem = str(error)
-        self.end()
+        finally:
+            self.end()
 
     def end(self) -> None:
         """End everything as soon as possible; from any thread."""
+        self._inbox.put(None)
         if self._target is not None:
             self._target.interrupt()
-        self._inbox.put(None)
 
     def _run(self) -> None:
         """Run the target to its end, and say so."""

@@ -59,7 +59,7 @@ def rows(heading):
 
 BAD, NODE, RUNS = "test_bad_input", "test_node", "test_recordings"
 CHECKED = {
-    "a message of an unknown type, a topic that nobody opened, an INTEGER for a bool: the node dies": (
+    "a message of an unknown type, a topic that was never opened, an INTEGER for a bool: the node dies": (
         f"{BAD}.test_a_wrong_call_ends_the_rule_only",
         f"{BAD}.test_a_value_that_a_field_does_not_take_changes_nothing",
     ),
