@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -64,6 +65,29 @@ def test_an_agent_that_sets_no_goal_is_stuck_with_status_3(tmp_path):
     assert (result.status, result.reason) == (3, "nothing can happen any more: no goal has appeared")
     assert result.as_dict()["result"] == "stuck"
     assert result.run_seconds < 2
+
+
+@pytest.mark.parametrize(
+    ("sub_type", "hint"),
+    [
+        ("RETRY-SUBGOAL", ": add goals/retry.clp to the files of the spec"),
+        ("RETRY-SUBGOALS", ": did you mean RETRY-SUBGOAL? Then add goals/retry.clp to the files of the spec"),
+        ("OTHER", ""),
+    ],
+)
+@pytest.mark.parametrize("parent", ["nil", "TOP"])
+def test_a_goal_is_stuck_whose_sub_type_no_rule_handles(tmp_path, sub_type, hint, parent):
+    agent = f"""
+    (defrule make (executive-initialized) =>
+      (assert (goal (id TOP) (class TOP) (mode DISPATCHED)))
+      (assert (goal (id G) (class WALK) (sub-type {sub_type}) (parent {parent}) (mode EXPANDED))))
+    """
+    result, _ = run(write_scenario(tmp_path, agent=agent))
+    causes = result.reason.removeprefix("nothing can happen any more: ").split("; ")
+    told = [each for each in causes if "sub-type" in each]
+    assert [re.sub(r" \(\S+\)", "", each) for each in told] == [
+        f"G is EXPANDED, and no rule handles its sub-type {sub_type}{hint}"
+    ]
 
 
 def test_an_agent_that_waits_for_a_time_is_not_stuck(tmp_path):

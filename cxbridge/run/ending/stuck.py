@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.syntax import definitions
+from cxbridge.executive import sub_types
 from cxbridge.executive.executive import ACTIONS_OVER
-from cxbridge.executive.host.constructs import allowed_values
+from cxbridge.executive.host.constructs import allowed_values, rule_texts
 from cxbridge.run.ending.places import places_of
 from cxbridge.run.explainers import Places
 
@@ -28,6 +29,9 @@ _QUIET_FEATURES: Final = frozenset(
     }
 )  # fmt: skip
 """The features that assert nothing by themselves; other signs show whether they wait for something."""
+
+_BEFORE_COMMITTED: Final = frozenset({"SELECTED", "EXPANDED"})
+"""The modes in which a goal with sub-goals waits for a rule of its sub-type."""
 
 _TIME: Final = "/clips-executive/assert-time-each-loop"
 
@@ -125,10 +129,13 @@ def _goals(agent: Run, places: Places) -> Iterator[str]:
     env, goals = agent.executive.env, agent.executive.goals
     modes = allowed_values(env, "goal", "mode")
     classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
-    for goal in goals.open_roots:
+    unhandled = _unhandled_sub_types(agent)
+    below = (goal for goal in goals.open.values() if not goal.is_root and goal.goal in unhandled)
+    for goal in (*goals.open_roots, *below):
         is_mode = not modes or goal.mode in modes
         place = _at(places.of_goal(classes.get(goal.goal, ""), goal.mode))
-        yield f"{goal.goal} is {goal.mode}{place}" + ("" if is_mode else ", which is not a mode of goals")
+        why = unhandled.get(goal.goal, "") if is_mode else ", which is not a mode of goals"
+        yield f"{goal.goal} is {goal.mode}{place}{why}"
     known = goals.open
     for _, _, slots in env.facts("plan-action"):
         if str(slots["goal-id"]) in known and slots["state"] not in ACTIONS_OVER:
@@ -143,6 +150,28 @@ def _goals(agent: Run, places: Places) -> Iterator[str]:
             yield f"{controllers.get(slots['skiller']) or 'nobody'} has control of {slots['skiller']}"
     if not any(True for _ in env.facts("skiller-control")) and env.has_template("skiller-control"):
         yield "no (skiller-control) asks for control of a Skiller"
+
+
+def _unhandled_sub_types(agent: Run) -> dict[str, str]:
+    """Return the goals that wait for a rule of their sub-type and have none, each with a clause for that."""
+    from cxbridge.run.ending.timed_rules import condition_of_rule  # noqa: PLC0415 - for runs that are stuck
+
+    env = agent.executive.env
+    waiting = {
+        str(slots["id"]): sub_type
+        for _, _, slots in env.facts("goal")
+        if slots.get("mode") in _BEFORE_COMMITTED
+        and (sub_type := str(slots.get(sub_types.SLOT, sub_types.NONE))) != sub_types.NONE
+    }
+    rules = rule_texts(env).values() if waiting else ()
+    known = {name for rule in rules for name in sub_types.handled(condition_of_rule(rule))}
+    files = sub_types.files_of_core(*agent.paths.before, agent.paths.cx)
+    found = {}
+    for goal, sub_type in waiting.items():
+        if sub_type not in known:
+            hint = sub_types.advice(sub_type, known, files)
+            found[goal] = f", and no rule handles its sub-type {sub_type}" + (f": {hint}" if hint else "")
+    return found
 
 
 def _without_files(agent: Run) -> Iterator[str]:

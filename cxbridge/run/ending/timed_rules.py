@@ -33,19 +33,19 @@ def timed_rules(env: ClipsEnvironment, skillers: Collection[str]) -> Iterator[st
             continue
         if name == _CONTROL and not _can_get_control(env, skillers):
             continue
-        if all(_may_hold(env, each) for each in _condition(text)):
+        if all(_may_hold(env, each) for each in condition_of_rule(text)):
             yield name
 
 
 def lacking(env: ClipsEnvironment, rule: str) -> str:
     """Return the deftemplate of the first fact that a rule lacks; empty when it lacks none that is sure."""
-    for each in _condition(rule_texts(env).get(rule, "")):
+    for each in condition_of_rule(rule_texts(env).get(rule, "")):
         if isinstance(each, PatternCE) and not _may_hold(env, each):
             return each.template
     return ""
 
 
-def _condition(text: str) -> tuple[CE, ...]:
+def condition_of_rule(text: str) -> tuple[CE, ...]:
     """Return the condition of a rule; nothing of it when it is nested too deep to be read."""
     try:
         return tuple(ce for rule in read(text) for ce in condition_of(rule))

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from cxbridge.clipstext.syntax import literal
+from cxbridge.executive import sub_types
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent
@@ -53,8 +55,16 @@ FUNCTION: Final = Code(
     "a function that is never called",
     "No file calls the function, and no text or list of words has its name.",
 )
+SUB_TYPE: Final = Code(
+    "CX508",
+    Severity.WARNING,
+    "a sub-type that no rule handles",
+    "A goal has this sub-type, literally or from a function of the core, and no loaded rule commits goals of "
+    "this sub-type to a sub-goal: the name is misspelt, or the spec lacks the file with the rules. The goal "
+    "stays EXPANDED.",
+)
 
-CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION)
+CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION, SUB_TYPE)
 
 _INITIAL: Final = ("initial-fact", "initial-object")
 """Facts that CLIPS 6.30 makes at the start, and 6.4 does not."""
@@ -64,6 +74,8 @@ _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 """Of the slots of goals that say who expands them."""
 _GOAL: Final = "goal"
 _SORTS: Final = frozenset({"class", "type", "sub-type"})
+_COMMITTED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")
+"""The modes into which a goal that is EXPANDED may go."""
 _QUIET: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
 """Functions that do nothing to a goal."""
 
@@ -173,6 +185,8 @@ def _asserts(usage: Usage, template: str) -> int:
 def _goals(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     made = {word for construct in usage.constructs for word in construct.words} | usage.others
     reported: set[str] = set()
+    unhandled = dict(_sub_types(agent, usage, own))
+    yield from unhandled.values()
     for construct in own:
         for pattern in construct.patterns:
             for name in sorted(pattern.slots.get(_CLASS, ()) if pattern.template == _GOAL else ()):
@@ -187,6 +201,8 @@ def _goals(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
             name = next(iter(fact.slots.get(_CLASS, ())), "")
             if fact.template == _GOAL and name and name not in reported:
                 reported.add(name)
+                if (construct, fact.start) in unhandled:
+                    continue
                 yield from _way(agent, usage, construct, fact, name)
 
 
@@ -225,14 +241,20 @@ def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bo
     )
 
 
-def _leads(rule: Construct, goal: FactUse, before: str, after: str, setters: set[str]) -> bool:
+def _leads(
+    rule: Construct, goal: FactUse, before: str, after: str, setters: set[str], *, by_class: bool = False
+) -> bool:
     """Whether a rule matches such a goal in a mode, and may set another.
 
     :param setters: functions that set it.
+    :param by_class: only a rule for goals of this class counts.
     """
     if not rule.sets_mode(after) and not rule.symbols & setters:
         return False
-    return any(_fits(pattern, goal, before) for pattern in rule.patterns)
+    return any(
+        _fits(pattern, goal, before) and (not by_class or _CLASS in pattern.slots.keys() & goal.slots)
+        for pattern in rule.patterns
+    )
 
 
 def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
@@ -242,6 +264,54 @@ def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
     defaults = _DEFAULTS if "sub-type" not in goal.named else {"type": _DEFAULTS["type"]}
     kept = {slot: words for slot, words in pattern.slots.items() if slot in _SORTS}
     return FactUse(_GOAL, 0, kept, pattern.named).fits(goal, defaults)
+
+
+# ---- sub-types
+
+
+def _sub_types(
+    agent: Agent, usage: Usage, own: list[Construct]
+) -> Iterator[tuple[tuple[Construct, int], Finding]]:
+    """Yield a finding for each goal whose sub-type no rule handles, with the place of the goal."""
+    known = frozenset().union(*(sub_types.handled(each.condition) for each in usage.constructs))
+    compared = usage.others.union(*(each.compared for each in usage.constructs))
+    files = sub_types.files_of_core(*agent.context.paths.before, agent.context.paths.cx)
+    for construct, goal, start in _with_sub_type(agent, usage, own, known | files.keys()):
+        for name in goal.slots[sub_types.SLOT] - known - compared - {sub_types.NONE}:
+            hint = sub_types.advice(name, known, files)
+            is_led = any(
+                _leads(each, goal, "EXPANDED", mode, set(), by_class=bool(hint))
+                for each in usage.constructs
+                for mode in _COMMITTED
+            )
+            if not is_led:
+                message = f"no rule handles goals of the sub-type {name}"
+                yield (construct, start), _finding(SUB_TYPE, construct, start, message, hint)
+
+
+def _with_sub_type(
+    agent: Agent, usage: Usage, own: list[Construct], known: frozenset[str]
+) -> Iterator[tuple[Construct, FactUse, int]]:
+    """Yield the goals with a literal sub-type: those that are asserted, or made by functions of the core.
+
+    :param known: the sub-types that functions of the core may give to goals.
+    """
+    makers = {
+        each.name: found
+        for each in usage.constructs
+        if each.keyword == "deffunction" and agent.is_of_core(each.file.path)
+        if (found := each.symbols & known)
+    }
+    for construct in own:
+        for fact in construct.facts:
+            if fact.template == _GOAL and sub_types.SLOT in fact.slots:
+                yield construct, fact, fact.start
+        for node in (node for action in construct.actions for node in action.walk()):
+            if node.head in makers:
+                slots = {sub_types.SLOT: makers[node.head]}
+                if name := literal(next(iter(node.arguments), node)):
+                    slots[_CLASS] = frozenset({name})
+                yield construct, FactUse(_GOAL, node.start, slots, frozenset(slots)), node.start
 
 
 # ---- functions

@@ -7,11 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from cxbridge.clipstext.syntax import definitions
+from cxbridge.executive import sub_types
+from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.run import RunOptions
 from cxbridge_studio.check.formats import FORMATS, as_text
 from cxbridge_studio.check.run import check
 from tests.support import ROOT
 
+TREES = (BUILTIN_CX / "goal-tree.clp").read_text()
 SCENARIOS = sorted(path.parent.name for path in (ROOT / "scenarios").glob("*/scenario.yaml"))
 
 SPEC = """\
@@ -241,6 +245,80 @@ GOAL = """
 def test_a_goal_class_that_a_rule_expands_or_not(tmp_path, rule, is_expanded):
     codes = [each[0] for each in found(agent(tmp_path, GOAL + rule))]
     assert ("CX505" in codes) is not is_expanded
+
+
+SUB_TYPE = """
+(defrule make (thing) => {made})
+(defrule select ?g <- (goal (id G) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
+(defrule expand ?g <- (goal (id G) (mode SELECTED)) => (modify ?g (mode EXPANDED)))
+"""
+MAKERS = [each.name for each in definitions(TREES) if each.name.startswith("goal-tree-assert-")]
+FILES = sub_types.files_of_core(BUILTIN_CX)
+
+
+@pytest.mark.parametrize(("sub_type", "file"), FILES.items())
+def test_a_sub_type_whose_file_is_not_loaded(tmp_path, sub_type, file):
+    clips = SUB_TYPE.format(made=f"(assert (goal (id G) (class WALK) (sub-type {sub_type})))")
+    folder = agent(tmp_path, clips)
+    (finding,) = check(RunOptions(scenario=folder))
+    assert (finding.code.name, finding.place.line, finding.place.column) == ("CX508", 3, 34)
+    assert finding.message == f"no rule handles goals of the sub-type {sub_type}"
+    assert finding.hint == f"add {file} to the files of the spec"
+    others = sorted({*FILES.values()} - {file})
+    agent(folder, clips, scenario_yaml=SPEC.replace("agent.clp", f"{', '.join(others)}, agent.clp"))
+    assert [each[0] for each in found(folder)] == ["CX508"]
+    agent(folder, clips, scenario_yaml=SPEC.replace("agent.clp", f"{file}, agent.clp"))
+    assert found(folder) == []
+
+
+@pytest.mark.parametrize(
+    ("sub_type", "hint"),
+    [
+        (
+            "TIMEOUT-SUBGOALS",
+            "did you mean TIMEOUT-SUBGOAL? Then add goals/timeout.clp to the files of the spec",
+        ),
+        ("RUN-ALL-SUBGOALS", "did you mean RUN-ALL-OF-SUBGOALS?"),
+        ("SIMPLE", ""),
+    ],
+)
+def test_a_sub_type_that_is_misspelt(tmp_path, sub_type, hint):
+    clips = SUB_TYPE.format(made=f"(assert (goal (id G) (class WALK) (sub-type {sub_type})))")
+    spec = SPEC.replace("agent.clp", "goals/run-all.clp, agent.clp")
+    (finding,) = check(RunOptions(scenario=agent(tmp_path, clips, scenario_yaml=spec)))
+    assert (finding.code.name, finding.hint) == ("CX508", hint)
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_a_function_of_the_core_gives_a_sub_type_whose_file_is_not_loaded(tmp_path, name):
+    clips = SUB_TYPE.format(made=f"({name} WALK NONE (assert (goal (id G) (class RUN))))")
+    spec = SPEC.replace("agent.clp", "goal-tree.clp, agent.clp")
+    (finding,) = check(RunOptions(scenario=agent(tmp_path, clips, scenario_yaml=spec)))
+    assert (finding.code.name, finding.place.column) == ("CX508", 26)
+    loaded = finding.hint.split()[1]
+    agent(tmp_path, clips, scenario_yaml=spec.replace("goal-tree.clp", f"goal-tree.clp, {loaded}"))
+    assert found(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("sub_type", "rule"),
+    [
+        ("SIMPLE", "?g <- (goal (sub-type SIMPLE) (mode EXPANDED))"),
+        ("SIMPLE", "?g <- (goal (sub-type OTHER|SIMPLE) (mode EXPANDED))"),
+        ("SIMPLE", "?g <- (goal (sub-type ?s&:(eq ?s SIMPLE)) (mode EXPANDED))"),
+        ("SIMPLE", "?g <- (goal (mode EXPANDED))"),
+        (
+            "RETRY-SUBGOALS",
+            "?g <- (goal (id ?i)) (or (goal (id ?i) (sub-type RETRY-SUBGOALS)) (goal (id ?i) (sub-type A)))",
+        ),
+        ("RETRY-SUBGOALS", "?g <- (goal (class WALK) (mode EXPANDED))"),
+        ("nil", "?g <- (goal (class RUN) (mode EXPANDED))"),
+    ],
+)
+def test_a_sub_type_that_a_rule_of_the_agent_handles(tmp_path, sub_type, rule):
+    clips = SUB_TYPE.format(made=f"(assert (goal (id G) (class WALK) (sub-type {sub_type})))")
+    clips += f"(defrule commit {rule} => (modify ?g (mode COMMITTED)))"
+    assert "CX508" not in [each[0] for each in found(agent(tmp_path, clips))]
 
 
 STEPS = """
