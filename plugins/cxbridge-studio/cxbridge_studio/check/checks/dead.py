@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.syntax import literal
+from cxbridge.clipstext.syntax import SyntaxNode, literal
 from cxbridge.executive import sub_types
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import Name, NameKind, Use
@@ -76,6 +76,7 @@ _GOAL: Final = "goal"
 _SORTS: Final = frozenset({"class", "type", "sub-type"})
 _COMMITTED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")
 """The modes into which a goal that is EXPANDED may go."""
+_CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 _QUIET: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
 """Functions that do nothing to a goal."""
 
@@ -292,7 +293,7 @@ def _sub_types(
 def _with_sub_type(
     agent: Agent, usage: Usage, own: list[Construct], known: frozenset[str]
 ) -> Iterator[tuple[Construct, FactUse, int]]:
-    """Yield the goals with a literal sub-type: those that are asserted, or made by functions of the core.
+    """Yield the goals with a literal sub-type: asserted, changed, or made by functions of the core.
 
     :param known: the sub-types that functions of the core may give to goals.
     """
@@ -302,16 +303,31 @@ def _with_sub_type(
         if each.keyword == "deffunction" and agent.is_of_core(each.file.path)
         if (found := each.symbols & known)
     }
+    is_of_goals = not any(sub_types.SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL})
     for construct in own:
         for fact in construct.facts:
             if fact.template == _GOAL and sub_types.SLOT in fact.slots:
                 yield construct, fact, fact.start
         for node in (node for action in construct.actions for node in action.walk()):
-            if node.head in makers:
+            if node.head in _CHANGES and is_of_goals:
+                slots = {
+                    item.head: frozenset({name})
+                    for item in node.arguments
+                    if item.head == sub_types.SLOT and (name := _first_word(item))
+                }
+            elif node.head in makers:
                 slots = {sub_types.SLOT: makers[node.head]}
-                if name := literal(next(iter(node.arguments), node)):
+                if name := _first_word(node):
                     slots[_CLASS] = frozenset({name})
+            else:
+                continue
+            if slots:
                 yield construct, FactUse(_GOAL, node.start, slots, frozenset(slots)), node.start
+
+
+def _first_word(node: SyntaxNode) -> str:
+    """Return the first argument of a list; empty when it is no word or missing."""
+    return literal(node.arguments[0]) if node.arguments else ""
 
 
 # ---- functions
