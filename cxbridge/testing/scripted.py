@@ -25,7 +25,8 @@ class ScriptedSkills(SkillScript):
 
     To be made before the components of the run.
 
-    :param usual: know how the skills of Skillers end that nothing is said of; empty: after a second.
+    :param usual: the deciders for skills that the script does not mention. A skill without a decider succeeds
+        after a second.
     """
 
     def __init__(self, context: Run, usual: Sequence[Decider] = ()) -> None:

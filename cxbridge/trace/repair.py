@@ -128,7 +128,7 @@ def files_of(folder: Path) -> Iterator[Path]:
 
 
 def _bblogger(run: BBLoggerFile) -> Mending:
-    """Mend the byte order flag, the end, and the count."""
+    """Return the repair of the byte order flag, the end, and the count."""
     header = run.header
     size = _size(run.path)
     actions = []
@@ -155,7 +155,7 @@ def _count_action(path: Path, header: Header, count: int) -> str:
 
 
 def _text(run: Run) -> Mending:
-    """Drop a last line that has no end."""
+    """Return the repair that drops an incomplete last line."""
     size = _size(run.path)
     end = _end_of_lines(run.path, size)
     actions = _truncated(size - end)
@@ -165,7 +165,7 @@ def _text(run: Run) -> Mending:
 
 
 def _end_of_lines(path: Path, size: int) -> int:
-    """Return where the last line of a file ends that has an end."""
+    """Return the end of the last complete line of a file."""
     with reading(path), path.open("rb") as file:
         end = size
         while end:

@@ -12,7 +12,7 @@ from cxbridge.interfaces.schema import InterfaceSchema
 
 
 class RemoteHashes:
-    """The names of one remote for types; thread-safe, as entries are only added."""
+    """The hashes of one remote for interface types; thread-safe, as entries are only added."""
 
     def __init__(self) -> None:
         self._adopted: Final[dict[str, bytes]] = {}

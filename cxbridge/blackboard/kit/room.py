@@ -23,6 +23,6 @@ def check_room(instances: Iterable[Interface], wanted: InterfaceSchema) -> None:
     """
     sizes = [instance.SCHEMA.datasize for instance in instances]
     if len(sizes) >= MOST_INSTANCES:
-        raise RemoteRefusalError(f"a client may have {MOST_INSTANCES} interfaces open")
+        raise RemoteRefusalError(f"a client may have at most {MOST_INSTANCES} interfaces open")
     if sum(sizes) + wanted.datasize > MOST_BYTES:
         raise RemoteRefusalError(f"the interfaces of a client may have {MOST_BYTES} bytes together")

@@ -5,8 +5,9 @@ facts, that no rule has fired for yet. Rules that make each other fire without a
 they have just made themselves, and for the same few other facts again and again. A rule that loads 300,000
 objects fires for another object each time; a ring of rules does not.
 
-A proof it is not: a rule that counts to a million looks like a rule that counts on and on. So the rules of a
-run have no end when all firings of some time were of the second kind; see :data:`ENDLESS`.
+This is a heuristic: a rule that counts to a million looks like a rule that counts without end. A run counts
+as endless when every firing of a long enough time used only facts that were made in that time, or were used
+before (:data:`ENDLESS`).
 """
 
 from __future__ import annotations
@@ -160,7 +161,7 @@ class EndlessRules:
         if count < self._window and (count < _LEAST_WINDOW or now_s - self._window_s < _WINDOW_S):
             return
         self.ring = ring_of([rule for rule, _ in self._firings[count // 2 :]])
-        self._is_closed = not _takes_what_was_there(self._firings, self._first_new)
+        self._is_closed = not _consumes_older_facts(self._firings, self._first_new)
         if self._is_closed:
             self._clear(now_s)
         else:
@@ -169,8 +170,8 @@ class EndlessRules:
             self._window = min(2 * self._window, _MOST_WINDOW)
 
 
-def _takes_what_was_there(firings: Sequence[tuple[str, str]], first_new: int | None) -> bool:
-    """Whether rules fire, in the second half of a window, for facts of before that they had not fired for.
+def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new: int | None) -> bool:
+    """Whether rules fire, in the second half of a window, for older facts for the first time.
 
     In the first half a ring, too, fires for some: those of the moment when the window began.
 

@@ -73,7 +73,7 @@ def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
 def _parse(data: bytes, file: str) -> InterfaceSchema:
     """Read a file once, however many runs of a process use it.
 
-    Mistakes are not kept, nor is what strangers' recordings hold, which goes with them.
+    Errors are not cached. Definitions of recordings are not cached either: they are freed with the recording.
     """
     return parse_bytes(data, file)
 

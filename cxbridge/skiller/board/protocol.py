@@ -180,7 +180,7 @@ def decode_parameters(text: str) -> dict[str, Any]:
 
 
 def name_of(value: object) -> str:
-    """Return the name of an enum's item that was read from a block; of an unknown number, that."""
+    """Return the name of an enum value of a block, or the number itself if it has no name."""
     return value._name_ if isinstance(value, Enum) else str(value)  # .name takes five times as long
 
 

@@ -224,10 +224,10 @@ class Coordinator(Closing):
         elif hello.pid:
             peer.pid = hello.pid
             peer.mark()
-        else:  # who will be copied has made the connection of the copy
+        else:  # the copy's parent has opened this connection; the copy follows
             orderer = next((each for each in self._peers.values() if hello.edge in each.ordered), None)
             if orderer is None:
-                self._drop(peer)  # who was to make the copy has died, and its edge is waiting again
+                self._drop(peer)  # the parent has died before the copy, and the edge is open again
             else:
                 orderer.ordered.remove(hello.edge)
                 peer.take(hello.edge)

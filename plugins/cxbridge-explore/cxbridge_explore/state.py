@@ -123,7 +123,7 @@ class _Names:
             self._skills[skill] = f"{skill.removesuffix(end)}-#{number}"
 
     def note_old(self, slots: dict[str, Value], seconds: float) -> None:
-        """Forget a time in ``last-try`` that is so long ago: rules ask only whether it is."""
+        """Replace an old time in ``last-try``: rules only test whether ``seconds`` have passed."""
         last = slots["last-try"]
         if isinstance(last, tuple) and len(last) == 2 and all(isinstance(each, int) for each in last):  # noqa: PLR2004
             age_us = self._now_us - sum(

@@ -132,7 +132,7 @@ class SkillChoices:
         return seconds
 
     def _usual_seconds(self, call: SkillStringCall) -> float:
-        """Return after how long a call fails that nothing is said of."""
+        """Return the time to failure, in seconds, of a call without a duration in the world."""
         found = (decider.decide(call) for decider in self._usual)
         seconds = next((outcome.seconds for outcome in found if outcome is not None), None)
         return 1.0 if seconds is None else seconds

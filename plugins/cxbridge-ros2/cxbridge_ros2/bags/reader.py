@@ -25,7 +25,7 @@ from cxbridge_ros2.names import parse_type
 METADATA: Final = "cxbridge"
 """Before the keys of a run's metadata in those of the bag."""
 
-_NANOSECONDS: Final = 1000
+_NS_PER_US: Final = 1000
 
 T = TypeVar("T")
 
@@ -67,9 +67,10 @@ class BagRun(Run):
 
     def _taken(self, take: Taker, connection: Connection, message: Message, time_ns: int) -> Iterator[Event]:
         try:
-            yield from take(connection.topic, message, time_ns // _NANOSECONDS)
+            yield from take(connection.topic, message, time_ns // _NS_PER_US)
         except (KeyError, TypeError, ValueError) as error:
-            self.note(f"{connection.topic} at {time_ns} ns: no {connection.msgtype} as it is known: {error}")
+            kind = connection.msgtype
+            self.note(f"{connection.topic} at {time_ns} ns: not a message of the known {kind}: {error}")
 
     def _decoded(self, connection: Connection, time_ns: int, data: bytes) -> Message | None:
         try:
@@ -123,7 +124,7 @@ class BagRun(Run):
             bag = Reader(self.path)
             bag.open()
         except (ReaderError, OSError) as error:
-            raise TraceError(f"not a whole bag of ROS 2: {error}", file=self.path) from None
+            raise TraceError(f"an incomplete or damaged bag of ROS 2: {error}", file=self.path) from None
         except Exception as error:  # noqa: BLE001  a damaged file makes the readers fail in many ways
             raise self._damaged(error) from None
         try:
@@ -150,7 +151,7 @@ class BagRun(Run):
         return TraceError(f"a damaged bag of ROS 2: {reason}", file=self.path, hint="try: ros2 bag reindex")
 
     def _is_known(self, connection: Connection) -> bool:
-        """Have the type of a topic's messages among the definitions."""
+        """Register the message type of a topic if the bag has it; return whether the type is known."""
         try:
             name = parse_type(connection.msgtype)
             if connection.msgdef.data:

@@ -132,7 +132,7 @@ class AgentModel:
                         yield Found(file, mention.moved(start))
 
     def names(self, kind: NameKind, *uses: Use, owner: str | None = None) -> set[str]:
-        """Return the names of a kind with which one of these things is done; without any, anything."""
+        """Return the names of a kind that have one of the uses; without uses, all names of the kind."""
         return {
             name.text
             for file in self._files.values()

@@ -1,4 +1,4 @@
-"""Prints findings: as text for people, as JSON, as SARIF for code scanning, as annotations for GitHub."""
+"""Formats findings: as text for people, as JSON, as SARIF for code scanning, as annotations for GitHub."""
 
 from __future__ import annotations
 
