@@ -55,8 +55,8 @@ IN_SEC: Final = Code(
     "CX606",
     Severity.WARNING,
     "not in Fawkes: seconds with decimals of a Lua time",
-    "Time:in_sec() is a number of 32 bits in Fawkes: of the time of day it is off by a minute and more, and "
-    "differences of two such numbers are 0.",
+    "Time:in_sec() is a number of 32 bits in Fawkes: the time of day is off by up to 64 seconds, "
+    "and differences of two such numbers are 0 or multiples of 128 seconds.",
 )
 ARGUMENT: Final = Code(
     "CX607",
