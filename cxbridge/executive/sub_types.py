@@ -43,7 +43,7 @@ def _handled(ce: CE) -> frozenset[str]:
 def files_of_core(*folders: Path) -> Mapping[str, str]:
     """Return the files for the sub-types of a core, each by the name with which a spec loads it.
 
-    :param folders: of the core; the files of the first one hide those of the others.
+    :param folders: of the core; the files of an earlier folder hide those of a later one.
     """
     found: dict[str, str] = {}
     for folder in reversed(folders):

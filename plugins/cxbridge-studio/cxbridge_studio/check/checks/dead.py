@@ -326,7 +326,7 @@ def _with_sub_type(
 
 
 def _first_word(node: SyntaxNode) -> str:
-    """Return the first argument of a list; empty when it is no word or missing."""
+    """Return the first argument of a list; empty when it is missing or a list."""
     return literal(node.arguments[0]) if node.arguments else ""
 
 
