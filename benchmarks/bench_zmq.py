@@ -132,7 +132,7 @@ class _Answers(Listener):
     def message_received(self, interface: Any, message: Any) -> bool:
         interface.error = message.skill_string
         interface.write()
-        return True
+        return False  # answered: the queue, which is bounded, need not hold it
 
 
 def ours_worker(url: str, _: str) -> None:
