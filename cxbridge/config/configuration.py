@@ -145,6 +145,11 @@ class Configuration:
             raise self._missing(path, node)
         return _value(path, node)
 
+    def error(self, path: str, message: str, hint: str | None = None) -> ConfigError:
+        """Return an error about the value at a path, or about the first value below the path."""
+        place = self.get(path) if self.exists(path) else next(self.search(path), None)
+        return ConfigError(message, hint=hint) if place is None else place.error(message, hint)
+
     def keys(self, path: str = "/") -> list[str]:
         """Return the path elements right below a path: in order for a list of maps, else sorted."""
         node = self._root.find(path)

@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from cxbridge.config.documents import Mark
 from cxbridge.config.scalars import ConfigType, type_of
+from cxbridge.errors import ConfigError
 
 
 class ConfigValue(Struct, frozen=True):
@@ -33,6 +34,10 @@ class ConfigValue(Struct, frozen=True):
         if self.is_list:
             return type_of(self.items[0]) if self.items else ConfigType.UINT
         return type_of(self.text)
+
+    def error(self, message: str, hint: str | None = None) -> ConfigError:
+        """Return an error about this value, with its file and line."""
+        return ConfigError(message, file=self.file or None, line=self.line or None, hint=hint)
 
     @property
     def file(self) -> str:

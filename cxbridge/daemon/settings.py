@@ -181,14 +181,8 @@ def _choice(
     value = config.get_str(path, default=default)
     if value in known or (url and "://" in value):
         return value
-    place = config.get(path)
     more = ", or the URL of a blackboard" if url else more
-    raise ConfigError(
-        f"{path} cannot be '{value}'",
-        file=place.file or None,
-        line=place.line or None,
-        hint=f"one of: {', '.join(known)}{more}",
-    )
+    raise config.error(path, f"{path} cannot be '{value}'", f"one of: {', '.join(known)}{more}")
 
 
 def _seconds(config: Configuration, name: str, default: float) -> float:
@@ -196,13 +190,7 @@ def _seconds(config: Configuration, name: str, default: float) -> float:
     path = f"{TREE}/{name}"
     value = config.get_float(path, default=default)
     if not 0 <= value < math.inf:
-        place = config.get(path)
-        raise ConfigError(
-            f"{path} cannot be {value:g}",
-            file=place.file or None,
-            line=place.line or None,
-            hint="seconds; 0: off",
-        )
+        raise config.error(path, f"{path} cannot be {value:g}", "seconds; 0: off")
     return value
 
 
@@ -225,10 +213,8 @@ def _refuse_unknown(config: Configuration) -> None:
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")
         if name not in known and not name.startswith("agents/"):
-            raise ConfigError(
+            raise value.error(
                 f"a daemon knows no {value.path}",
-                file=value.file or None,
-                line=value.line or None,
                 hint=package_hint(name.partition("/")[0])
                 or did_you_mean(name, known, f"it knows: {', '.join(sorted(known))}"),
             )

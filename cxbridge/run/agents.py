@@ -65,20 +65,23 @@ def agent_names(config: Configuration) -> list[str]:
     """
     names = config.keys(AGENTS)
     if _is_value(config, AGENTS):
-        raise _wrong(config, AGENTS, "must be a map", "write agents: {robot1: {}, robot2: {}}")
+        raise config.error(AGENTS, f"{AGENTS} must be a map", "write agents: {robot1: {}, robot2: {}}")
     for name in names:
         path = f"{AGENTS}/{name}"
         if not _NAME.fullmatch(name) or name == ENVIRONMENT:
             hint = f"use letters, digits, _ and -; not '{ENVIRONMENT}', which is who has no name"
-            raise _wrong(config, path, "is not a name of an agent", hint)
+            raise config.error(path, f"{path} is not a name of an agent", hint)
         if _is_value(config, path):
-            raise _wrong(config, path, "must be a map", f"with: {', '.join(_KEYS)}")
+            raise config.error(path, f"{path} must be a map", f"with: {', '.join(_KEYS)}")
         for key in config.keys(path):
             if key not in _KEYS:
-                raise _wrong(config, f"{path}/{key}", "means nothing", f"use: {', '.join(_KEYS)}")
+                message = f"{path}/{key} means nothing"
+                raise config.error(f"{path}/{key}", message, f"use: {', '.join(_KEYS)}")
         below = f"{path}/config"
         if _is_value(config, below):
-            raise _wrong(config, below, "must be a map", "it is laid over the configuration for this agent")
+            raise config.error(
+                below, f"{below} must be a map", "it is laid over the configuration for this agent"
+            )
     return names
 
 
@@ -105,10 +108,3 @@ def choose_agent(config: Configuration, name: str) -> Configuration:
 def _is_value(config: Configuration, path: str) -> bool:
     """Whether there is something that is not a map; nothing at all may stand for an empty one."""
     return config.exists(path) and (config.is_list(path) or bool(config.get(path).text))
-
-
-def _wrong(config: Configuration, path: str, what: str, hint: str) -> ConfigError:
-    place = config.get(path) if config.exists(path) else next(config.search(path), None)
-    if place is None:
-        return ConfigError(f"{path} {what}", hint=hint)
-    return ConfigError(f"{path} {what}", file=place.file or None, line=place.line or None, hint=hint)

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from typing import Final
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError
 from cxbridge.rights import Rights
 from cxbridge.run.plugin_settings import PluginSettings, plugin_settings
 from cxbridge.skiller.backend import INSTANCES
@@ -37,12 +36,8 @@ def read_rights(
     by_default = control and local and all(each.is_local for each in settings)
     programs = config.get_bool(_PROGRAMS, default=by_default)
     if programs and not control:
-        place = config.get(_PROGRAMS)
-        raise ConfigError(
-            "clients that may change nothing may run no programs: remote-programs needs remote-control",
-            file=place.file or None,
-            line=place.line or None,
-        )
+        message = "clients that may change nothing may run no programs: remote-programs needs remote-control"
+        raise config.error(_PROGRAMS, message)
     modes = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
     evaluates = skiller.startswith(_FAWKES_URL) or any(
         config.get_str(mode, default="") == "fawkes" for mode in modes

@@ -8,7 +8,6 @@ from typing import get_args
 from msgspec import Struct
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode, SkillerBackend
 
 KINDS = ("lua", "simulator")
@@ -43,13 +42,7 @@ def skiller_mode(config: Configuration, path: str = "/skiller/mode", default: Mo
     for mode in modes:
         if value == mode:
             return mode
-    place = config.get(path)
-    raise ConfigError(
-        f"{path} cannot be '{value}'",
-        file=place.file or None,
-        line=place.line or None,
-        hint=f"one of: {', '.join(modes)}",
-    )
+    raise config.error(path, f"{path} cannot be '{value}'", f"one of: {', '.join(modes)}")
 
 
 def skiller_settings(
@@ -66,7 +59,8 @@ def skiller_settings(
     for name in names:
         for key in config.keys(f"{INSTANCES}/{name}"):
             if key not in _KEYS:
-                raise _wrong(config, f"{INSTANCES}/{name}/{key}", "means nothing", f"use: {', '.join(_KEYS)}")
+                place = f"{INSTANCES}/{name}/{key}"
+                raise config.error(place, f"{place} means nothing", f"use: {', '.join(_KEYS)}")
     settings = [_read(config, name, kind, mode) for name in names]
     settings = settings or [SkillerSettings(DEFAULT_SKILLER, kind, None, mode)]
     return tuple(item for item in settings if item.name not in served)
@@ -76,14 +70,10 @@ def _read(config: Configuration, name: str, kind: str, mode: Mode) -> SkillerSet
     path = f"{INSTANCES}/{name}"
     own = config.get_str(f"{path}/kind", default=kind)
     if own not in KINDS:
-        raise _wrong(config, f"{path}/kind", f"is '{own}'", f"one of: {', '.join(KINDS)}")
+        message = f"{path}/kind is '{own}'"
+        raise config.error(f"{path}/kind", message, f"one of: {', '.join(KINDS)}")
     space = config.get_str(f"{path}/skillspace", default="") or None
     return SkillerSettings(name, own, space, skiller_mode(config, f"{path}/mode", mode))
-
-
-def _wrong(config: Configuration, path: str, what: str, hint: str) -> ConfigError:
-    place = config.get(path)
-    return ConfigError(f"{path} {what}", file=place.file or None, line=place.line or None, hint=hint)
 
 
 class SkillerGroup(SkillerBackend):

@@ -11,7 +11,7 @@ from msgspec import Struct
 from cxbridge.config import Configuration
 from cxbridge.config.checkouts import Checkouts
 from cxbridge.config.documents import Mark
-from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX, ENVIRONMENT, ActionMapper, CoreFiles, Executive
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.mainloop import DEFAULT_PERIOD_US
@@ -346,12 +346,10 @@ def loop_period_us(config: Configuration) -> int:
     period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
     if period_us >= _SHORTEST_PERIOD_US:
         return period_us
-    place = config.get(_PERIOD)
-    raise ConfigError(
+    raise config.error(
+        _PERIOD,
         f"{_PERIOD} cannot be {period_us}",
-        file=place.file,
-        line=place.line,
-        hint=f"microseconds, {_SHORTEST_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
+        f"microseconds, {_SHORTEST_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
     )
 
 

@@ -260,9 +260,7 @@ def _at(config: Configuration, path: str) -> str:
 
 
 def _error(message: str, place: ConfigValue | None, hint: str | None) -> ConfigError:
-    if place is None or not place.file:
-        return ConfigError(message, hint=hint)
-    return ConfigError(message, file=place.file, line=place.line, hint=hint)
+    return ConfigError(message, hint=hint) if place is None else place.error(message, hint)
 
 
 def init_mentions(config: Configuration, spec: str, *names: str) -> bool:

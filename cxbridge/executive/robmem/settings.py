@@ -7,7 +7,6 @@ from pathlib import Path
 from msgspec import Struct
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError
 
 BACKENDS = ("embedded", "mongodb")
 
@@ -59,13 +58,8 @@ class Settings(Struct, frozen=True):
         """
         backend = config.get_str(f"{_OURS}/backend", default="embedded")
         if backend not in BACKENDS:
-            place = config.get(f"{_OURS}/backend")
-            raise ConfigError(
-                f"{_OURS}/backend cannot be '{backend}'",
-                file=place.file,
-                line=place.line,
-                hint=f"use one of: {', '.join(BACKENDS)}",
-            )
+            message = f"{_OURS}/backend cannot be '{backend}'"
+            raise config.error(f"{_OURS}/backend", message, f"use one of: {', '.join(BACKENDS)}")
         known = cls()
         uri = config.get_str(f"{_OURS}/uri", default="")
         shared = config.get_bool(f"{_CLIENTS}/robot-memory-distributed/enabled", default=False)

@@ -190,9 +190,8 @@ def mapping_mistakes(context: Run, executive: Executive) -> list[CxbridgeError]:
         try:
             names = [call.name for call in read_calls(_with_values(action, template))]
         except SkillError as error:
-            place = context.config.get(_path(context, action))
             text = f"the skill string of '{action}' is wrong: {error.message}"
-            found.append(ConfigError(text, file=place.file or None, line=place.line or None))
+            found.append(context.config.error(_path(context, action), text))
             continue
         for name in names:
             if name not in skills:
@@ -233,8 +232,7 @@ def _of_mapping(context: Run, action: str, message: str, word: str, known: Itera
     """Return a mistake in the mapping of an action, with the name that was probably meant."""
     known = sorted(known)
     hint = did_you_mean(word, known, f"there are: {', '.join(known) or 'none'}")
-    place = context.config.get(_path(context, action))
-    return ConfigError(message, file=place.file or None, line=place.line or None, hint=hint)
+    return context.config.error(_path(context, action), message, hint)
 
 
 def _path(context: Run, action: str) -> str:

@@ -160,7 +160,7 @@ class BoardSettings:
         _refuse_unknown(config, f"{TREE}/timeouts", _TIMEOUTS)
         agents = tuple(_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
         if not agents:
-            raise _error(config, TREE, "the skill board has no agents", "name one: agents: {robot1: {}}")
+            raise config.error(TREE, "the skill board has no agents", "name one: agents: {robot1: {}}")
         _refuse_twice(config, agents)
         return cls(
             name=config.get_str(f"{TREE}/name", default=DEFAULT_BOARD),
@@ -207,7 +207,7 @@ def _timeouts(config: Configuration) -> Timeouts:
     try:
         return Timeouts(**values)
     except ConfigError as error:
-        raise _error(config, tree, error.message) from None
+        raise config.error(tree, error.message) from None
 
 
 def _agent(config: Configuration, name: str, folder: Path) -> AgentSettings:
@@ -215,7 +215,7 @@ def _agent(config: Configuration, name: str, folder: Path) -> AgentSettings:
     try:
         check_name("an agent", name)
     except SkillError as error:
-        raise _error(config, tree, error.message, error.hint) from None
+        raise config.error(tree, error.message, error.hint) from None
     _refuse_unknown(config, tree, _AGENT)
     return AgentSettings(
         name,
@@ -249,7 +249,7 @@ def _refuse_unknown(config: Configuration, tree: str, known: tuple[str, ...]) ->
     for name in config.keys(tree):
         if name not in known:
             message = f"the skill board knows no {tree}/{name}"
-            raise _error(config, f"{tree}/{name}", message, f"it knows: {', '.join(known)}")
+            raise config.error(f"{tree}/{name}", message, f"it knows: {', '.join(known)}")
 
 
 def _refuse_twice(config: Configuration, agents: tuple[AgentSettings, ...]) -> None:
@@ -258,12 +258,4 @@ def _refuse_twice(config: Configuration, agents: tuple[AgentSettings, ...]) -> N
         other = seen.setdefault(agent.skiller, agent.name)
         if other != agent.name:
             message = f"{other} and {agent.name} cannot have the same skiller, {agent.skiller}"
-            raise _error(config, f"{TREE}/agents/{agent.name}", message)
-
-
-def _error(config: Configuration, path: str, message: str, hint: str | None = None) -> ConfigError:
-    """Return an error with the place of the value at the path, or of the first below it."""
-    place = config.get(path) if config.exists(path) else next(config.search(path), None)
-    if place is None or not place.file:
-        return ConfigError(message, hint=hint)
-    return ConfigError(message, file=place.file, line=place.line, hint=hint)
+            raise config.error(f"{TREE}/agents/{agent.name}", message)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from msgspec.structs import asdict
 
-from cxbridge.errors import ConfigError
 from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
 
 if TYPE_CHECKING:
@@ -40,7 +39,8 @@ def limits_of(config: Configuration) -> Limits:
     known: dict[str, Any] = asdict(Limits())
     for name in config.keys(LIMITS_PATH):
         if name not in known:
-            raise _wrong(config, name, "means nothing", f"the limits are: {', '.join(known)}")
+            path = f"{LIMITS_PATH}/{name}"
+            raise config.error(path, f"{path} means nothing", f"the limits are: {', '.join(known)}")
     read: dict[str, Any] = {
         name: config.get_float(f"{LIMITS_PATH}/{name}", default=default)
         if isinstance(default, float)
@@ -50,11 +50,6 @@ def limits_of(config: Configuration) -> Limits:
     for name, value in read.items():
         least, most = RANGES[name]
         if not least <= value <= most:
-            raise _wrong(config, name, f"cannot be {value:g}", f"from {least:g} to {most:g}")
+            path = f"{LIMITS_PATH}/{name}"
+            raise config.error(path, f"{path} cannot be {value:g}", f"from {least:g} to {most:g}")
     return Limits(**read)
-
-
-def _wrong(config: Configuration, name: str, what: str, hint: str) -> ConfigError:
-    path = f"{LIMITS_PATH}/{name}"
-    place = config.get(path) if config.exists(path) else next(config.search(path))
-    return ConfigError(f"{path} {what}", file=place.file or None, line=place.line or None, hint=hint)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError
 
 CONNECTIONS: Final = "protobuf.connections"
 """The name in ``Additions.values`` of a program's ``MakeConnections``; sockets carry messages by default."""
@@ -62,8 +61,7 @@ class ProtobufSettings:
         if config.exists(_PREFIX + "server-address"):
             network.append(("server_address", config.get_str(_PREFIX + "server-address")))
         if dict(network).get("frame_version", 2) not in (1, 2):
-            place = config.get(_PREFIX + "frame-version")
-            raise ConfigError("there are frames of version 1 and 2 only", file=place.file, line=place.line)
+            raise config.error(_PREFIX + "frame-version", "there are frames of version 1 and 2 only")
         return cls(
             tuple(folder for text in texts for folder in expand(text)),
             tuple(config.get_strings(_PREFIX + "modules", default=[])),

@@ -97,8 +97,7 @@ def _has(config: Configuration) -> str:
 
 
 def _at_list(config: Configuration, tree: str, message: str, hint: str) -> ConfigError:
-    place = config.get(f"{tree}/clips_features")
-    return ConfigError(message, file=place.file or None, line=place.line or None, hint=hint)
+    return config.error(f"{tree}/clips_features", message, hint)
 
 
 def refresh_period_us(config: Configuration) -> int:
@@ -109,13 +108,8 @@ def refresh_period_us(config: Configuration) -> int:
     rate = config.get_float(REFRESH_RATE, default=float(DEFAULT_REFRESH_RATE))
     if 0 < rate <= _MOST_HZ:
         return round(1_000_000 / rate)
-    place = config.get(REFRESH_RATE)
-    raise ConfigError(
-        f"refresh-rate cannot be {rate:g}",
-        file=place.file or None,
-        line=place.line or None,
-        hint=f"Hz, more than 0, up to {_MOST_HZ}",
-    )
+    message = f"refresh-rate cannot be {rate:g}"
+    raise config.error(REFRESH_RATE, message, f"Hz, more than 0, up to {_MOST_HZ}")
 
 
 _MOST_HZ = 10_000

@@ -61,7 +61,4 @@ class Ros2CxSettings(Struct, frozen=True):
 
 
 def _error(config: Configuration, path: str, message: str, known: str) -> ConfigError:
-    place = config.get(path) if config.exists(path) else next(config.search(path), None)
-    if place is None:
-        return ConfigError(message, hint=f"known: {known}")
-    return ConfigError(message, file=place.file or None, line=place.line or None, hint=f"known: {known}")
+    return config.error(path, message, f"known: {known}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from cxbridge.errors import ConfigError
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
@@ -55,13 +54,11 @@ class Ros2Performers(Component):
                 and (executor.topic, executor.agent) == (performer.topic, settings.agent)
                 and (both := performer.served & set(executor.skills))
             ):
-                place = next(self._context.config.search(f"{TREE}/{key}/"))
-                raise ConfigError(
+                raise self._context.config.error(
+                    f"{TREE}/{key}/",
                     f"the performer {key} would ask itself for {', '.join(sorted(both))}:"
                     f" {host.name} lets performers on {performer.topic} execute it",
-                    file=place.file,
-                    line=place.line,
-                    hint=f"leave it out of {TREE}/{key}/actions, or of the skills of {host.name}",
+                    f"leave it out of {TREE}/{key}/actions, or of the skills of {host.name}",
                 )
 
     def _skills(self) -> LocalSkillCalls | None:
