@@ -155,8 +155,8 @@ def timed(work: Callable[[], object], seconds: float) -> list[float]:
     return times
 
 
-def note(result: Report, what: str, seconds: list[float]) -> None:
-    result[what], result[f"{what} p99"] = percentiles(seconds)
+def note(result: Report, figure: str, seconds: list[float]) -> None:
+    result[figure], result[f"{figure} p99"] = percentiles(seconds)
 
 
 # -- bare sockets
@@ -274,9 +274,9 @@ def measure_bare(seconds: float) -> Report:
 def against_fawkes(ours: Report, real: Report) -> None:
     """Print what the same clients need with a real Fawkes as their server."""
     print("the same clients with the Fawkes that runs here:")
-    for what in FAWKES:
-        factor = ours[what] / real[what] if what == "updates/s" else real[what] / ours[what]
-        print(f"  {what:20} {real[what]:9.0f}, ours {ours[what]:9.0f}: {factor:.1f} times")
+    for figure in FAWKES:
+        factor = ours[figure] / real[figure] if figure == "updates/s" else real[figure] / ours[figure]
+        print(f"  {figure:20} {real[figure]:9.0f}, ours {ours[figure]:9.0f}: {factor:.1f} times")
 
 
 def main(arguments: Sequence[str] = ()) -> int:
@@ -293,17 +293,17 @@ def main(arguments: Sequence[str] = ()) -> int:
         print(json.dumps({"cxbridge": ours, "bare sockets": bare, "fawkes": FAWKES}, indent=1))
     else:
         print(f"{'':20} {'cxbridge':>18} {'bare sockets':>18} {'Fawkes':>9} {'..nodelay':>9}  to shipped")
-        for what, (shipped, nodelay) in FAWKES.items():
-            factor = ours[what] / shipped if what == "updates/s" else shipped / ours[what]
+        for figure, (shipped, nodelay) in FAWKES.items():
+            factor = ours[figure] / shipped if figure == "updates/s" else shipped / ours[figure]
             ours_text, bare_text = (
-                f"{one[what]:9.0f} {one.get(f'{what} p99', 0) or '':>8.5}" for one in (ours, bare)
+                f"{one[figure]:9.0f} {one.get(f'{figure} p99', 0) or '':>8.5}" for one in (ours, bare)
             )
-            print(f"{what:20} {ours_text:>18} {bare_text:>18} {shipped:9} {nodelay:9}  {factor:.1f} times")
+            print(f"{figure:20} {ours_text:>18} {bare_text:>18} {shipped:9} {nodelay:9}  {factor:.1f} times")
         print(
             f"p50 and p99 in us; of {FLAT_OUT} updates flat out {ours['events']:.0%} were told, "
             f"{ours['values seen']:.0%} of the values were read by the listener: it reads the newest"
         )
-    slow = [what for what in ("c2c, 100 ms apart", "open") if FAWKES[what][0] / ours[what] < 50]
+    slow = [figure for figure in ("c2c, 100 ms apart", "open") if FAWKES[figure][0] / ours[figure] < 50]
     slow += ["updates/s"] if ours["updates/s"] < 2 * FAWKES["updates/s"][0] else []
     print(
         "TOO SLOW: " + ", ".join(slow) if slow else "within the limits: 50 times faster, twice the throughput"

@@ -94,11 +94,13 @@ def main() -> None:
     finally:
         peer.kill()
         peer.wait()
-    for what in ("topic", "service", "goal"):
-        mine = statistics.median(first[what] for first, _ in rounds)
-        rival = statistics.median(second[what] for _, second in rounds)
-        ratio = statistics.median(first[what] / second[what] for first, second in rounds)
-        print(f"{what}: ours with rclpy {mine:.0f} us, rclpy with itself {rival:.0f} us, ratio {ratio:.2f}")
+    for traffic in ("topic", "service", "goal"):
+        mine = statistics.median(first[traffic] for first, _ in rounds)
+        rival = statistics.median(second[traffic] for _, second in rounds)
+        ratio = statistics.median(first[traffic] / second[traffic] for first, second in rounds)
+        print(
+            f"{traffic}: ours with rclpy {mine:.0f} us, rclpy with itself {rival:.0f} us, ratio {ratio:.2f}"
+        )
 
 
 if __name__ == "__main__":

@@ -201,13 +201,13 @@ def bare_daemon(url: str, _: str) -> None:
     while sys.stdin.fileno() not in dict(poller.poll()):
         for _turn in range(64):
             try:
-                peer, what, block = router.recv_multipart(zmq.NOBLOCK)
+                peer, kind, block = router.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 break
-            if what == b"worker":
+            if kind == b"worker":
                 peers.add(peer)
-            elif what == b"ask":
-                router.send_multipart([next(iter(peers)), what, block])
+            elif kind == b"ask":
+                router.send_multipart([next(iter(peers)), kind, block])
             else:
                 pub.send(block)
 
@@ -407,7 +407,7 @@ def main(rounds: int = 2) -> None:
         for transport in ("ipc", "tcp"):
             pairs = []
             for _ in range(rounds):
-                pair = [updates(who, transport, folder, READERS, "paced")[0] for who in ("ours", "bare")]
+                pair = [updates(rival, transport, folder, READERS, "paced")[0] for rival in ("ours", "bare")]
                 pairs.append([(percentile(d, 0.5), percentile(d, 0.99)) for d in pair])
             for ours, bare in pairs:
                 print(

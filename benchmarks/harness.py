@@ -28,6 +28,6 @@ def paired_ratio(work: Callable[[], object], rival: Callable[[], object], batch:
     return statistics.median(first / second for first, second in pairs)
 
 
-def report(what: str, ratio: float, limit: float) -> None:
+def report(figure: str, ratio: float, limit: float) -> None:
     """Print a ratio and whether it keeps to its limit."""
-    print(f"{what}: {ratio:.2f} (limit {limit:g}) {'ok' if ratio <= limit else 'TOO SLOW'}")
+    print(f"{figure}: {ratio:.2f} (limit {limit:g}) {'ok' if ratio <= limit else 'TOO SLOW'}")

@@ -365,7 +365,7 @@ def run(
         finally:
             troupe.end()
         more, counts = check_history(folder)
-        print(", ".join(f"{what} {count}" for what, count in sorted((done + counts).items())))
+        print(", ".join(f"{event} {count}" for event, count in sorted((done + counts).items())))
         errors = (folder / "stderr.txt").read_text()
         if errors:
             faults.append(f"somebody failed:\n{errors[-3000:]}")

@@ -55,14 +55,14 @@ class Rights:
         name = "remote-programs" if self.control and right is Right.PROGRAMS else "remote-control"
         return f"cxbridge/{name} of the daemon is off"
 
-    def check(self, right: Right, what: str) -> None:
+    def check(self, right: Right, action: str) -> None:
         """Refuse what needs a right that clients have not.
 
-        :param what: the operation, for the error.
+        :param action: the operation, for the error.
         :raises RefusedError: when the clients do not have the right.
         """
         if not self.allow(right):
-            raise RefusedError(f"refused: {what}", hint=self.why_not(right))
+            raise RefusedError(f"refused: {action}", hint=self.why_not(right))
 
     def of_message(self, interface_type: str, message_type: str) -> Right:
         """Return the right that a message on the blackboard needs with these settings."""

@@ -260,3 +260,29 @@ def test_a_run_imports_only_tables_and_options_of_plug_ins(tmp_path):
 def test_no_module_imports_the_package_of_all():
     """``cxbridge`` names what programs need, and so all of it: a module that imports it depends on all."""
     assert {module for module in MODULES if "cxbridge" in imports(module) and module != "cxbridge"} == set()
+
+
+NAMELESS = {"what", "who", "somebody", "someone", "something", "stuff"}
+"""Words that stand in place of a noun."""
+
+
+def nameless(tree: ast.AST) -> Iterator[tuple[str, int]]:
+    """Yield arguments and variables whose name is no noun, with their lines; a field may be of a format."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(tree, ast.ClassDef) and isinstance(node, ast.AnnAssign):
+            continue
+        if isinstance(node, ast.arg) and node.arg in NAMELESS:
+            yield node.arg, node.lineno
+        elif isinstance(node, ast.Name) and node.id in NAMELESS:
+            yield node.id, node.lineno
+        yield from nameless(node)
+
+
+def test_every_argument_and_variable_is_a_noun():
+    folders = (PACKAGE, *PLUGINS.values(), ROOT / "benchmarks")
+    assert [
+        f"{path.relative_to(ROOT)}:{line}: {name}"
+        for folder in folders
+        for path in sorted(folder.rglob("*.py"))
+        for name, line in nameless(ast.parse(path.read_text(encoding="utf-8")))
+    ] == []

@@ -340,14 +340,14 @@ class BlackBoard(ABC):
         )
         raise NoWriterError(sender.uid)
 
-    def report_fault(self, what: str, error: Exception) -> None:
+    def report_fault(self, operation: str, error: Exception) -> None:
         """Report a listener that failed."""
         if self._log is None:
             import logging  # noqa: PLC0415 - rarely needed, and not quickly imported
 
-            logging.getLogger(__name__).error("%s failed", what, exc_info=error)
+            logging.getLogger(__name__).error("%s failed", operation, exc_info=error)
         else:
-            self._log.error(f"{what} failed: {type(error).__name__}: {error}")
+            self._log.error(f"{operation} failed: {type(error).__name__}: {error}")
 
     def warn(self, text: str) -> None:
         """Log a warning."""

@@ -70,7 +70,7 @@ def remove(
 
 
 def step(
-    what: Annotated[str, typer.Argument(metavar="rule|loop|transition")] = "rule",
+    unit: Annotated[str, typer.Argument(metavar="rule|loop|transition")] = "rule",
     timeout: Annotated[
         float, typer.Option(metavar="S", help="Seconds to wait for the end of the step.")
     ] = 10.0,
@@ -85,7 +85,7 @@ def step(
     from cxbridge.daemon import client as daemon_client
 
     with connect(url, None) as board:
-        where = daemon_client.step(board, what, timeout)
+        where = daemon_client.step(board, unit, timeout)
     if not where:
         say(f"the step has not ended within {timeout:g} s; it goes on", err=True)
         return TIMED_OUT

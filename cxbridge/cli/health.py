@@ -112,12 +112,12 @@ def _plugin(plugin: Plugin) -> HealthCheck:
     )
 
 
-def _try(what: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
+def _try(name: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
     """Run ``attempt``; its value is the detail, its exception the reason of the failure."""
     try:
-        return HealthCheck(what, fine=True, required=True, detail=attempt())
+        return HealthCheck(name, fine=True, required=True, detail=attempt())
     except Exception as error:  # noqa: BLE001  whatever is wrong, the user shall read it
-        return HealthCheck(what, fine=False, required=True, detail=f"does not work: {error}", remedy=remedy)
+        return HealthCheck(name, fine=False, required=True, detail=f"does not work: {error}", remedy=remedy)
 
 
 def _clips() -> str:
@@ -185,8 +185,8 @@ def _speaker() -> list[HealthCheck]:
     return [_program("speaker", "aplay", "--speech on is not heard", "apt install alsa-utils")]
 
 
-def _program(what: str, program: str, purpose: str, remedy: str) -> HealthCheck:
+def _program(name: str, program: str, purpose: str, remedy: str) -> HealthCheck:
     found = shutil.which(program)
     return HealthCheck(
-        what, fine=found is not None, required=False, detail=found or f"absent: {purpose}", remedy=remedy
+        name, fine=found is not None, required=False, detail=found or f"absent: {purpose}", remedy=remedy
     )

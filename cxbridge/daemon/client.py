@@ -78,7 +78,7 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
     }
 
 
-def command(board: BlackBoard, what: str, timeout_s: float) -> bool:
+def command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
     """Send a daemon ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``; return whether it did.
 
     :raises BlackBoardError: when there is no daemon.
@@ -88,7 +88,7 @@ def command(board: BlackBoard, what: str, timeout_s: float) -> bool:
     with Feed(board, OWNER) as feed:
         interface = feed.open(_TYPE, DAEMON_ID)
         before = feed.now(interface)
-        msgid = interface.msgq_enqueue(interface.create_message(f"{what}Message"))
+        msgid = interface.msgq_enqueue(interface.create_message(f"{verb}Message"))
         while (news := feed.next(deadline)) is not None:
             stale = news.values == before.values and news.time_us <= before.time_us
             if news.kind == "writer removed" or (not stale and news.values["msgid"] == msgid):
@@ -165,10 +165,10 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
     raise NoAnswerError(f"the daemon did not answer within {timeout_s:g} s")
 
 
-def step(board: BlackBoard, what: str, timeout_s: float) -> str:
+def step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     """Let the rules of a daemon take a step, and wait for its end.
 
-    :param what: ``rule``, ``loop`` or ``transition``.
+    :param unit: ``rule``, ``loop`` or ``transition``.
     :returns: where they have stopped; empty when they have not in time.
     :raises CxbridgeError: as :func:`request`.
     """
@@ -176,7 +176,7 @@ def step(board: BlackBoard, what: str, timeout_s: float) -> str:
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
         before = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
-        request(board, "step", timeout_s, what=what)
+        request(board, "step", timeout_s, what=unit)
         while (news := feed.next(deadline)) is not None:
             if news.kind == "writer removed":
                 raise BlackBoardError("the daemon has ended")

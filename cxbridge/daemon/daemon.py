@@ -250,17 +250,17 @@ class Daemon(Run):
             self._notifier.alive()
             self._settle()
 
-    def _command(self, what: str, msgid: int) -> None:
+    def _command(self, verb: str, msgid: int) -> None:
         rights = self.settings.rights
         if not rights.allow(Right.CONTROL):  # the servers have refused it already
-            self.log.warn(f"Refusing to {what}: {rights.why_not(Right.CONTROL)}")
+            self.log.warn(f"Refusing to {verb}: {rights.why_not(Right.CONTROL)}")
             return
         self.status.answer(0)  # a state that is published on the way is not an answer yet
-        self.carry_out(what)
+        self.carry_out(verb)
         self.status.answer(msgid)
         self._settle()
 
-    def carry_out(self, what: str) -> None:
+    def carry_out(self, verb: str) -> None:
         """Carry out a command of a client, between two steps of the main loop.
 
         Other threads send :func:`cxbridge.daemon.client.command`: CLIPS bears one thread at a time.
@@ -269,14 +269,14 @@ class Daemon(Run):
         """
         if get_ident() != self._thread:
             raise RuntimeError("a daemon's commands are carried out by its main loop: send it a message")
-        if what == "interrupt":
+        if verb == "interrupt":
             return  # it was carried out when it came
-        self.log.info(f"A client asks to {what}")
-        if what == "shutdown":
+        self.log.info(f"A client asks to {verb}")
+        if verb == "shutdown":
             self.stop()
-        elif what:
-            getattr(self.lifecycle, what)()
-        if what == "resume":
+        elif verb:
+            getattr(self.lifecycle, verb)()
+        if verb == "resume":
             self._requests.resume()
         self._settle()
 

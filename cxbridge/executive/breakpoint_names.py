@@ -96,10 +96,10 @@ class AgentNames:
         found = self._mistake(item)
         if found is None:
             return
-        what, hint = f"breakpoint {item}: {found[0]}", found[1]
+        message, hint = f"breakpoint {item}: {found[0]}", found[1]
         if not (item.is_of_rules and self._may_load):
-            raise ExecutiveError(what, hint=hint)
-        self._log.warn(f"{what} yet{f': {hint}' if hint else ''}")
+            raise ExecutiveError(message, hint=hint)
+        self._log.warn(f"{message} yet{f': {hint}' if hint else ''}")
 
     def _mistake(self, item: Breakpoint) -> tuple[str, str] | None:
         if item.is_of_rules:
@@ -115,8 +115,8 @@ class AgentNames:
         rules = rule_names(self._env)
         if name.strip("*") == "" or any(fnmatchcase(rule, name) for rule in rules):
             return None
-        what = "no rule matches" if _is_pattern(name) else "there is no rule"
-        return f"{what} '{name}'", did_you_mean(_plain(name), rules)
+        problem = "no rule matches" if _is_pattern(name) else "there is no rule"
+        return f"{problem} '{name}'", did_you_mean(_plain(name), rules)
 
     def _goal(self, item: Breakpoint) -> tuple[str, str] | None:
         modes = allowed_values(self._env, "goal", "mode")
@@ -192,11 +192,11 @@ def skill_statuses() -> tuple[str, ...]:
     return tuple(item.name for enum in enums if enum.name == "SkillStatusEnum" for item in enum.items)
 
 
-def _unknown(pattern: str, known: Collection[str], what: str, which: str) -> tuple[str, str] | None:
+def _unknown(pattern: str, known: Collection[str], problem: str, which: str) -> tuple[str, str] | None:
     """Return that no known name matches, and a hint; None when one does, or when none is known."""
     if pattern == ANY or not known or any(fnmatchcase(each, pattern) for each in known):
         return None
-    return f"{what} '{pattern}'", did_you_mean(_plain(pattern), known, f"{which}: {', '.join(known)}")
+    return f"{problem} '{pattern}'", did_you_mean(_plain(pattern), known, f"{which}: {', '.join(known)}")
 
 
 def _is_pattern(name: str) -> bool:

@@ -148,16 +148,16 @@ class Debugger:
             self._stopped, self._step = None, ""
             self._set_hooks()
 
-    def step(self, what: str = "rule") -> None:
+    def step(self, unit: str = "rule") -> None:
         """Continue for one ``rule``, ``loop`` or ``transition``; when it is not stopped, stop after that.
 
         :raises ExecutiveError: when it is none of these.
         """
-        if what not in (*STEPS, LINE):
-            raise ExecutiveError(f"cannot step a '{what}'", hint=f"use one of: {', '.join(STEPS)}")
+        if unit not in (*STEPS, LINE):
+            raise ExecutiveError(f"cannot step a '{unit}'", hint=f"use one of: {', '.join(STEPS)}")
         with self._env.lock:
             self.go_on()
-            self._step = what
+            self._step = unit
             self._set_hooks()
 
     # -- the rules

@@ -151,8 +151,8 @@ class Executive:
         :raises ExecutiveError: when they do not load.
         """
         env = self.env
-        for what, by in self._files.substitutions.items():
-            env.call("path-add-subst", what, by)
+        for pattern, by in self._files.substitutions.items():
+            env.call("path-add-subst", pattern, by)
         for folder in (*self._files.before, self._files.cx, *self._files.clips_dirs):
             env.call("path-add", f"{folder}/")
         self._manager.request(env.name, self._files.config_feature)

@@ -180,9 +180,9 @@ class EnvironmentService:
             known = {"facts": template_names, "rules": rule_names}.get(item)
             unknown = [each for each in names if known is not None and each not in known(env)]
             if known is not None and unknown:
-                what = "deftemplate" if item == "facts" else "defrule"
+                construct = "deftemplate" if item == "facts" else "defrule"
                 raise ClipsError(
-                    f"Unable to find {what} '{unknown[0]}'.",
+                    f"Unable to find {construct} '{unknown[0]}'.",
                     hint=did_you_mean(unknown[0], known(env)) or None,
                 )
             env.watch(item, names, on=on)

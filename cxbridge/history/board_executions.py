@@ -33,10 +33,10 @@ class BoardExecutions:
             elif key not in self._running or self._running[key][0].request != message.request:
                 continue  # an executor that is busy refuses another request
             elif message.type == "FEEDBACK":
-                call, what, count = self._running[key]
-                self._running[key] = call, what, count + 1
+                call, summary, count = self._running[key]
+                self._running[key] = call, summary, count + 1
                 last = f"{message.progress:.0%} {message.status}".rstrip()
-                call.skill_string = cut(f"{what}: {count + 1} times feedback, the last: {last}")
+                call.skill_string = cut(f"{summary}: {count + 1} times feedback, the last: {last}")
             elif message.type == "FINISH":
                 call, _what, _count = self._running.pop(key)
                 call.end = here
@@ -44,14 +44,14 @@ class BoardExecutions:
                 call.error = "" if message.success else message.status
 
     def _begin(self, message: SkillMessage, env: str, msgid: int, here: tuple[int, int]) -> None:
-        what = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
+        summary = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
         call = SkillExecution(
-            env, message.node_id, cut(what), msgid, here, None, _RUNNING, request=message.request
+            env, message.node_id, cut(summary), msgid, here, None, _RUNNING, request=message.request
         )
         before = self._running.get((env, message.node_id))
         if before is not None:  # its executor began anew, or the answer was lost
             before[0].end, before[0].status = here, "stopped"
-        self._running[env, message.node_id] = call, what, 0
+        self._running[env, message.node_id] = call, summary, 0
         if len(self.calls) < self._limit:
             self.calls.append(call)
         else:

@@ -149,7 +149,7 @@ class RunHistory:
         """Return the omissions of the limits, in whole sentences."""
         lost = self._lost | ({} if self._calls else {"skill call": self._board.lost})
         return [
-            f"{count} {_LOST[what]}: 'cxbridge trace cat' has them." for what, count in lost.items() if count
+            f"{count} {_LOST[kind]}: 'cxbridge trace cat' has them." for kind, count in lost.items() if count
         ]
 
     # -- goals and plan-actions
@@ -326,8 +326,8 @@ class RunHistory:
         else:
             call.end, call.status = self._now, event.status
             took = f"{event.duration_us / MICROSECONDS:.3f} s of real time"
-            what = f"{event.actions} actions" if event.status == "found" else event.reason
-            call.text = cut(f"{what}, {took}: {event.problem}", longest)
+            outcome = f"{event.actions} actions" if event.status == "found" else event.reason
+            call.text = cut(f"{outcome}, {took}: {event.problem}", longest)
             self._order_steps(event)
 
     def _order_steps(self, event: PlannerCall) -> None:

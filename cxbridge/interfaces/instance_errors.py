@@ -16,10 +16,10 @@ class InstanceError(BlackBoardError):
 class WriteDeniedError(InstanceError):
     """Something only a writer may do was asked of a reader."""
 
-    def __init__(self, interface_type: str, interface_id: str, what: str) -> None:
+    def __init__(self, interface_type: str, interface_id: str, reason: str) -> None:
         super().__init__(
             f"This interface instance '{interface_id}' of type '{interface_type}' "
-            f"is not opened for writing. {what}"
+            f"is not opened for writing. {reason}"
         )
 
 
@@ -61,8 +61,8 @@ class BufferIndexError(InstanceError, IndexError):
     """There is no private buffer of this number."""
 
     def __init__(self, uid: str, index: int, size: int) -> None:
-        what = f"{size} buffers: use 0..{size - 1}" if size else "no buffers: call resize_buffers first"
-        super().__init__(f"Buffer ID out of bounds: {index}", hint=f"{uid} has {what}")
+        buffers = f"{size} buffers: use 0..{size - 1}" if size else "no buffers: call resize_buffers first"
+        super().__init__(f"Buffer ID out of bounds: {index}", hint=f"{uid} has {buffers}")
 
 
 class MessageError(BlackBoardError):

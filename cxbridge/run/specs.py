@@ -48,14 +48,14 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
     if chosen and chosen in specs:
         return chosen
     known = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
-    what = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
+    problem = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
     if not specs and (misspelt := next(_misspelt_sections(config), None)) is not None:
         raise misspelt
     if place is None:
         place = min((each for each in config.search(_ROOT) if each.file), key=_line, default=None)
     if place is None and config_file is not None:
-        raise ConfigError(f"the configuration {what}", file=config_file, line=1, hint=known)
-    raise _error(f"the configuration {what}", place, known)
+        raise ConfigError(f"the configuration {problem}", file=config_file, line=1, hint=known)
+    raise _error(f"the configuration {problem}", place, known)
 
 
 def check_spec(config: Configuration, spec: str) -> list[str]:
@@ -72,13 +72,13 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
     config.get_uint(f"{_ROOT}/debug/level", default=0)
     config.get_str("/skiller/skillspace", default="")
     config.get_strings(f"{base}/blackboard-preload", default=[])
-    for path, what in (
+    for path, shape in (
         (f"{_ROOT}/debug", "a map"),
         (f"{base}/init", "a map of stages"),
         (f"{base}/action-mapping", "a map from actions to skill strings"),
         (f"{base}/parameters", "a map"),
     ):
-        _must_have_parts(config, path, what)
+        _must_have_parts(config, path, shape)
     return [warning for stage in config.keys(f"{base}/init") for warning in _check_stage(config, base, stage)]
 
 
@@ -233,11 +233,11 @@ def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
         yield f"{_at(config, path)}{where} does nothing: it names no file"
 
 
-def _must_have_parts(config: Configuration, path: str, what: str) -> None:
+def _must_have_parts(config: Configuration, path: str, shape: str) -> None:
     """Raise when there is a value where a map or a list of maps belongs; nothing at all is fine."""
     if config.exists(path) and (value := config.get(path)) and (value.is_list or value.text):
         name = path.rsplit("/", 1)[1]
-        raise _error(f"'{name}' must be {what}", value, None)
+        raise _error(f"'{name}' must be {shape}", value, None)
 
 
 def _first(config: Configuration, path: str) -> ConfigValue | None:

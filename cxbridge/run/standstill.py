@@ -225,8 +225,8 @@ class Watchdog:
         function = next(filter(None, map(_udf, frames)), "")
         firing = [env for env in tuple(self._environments().values()) if env.is_firing]
         in_rules, is_spin = bool(firing) and not function, not function and self._is_spinning(0.0)
-        what = self._what(frames, function, firing)
-        return Stall(took_s, component, what, in_rules, is_spin)
+        activity = self._what(frames, function, firing)
+        return Stall(took_s, component, activity, in_rules, is_spin)
 
     def _what(self, frames: list[FrameType], function: str, firing: list[ClipsEnvironment]) -> str:
         rules = self._rules()

@@ -224,7 +224,7 @@ def test_a_replay_of_two_tells_who_decides_otherwise(tmp_path: Path) -> None:
     write(tmp_path, f"\ncxbridge: {{agents: {{ann: {{}}, ben: {{{other}}}}}}}\n")
     again, _ = run(folder, replay=(recording,))
     assert again.status != 0
-    assert again.replay.divergence.who == "SkillerInterface::ben/Skiller"
+    assert again.replay.divergence.uid == "SkillerInterface::ben/Skiller"
 
 
 def test_an_agent_that_was_not_recorded_cannot_be_replayed(tmp_path: Path) -> None:

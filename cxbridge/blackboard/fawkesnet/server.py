@@ -265,11 +265,11 @@ class FawkesServer(BoardServer):
         except NoWriterError:
             pass  # the board has logged it, and the wire has no error for it
         except CxbridgeError as error:
-            what = f"{type(error).__name__} {frame.component}.{frame.kind}"
-            self._complaints.add(what, f"{session!r}: {error.message}")
+            problem = f"{type(error).__name__} {frame.component}.{frame.kind}"
+            self._complaints.add(problem, f"{session!r}: {error.message}")
         except Exception as error:  # noqa: BLE001 - one client's trouble is not the others'
-            what = f"{type(error).__name__} {frame.component}.{frame.kind}"
-            self._complaints.add(what, f"failed to serve {session!r}: {type(error).__name__}: {error}")
+            problem = f"{type(error).__name__} {frame.component}.{frame.kind}"
+            self._complaints.add(problem, f"failed to serve {session!r}: {type(error).__name__}: {error}")
 
     def _see_to_attention(self) -> None:
         """Send what could not be sent at once, and drop who is to be dropped."""

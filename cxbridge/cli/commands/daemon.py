@@ -140,17 +140,17 @@ def shutdown(url: Connect = DEFAULT_URL) -> int:
     return _command(url, "Shutdown")
 
 
-def _command(url: str, what: str) -> int:
+def _command(url: str, verb: str) -> int:
     """Command a daemon; 0 when it has done it, 3 when it has not answered in time."""
     from cxbridge.daemon.client import command
 
     with connect(url, None) as board:
-        return _exit_status(board, what, command(board, what, _COMMAND_S))
+        return _exit_status(board, verb, command(board, verb, _COMMAND_S))
 
 
-def _exit_status(_board: BlackBoard, what: str, done: bool) -> int:
+def _exit_status(_board: BlackBoard, verb: str, done: bool) -> int:
     if not done:
-        say(f"the daemon did not {what.lower()} within {_COMMAND_S:g} s", err=True)
+        say(f"the daemon did not {verb.lower()} within {_COMMAND_S:g} s", err=True)
     return 0 if done else TIMED_OUT
 
 

@@ -236,9 +236,9 @@ class CollectionFunctions:
             return jsontext.parse(query)
         raise ClipsError("Invalid query, must be string or BSON document")
 
-    def _attempt(self, what: str, operation: Callable[[], bool]) -> bool:
+    def _attempt(self, name: str, operation: Callable[[], bool]) -> bool:
         try:
-            return self._context.attempt(what, operation)
+            return self._context.attempt(name, operation)
         except ClipsError as error:
-            self._log.warn(f"{what} failed: {error}")
+            self._log.warn(f"{name} failed: {error}")
             return False

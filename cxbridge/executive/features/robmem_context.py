@@ -75,12 +75,12 @@ class RobotMemoryContext:
         except Exception as error:  # noqa: BLE001  nobody asks for the result
             self.log.error(f"{key}: {type(error).__name__}: {error}")
 
-    def attempt(self, what: str, operation: Callable[[], bool]) -> bool:
+    def attempt(self, name: str, operation: Callable[[], bool]) -> bool:
         """Whether an operation succeeded; an error goes to the log, and is none."""
         try:
             return operation()
         except RobotMemoryError as error:
-            self.log.warn(f"{what} failed: {error}")
+            self.log.warn(f"{name} failed: {error}")
             return False
 
     def close(self) -> None:

@@ -24,7 +24,7 @@ class MutexFunctions:
         self._define_named(env, "destroy", mutexes.destroy)
         self._define_owned(env, "try-lock", mutexes.try_lock)
         self._define_owned(env, "renew-lock", mutexes.renew)
-        self._define_owned(env, "force-lock", lambda name, who: mutexes.try_lock(name, who, force=True))
+        self._define_owned(env, "force-lock", lambda name, owner: mutexes.try_lock(name, owner, force=True))
         self._define_owned(env, "unlock", mutexes.unlock)
         for name, operation in (("setup-ttl", mutexes.setup_ttl), ("expire-locks", mutexes.expire)):
             env.define(f"robmem-mutex-{name}", self._with_age(name, operation), 1, types="*;ld")

@@ -132,12 +132,12 @@ class _Questions:
         return self._three("vector", self._buffer.transform_vector, target, source, time, vector)
 
     def _three(
-        self, what: str, ask: Callable[..., Any], target: str, source: str, time: Value, given: Value
+        self, kind: str, ask: Callable[..., Any], target: str, source: str, time: Value, given: Value
     ) -> Value:
-        when, numbers = self._time(time), self._numbers(what, given, 3)
+        when, numbers = self._time(time), self._numbers(kind, given, 3)
         if when is None or numbers is None:
             return _NO
-        return self._answer(what, target, source, lambda: ask(target, numbers, source, when)[0])
+        return self._answer(kind, target, source, lambda: ask(target, numbers, source, when)[0])
 
     def quaternion(self, target: str, source: str, time: Value, quat: Value) -> Value:
         when, rotation = self._time(time), self._numbers("quaternion", quat, 4)
@@ -165,11 +165,11 @@ class _Questions:
 
         return self._answer("pose", target, source, ask)
 
-    def _answer(self, what: str, target: str, source: str, ask: Callable[[], tuple[float, ...]]) -> Value:
+    def _answer(self, kind: str, target: str, source: str, ask: Callable[[], tuple[float, ...]]) -> Value:
         try:
             return ask()
         except TransformError as error:
-            self._log.warn(f"Failed to transform {what} from {source} to {target}: {error.message}")
+            self._log.warn(f"Failed to transform {kind} from {source} to {target}: {error.message}")
             return _NO
 
     def _time(self, time: Value) -> int | None:
@@ -182,13 +182,13 @@ class _Questions:
             return None
         return int(time[0]) * 1_000_000 + int(time[1])
 
-    def _numbers(self, what: str, given: Value, count: int) -> tuple[float, ...] | None:
+    def _numbers(self, kind: str, given: Value, count: int) -> tuple[float, ...] | None:
         """Return this many numbers, None after a warning."""
         if not isinstance(given, tuple) or len(given) != count:
             words = {3: "three", 4: "four"}
-            self._log.warn(f"Invalid {what}: must be list of exactly {words[count]} entries")
+            self._log.warn(f"Invalid {kind}: must be list of exactly {words[count]} entries")
             return None
         if not all(isinstance(part, int | float) for part in given):
-            self._log.warn(f"Invalid {what}: must be list of floats or integers")
+            self._log.warn(f"Invalid {kind}: must be list of floats or integers")
             return None
         return tuple(float(part) for part in given)

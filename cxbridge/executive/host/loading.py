@@ -64,8 +64,8 @@ class Diagnostic(Struct, frozen=True):
 
     def __str__(self) -> str:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
-        what = f"{self.construct} is not defined: " if self.construct else ""
-        return f"{place}: {what}{self.message} [{self.code}]"
+        construct = f"{self.construct} is not defined: " if self.construct else ""
+        return f"{place}: {construct}{self.message} [{self.code}]"
 
 
 class ClipsLoader:

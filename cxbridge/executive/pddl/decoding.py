@@ -14,10 +14,10 @@ MAX_BYTES: Final = 64 << 20
 _COMMENT: Final = re.compile(rb";[^\n]*")
 
 
-def read_text(path: str | Path, what: str) -> str:
+def read_text(path: str | Path, kind: str) -> str:
     """Return the text of a file.
 
-    :param what: the expected content, for the error.
+    :param kind: the expected content, for the error.
     :raises PddlError: when it cannot be read, is too large, or is not UTF-8.
     """
     try:
@@ -25,7 +25,7 @@ def read_text(path: str | Path, what: str) -> str:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise PddlError(f"cannot read the {what}: {reason}", file=path) from None
+        raise PddlError(f"cannot read the {kind}: {reason}", file=path) from None
     return decode_text(data, path)
 
 

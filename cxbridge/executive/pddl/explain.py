@@ -129,10 +129,10 @@ class _Explainer:
             return self._action(section, inner)
         return self._small_section(section, head, inner)
 
-    def _declaration(self, what: str, inner: list[Group]) -> PddlSyntaxError:
+    def _declaration(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
         if inner and inner[0].items and inner[0].items[0].position != self._place:
             return self._typed("a parameter", inner[1:])
-        return self._error(f"a {what} is expected", None, "write it in brackets: (NAME ?x - TYPE)")
+        return self._error(f"a {kind} is expected", None, "write it in brackets: (NAME ?x - TYPE)")
 
     def _small_section(self, section: Group, head: str, inner: list[Group]) -> PddlSyntaxError:
         if head == ":requirements":
@@ -152,7 +152,7 @@ class _Explainer:
 
     # ---- typed lists
 
-    def _typed(self, what: str, inner: list[Group]) -> PddlSyntaxError:
+    def _typed(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
         if inner:
             hint = "write a name, or (either TYPE TYPE)"
             return self._error("a type is expected", inner[0].position, hint)
@@ -162,11 +162,11 @@ class _Explainer:
                 return self._error(f"'{self._word}' is not a type", None, _NAME_HINT)
             if isinstance(self._group, Group):
                 return self._error("a type is expected", None, "write a name, or (either TYPE TYPE)")
-            return self._error(f"'-' must be between {what} and its type", before.position)
+            return self._error(f"'-' must be between {kind} and its type", before.position)
         if not self._word:
-            return self._error(f"{what} is expected, not a bracket")
-        hint = "write a variable such as ?x" if what in ("a parameter", "a variable") else _NAME_HINT
-        return self._error(f"'{self._word}' is not {what}", None, hint)
+            return self._error(f"{kind} is expected, not a bracket")
+        hint = "write a variable such as ?x" if kind in ("a parameter", "a variable") else _NAME_HINT
+        return self._error(f"'{self._word}' is not {kind}", None, hint)
 
     def _before(self) -> Item | None:
         """Return the item before the place, in the same brackets."""

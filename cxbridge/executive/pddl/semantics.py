@@ -139,13 +139,13 @@ class DomainChecker:
             names = [(name, group.position) for group in action.parameters for name in group.names]
             self._refuse_twins(f"parameter of action {action.name}", names)
 
-    def _refuse_twins(self, what: str, named: list[tuple[str, Position]]) -> None:
+    def _refuse_twins(self, kind: str, named: list[tuple[str, Position]]) -> None:
         """Refuse two of one name: their facts would have the same ids."""
         first: dict[str, Position] = {}
         for name, position in named:
             if name in first:
                 raise self._error(
-                    f"there is a second {what} {name}",
+                    f"there is a second {kind} {name}",
                     position,
                     f"the first is in line {first[name].line}: rename or remove one",
                 )

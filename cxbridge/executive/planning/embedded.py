@@ -33,10 +33,10 @@ class PyperplanPlanner(Planner):
     ignores = frozenset({Need.COSTS, Need.COUNTERS})
 
     def __init__(self, search: str = "gbf", heuristic: str = "hff") -> None:
-        for what, value, known in (("search", search, SEARCHES), ("heuristic", heuristic, HEURISTICS)):
+        for option, value, known in (("search", search, SEARCHES), ("heuristic", heuristic, HEURISTICS)):
             if value not in known:
                 raise UnknownPlannerError(
-                    f"pyperplan has no {what} '{value}'", hint=f"take one of {', '.join(known)}"
+                    f"pyperplan has no {option} '{value}'", hint=f"take one of {', '.join(known)}"
                 )
         self.search = search
         self.heuristic = heuristic

@@ -51,8 +51,8 @@ class ProblemFiles:
     def path(self, *parts: str) -> Path:
         """Return the path of a configured file. Quotes and blanks around its parts are none of it."""
         text = "".join(part.strip().strip('"').strip() for part in parts)
-        for what, by in self.substitutions.items():
-            text = text.replace(what, by)
+        for pattern, by in self.substitutions.items():
+            text = text.replace(pattern, by)
         return (self.folder / text).resolve()
 
     def write(self, path: Path, text: str) -> None:

@@ -48,17 +48,17 @@ def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSch
     findings.only(element, ("comment", "item"))
     findings.known_attributes(element, ("name",))
     name = findings.name(element, "an enum", RESERVED_IN_INTERFACES, "StatusEnum")
-    what = f"enum '{name}'" if name else "an enum"
-    comment = findings.comment_child(element, what)
+    subject = f"enum '{name}'" if name else "an enum"
+    comment = findings.comment_child(element, subject)
     if name in TYPES or name == "char":
-        findings.error(element, f"{what} has the name of a type", f"call it e.g. {name}_enum", "name")
+        findings.error(element, f"{subject} has the name of a type", f"call it e.g. {name}_enum", "name")
         name = None
     if name is not None and not scope.add(element, "enum", name):
         name = None
     item_elements = element.find_all("item")
     if not item_elements:
         findings.error(
-            element, f"{what} has no items", 'give it at least one <item name="...">comment</item>'
+            element, f"{subject} has no items", 'give it at least one <item name="...">comment</item>'
         )
     items: list[EnumItem] = []
     names: dict[int, str] = {}

@@ -109,28 +109,28 @@ def read_pseudomap(
     findings.only(element, ("comment", "mapref"))
     findings.known_attributes(element, ("type", "keytype", "name"))
     name = findings.name(element, "a pseudo map", RESERVED_IN_INTERFACES, "values")
-    what = f"pseudo map '{name}'" if name else "a pseudo map"
+    subject = f"pseudo map '{name}'" if name else "a pseudo map"
     type_name = check_type(element, enums, RESERVED_IN_INTERFACES, findings)
     keytype = findings.attribute(element, "keytype", "uint32")
     if keytype is not None and keytype not in _INTEGERS:
         findings.error(
             element,
-            f"the keys of {what} cannot be of type '{keytype}'",
+            f"the keys of {subject} cannot be of type '{keytype}'",
             f"use {', '.join(_INTEGERS)}",
             "keytype",
         )
         keytype = None
-    comment = findings.loose_comment(element, what)
+    comment = findings.loose_comment(element, subject)
     maprefs = element.find_all("mapref")
     if not maprefs:
-        findings.error(element, f"{what} has no entries", 'add <mapref key="1">name_of_a_field</mapref>')
+        findings.error(element, f"{subject} has no entries", 'add <mapref key="1">name_of_a_field</mapref>')
     refs: dict[int, MapRef] = {}
     for mapref in maprefs:
         entry = _read_mapref(mapref, keytype, fields, findings)
         if entry is None:
             continue
         if entry[0] in refs:
-            findings.error(mapref, f"{what} has the key {entry[0]} twice", "use every key once", "key")
+            findings.error(mapref, f"{subject} has the key {entry[0]} twice", "use every key once", "key")
         refs[entry[0]] = entry[1]
     if name is not None:
         scope.add(element, "pseudo map", name)

@@ -60,7 +60,7 @@ class Findings(Struct):
             self.error(element, f"attribute '{name}' is empty", f'write {name}="{example}"', name)
         return value or None
 
-    def name(self, element: Element, what: str, reserved: frozenset[str], example: str) -> str | None:
+    def name(self, element: Element, subject: str, reserved: frozenset[str], example: str) -> str | None:
         """Return the attribute ``name`` when it is one that may be used; note why when it is not."""
         name = self.attribute(element, "name", example)
         if name is None:
@@ -68,7 +68,7 @@ class Findings(Struct):
         if not is_identifier(name):
             self.error(
                 element,
-                f"'{name}' cannot be the name of {what}",
+                f"'{name}' cannot be the name of {subject}",
                 "a name has letters, digits and underscores, and does not begin with a digit",
                 "name",
             )
@@ -76,39 +76,39 @@ class Findings(Struct):
         if is_reserved(name, reserved):
             self.error(
                 element,
-                f"'{name}' cannot be the name of {what}: the name is reserved",
+                f"'{name}' cannot be the name of {subject}: the name is reserved",
                 f"take another name, e.g. my_{name}",
                 "name",
             )
             return None
         return name
 
-    def comment(self, element: Element, what: str) -> str:
+    def comment(self, element: Element, subject: str) -> str:
         """Return an element's own text; note it when there is none, for it is required."""
         if not element.text:
             self.error(
                 element,
-                f"{what} has no comment",
+                f"{subject} has no comment",
                 f"describe its purpose: <{element.name} ...>purpose</{element.name}>",
             )
         return " ".join(element.text.split())
 
-    def comment_child(self, element: Element, what: str) -> str:
+    def comment_child(self, element: Element, subject: str) -> str:
         """Return the text of the element ``comment`` inside; note it when there is none."""
         comments = element.find_all("comment")
         if not comments or not comments[0].text:
             place = comments[0] if comments else element
-            self.error(place, f"{what} has no comment", _COMMENT_HINT)
+            self.error(place, f"{subject} has no comment", _COMMENT_HINT)
             return ""
         return " ".join(comments[0].text.split())
 
-    def loose_comment(self, element: Element, what: str) -> str:
+    def loose_comment(self, element: Element, subject: str) -> str:
         """Return the text of the element ``comment`` inside, where Fawkes is content with any text at all."""
         comments = element.find_all("comment")
         if element.text and not (comments and comments[0].text):
-            self.warn(comments[0] if comments else element, f"{what} has no comment", _COMMENT_HINT)
+            self.warn(comments[0] if comments else element, f"{subject} has no comment", _COMMENT_HINT)
             return ""
-        return self.comment_child(element, what)
+        return self.comment_child(element, subject)
 
     def only(self, element: Element, allowed: tuple[str, ...]) -> None:
         """Note the children of an element that do not belong there.
@@ -145,16 +145,16 @@ class NameScope(Struct):
     findings: Findings
     _seen: dict[str, tuple[str, int]] = field(default_factory=dict)
 
-    def add(self, element: Element, what: str, name: str, shown: str | None = None) -> bool:
+    def add(self, element: Element, subject: str, name: str, shown: str | None = None) -> bool:
         """Add a name; report a name that exists already and return False."""
         if name in self._seen:
             other, line = self._seen[name]
             self.findings.error(
                 element,
-                f"{what} '{shown or name}' has the name of {other} in line {line}",
+                f"{subject} '{shown or name}' has the name of {other} in line {line}",
                 "every name may be used once: rename or remove one",
                 "name",
             )
             return False
-        self._seen[name] = (what, element.line)
+        self._seen[name] = (subject, element.line)
         return True

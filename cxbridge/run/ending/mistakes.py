@@ -147,10 +147,10 @@ def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> It
                 continue
             if each.code in _UNKNOWN_NAME and names_any(each.file, each.line, lost):
                 continue
-        what = f"{each.construct} is not defined: " if each.construct else ""
+        construct = f"{each.construct} is not defined: " if each.construct else ""
         code = "" if each.code.isupper() and each.code.isalpha() else f" [{each.code}]"
         yield CxbridgeError(
-            f"{what}{each.message}{code}", file=each.file, line=each.line, hint=each.hint or None
+            f"{construct}{each.message}{code}", file=each.file, line=each.line, hint=each.hint or None
         )
 
 

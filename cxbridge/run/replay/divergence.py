@@ -16,7 +16,7 @@ PATIENCE_US: Final = 60 * MICROSECONDS
 class Divergence:
     """A command that is not the recorded one.
 
-    :param who: the Skiller or executor.
+    :param uid: of the interface of the Skiller or executor.
     :param number: of the command there, from 1.
     :param expected: the recorded command; empty: none.
     :param came: the command of this run; empty: none.
@@ -25,7 +25,7 @@ class Divergence:
         recorded.
     """
 
-    who: str
+    uid: str
     number: int
     expected: str
     came: str
@@ -35,7 +35,7 @@ class Divergence:
     def plain(self) -> dict[str, Any]:
         """Return it as JSON can have it."""
         return {
-            "who": self.who,
+            "who": self.uid,
             "number": self.number,
             "expected": self.expected,
             "came": self.came,
@@ -48,7 +48,7 @@ class Divergence:
         if self.recorded_s is not None:
             expected += f" ({self.recorded_s:.3f} s after the begin)"
         return (
-            f"{self.who}, command number {self.number}: expected {expected}, "
+            f"{self.uid}, command number {self.number}: expected {expected}, "
             f"came {came} ({self.seconds:.3f} s after the begin)"
         )
 
@@ -65,7 +65,7 @@ R = TypeVar("R", bound=RecordedCommand)
 class Expectation(Generic[R]):
     """The recorded commands of a Skiller or an executor, in order, and the time of the next one.
 
-    :param who: for people.
+    :param uid: of the interface that takes the commands.
     :param items: the recorded commands.
     :param start_us: when the recorded run, and this one, began.
     :param whole: whether the recorded run had come to its end: then nothing may follow.
@@ -74,14 +74,14 @@ class Expectation(Generic[R]):
 
     def __init__(
         self,
-        who: str,
+        uid: str,
         items: Sequence[R],
         start_us: int,
         *,
         whole: bool,
         report: Callable[[Divergence], None],
     ) -> None:
-        self.who = who
+        self.uid = uid
         self.exhausted = False
         """Whether a command came that the recording, which was cut off, does not have any more."""
         self._items = items
@@ -122,4 +122,4 @@ class Expectation(Generic[R]):
         recorded_s = None if expected is None else (expected.time_us - self._start_us) / MICROSECONDS
         seconds = (now_us - self._start_us) / MICROSECONDS
         text = "" if expected is None else str(expected)
-        self._report(Divergence(self.who, self._next + 1, text, came, seconds, recorded_s))
+        self._report(Divergence(self.uid, self._next + 1, text, came, seconds, recorded_s))

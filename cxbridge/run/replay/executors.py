@@ -32,8 +32,8 @@ class RecordedExecutor(SkillExecutor):
     ) -> None:
         super().__init__(context)
         self.skills = script.skills
-        who = f"SkillExecutorInterface::{script.name}"
-        self.expected = Expectation(who, script.executions, start_us, whole=whole, report=report)
+        writer = f"SkillExecutorInterface::{script.name}"
+        self.expected = Expectation(writer, script.executions, start_us, whole=whole, report=report)
 
     def idle(self) -> None:
         """See whether the next skill is overdue."""

@@ -314,9 +314,9 @@ class Replay:
 
     def _diverge(self, divergence: Divergence) -> None:
         if self._whole is not None:
-            kind, mark, own = divergence.who.partition("::")
+            kind, mark, own = divergence.uid.partition("::")
             if mark:
-                divergence = replace(divergence, who=f"{kind}::{self._name}/{own}")
+                divergence = replace(divergence, uid=f"{kind}::{self._name}/{own}")
             self._whole.divergence = self._whole.divergence or divergence
         self.divergence = self.divergence or divergence
 

@@ -61,9 +61,9 @@ def checked_executor(kind: type[SkillExecutor]) -> type[SkillExecutor]:
     return kind
 
 
-def _misshapen(what: Any, message: str, hint: str) -> SkillError:
+def _misshapen(declared: Any, message: str, hint: str) -> SkillError:
     try:
-        file, line = inspect.getsourcefile(what), inspect.getsourcelines(what)[1]
+        file, line = inspect.getsourcefile(declared), inspect.getsourcelines(declared)[1]
     except (OSError, TypeError):
         file, line = None, None
     return SkillError(message, file=file, line=line, hint=hint)

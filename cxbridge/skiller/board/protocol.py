@@ -129,7 +129,7 @@ class SkillCall:
         return value
 
 
-def check_name(what: str, name: str) -> str:
+def check_name(kind: str, name: str) -> str:
     """Return a name that fits into the messages.
 
     :raises SkillError: when it is empty, too long, or has a NUL or no UTF-8 form.
@@ -140,7 +140,7 @@ def check_name(what: str, name: str) -> str:
         size = 0
     if not 0 < size <= NAME_BYTES or "\0" in name:
         raise SkillError(
-            f"{what} cannot be called {name!r}", hint=f"a name has 1 to {NAME_BYTES} bytes of UTF-8, no NUL"
+            f"{kind} cannot be called {name!r}", hint=f"a name has 1 to {NAME_BYTES} bytes of UTF-8, no NUL"
         )
     return name
 

@@ -275,7 +275,7 @@ def _skills_on_board(board: BlackBoard, agent: str) -> list[str] | None:
     return sorted(names) or None
 
 
-def _show(interface: Interface, what: str) -> None:
+def _show(interface: Interface, subject: str) -> None:
     message = interface.create_message("SetGraphMessage")
-    message.set("graph_fsm", what)
+    message.set("graph_fsm", subject)
     interface.msgq_enqueue(message)

@@ -31,7 +31,7 @@ _RENDER_S = 60
 def fetch_graph(
     board: BlackBoard,
     skiller: str,
-    what: str,
+    subject: str,
     *,
     direction: str | None = None,
     coloured: bool | None = None,
@@ -39,7 +39,7 @@ def fetch_graph(
 ) -> str:
     """Ask a Skiller, ours or Fawkes', for a graph; afterwards it shows its earlier graph again.
 
-    :param what: a skill, ``ACTIVE``, or one of :data:`OVERVIEWS`.
+    :param subject: a skill, ``ACTIVE``, or one of :data:`OVERVIEWS`.
     :param direction: one of :data:`DIRECTIONS`; None: the present one.
     :param coloured: None: the present setting.
     :raises SkillerError: when there is no such Skiller or skill, or no answer.
@@ -49,11 +49,11 @@ def fetch_graph(
         if not interface.has_writer:
             raise SkillerError(f"no Skiller writes {TYPE}::{skiller}", hint="see 'cxbridge skill list'")
         longest = interface.maxlenof("graph_fsm") - 1
-        if len(what.encode("utf-8", "surrogateescape")) > longest:
-            raise SkillerError(f"'{what}' is longer than the {longest} bytes that its field has")
+        if len(subject.encode("utf-8", "surrogateescape")) > longest:
+            raise SkillerError(f"'{subject}' is longer than the {longest} bytes that its field has")
         before = feed.now(interface).values
-        wanted: dict[str, Any] = {"graph_fsm": what}
-        if what not in OVERVIEWS:
+        wanted: dict[str, Any] = {"graph_fsm": subject}
+        if subject not in OVERVIEWS:
             wanted |= {} if direction is None else {"graph_dir": DIRECTIONS[direction]}
             wanted |= {} if coloured is None else {"graph_colored": coloured}
         try:
@@ -64,11 +64,13 @@ def fetch_graph(
             back["graph_fsm"] = back["graph_fsm"] or "ACTIVE"
             _ask(interface, back)
     if news is None:
-        raise SkillerError(f"the Skiller did not show '{what}' within {timeout_s:g} s", hint="is it stopped?")
+        raise SkillerError(
+            f"the Skiller did not show '{subject}' within {timeout_s:g} s", hint="is it stopped?"
+        )
     graph = str(news.values["graph"])
     if not graph:
         raise SkillerError(
-            f"the Skiller has no graph of '{what}'", hint="'cxbridge skill list' shows the skills it knows"
+            f"the Skiller has no graph of '{subject}'", hint="'cxbridge skill list' shows the skills it knows"
         )
     return graph
 
@@ -97,7 +99,7 @@ def _wait(
 
 
 def draw_graph(
-    what: str,
+    subject: str,
     folders: Sequence[Path],
     interface_dirs: Sequence[Path] = (),
     *,
@@ -107,7 +109,7 @@ def draw_graph(
 ) -> str:
     """Draw a graph from skill files, as a Skiller that has just loaded them would.
 
-    :param what: a skill, or ``SKILL_DEP``.
+    :param subject: a skill, or ``SKILL_DEP``.
     :param folders: where skills lie, see :func:`cxbridge.skiller.make.skill_folders`.
     :raises SkillerError: when there is no such skill.
     :raises CxbridgeError: when the skills cannot be loaded.
@@ -118,15 +120,15 @@ def draw_graph(
     bus = EventBus(clock)
     board = LocalBlackBoard(InterfaceRegistry(interface_dirs), clock, bus)
     with make_lua_skiller(board, clock, bus, folders=folders, space=space) as skiller:
-        if what in OVERVIEWS:
-            return skiller.engine.overview(what)
-        found, graph = skiller.engine.graph(what, direction, coloured=coloured, always=True)
+        if subject in OVERVIEWS:
+            return skiller.engine.overview(subject)
+        found, graph = skiller.engine.graph(subject, direction, coloured=coloured, always=True)
         if not found:
             known = ", ".join(sorted(skiller.skills))
             raise SkillerError(
-                f"skill '{what}' has no state machine"
-                if what in skiller.skills
-                else f"there is no skill '{what}' in the skill space '{space}'",
+                f"skill '{subject}' has no state machine"
+                if subject in skiller.skills
+                else f"there is no skill '{subject}' in the skill space '{space}'",
                 hint=f"its skills are: {known}",
             )
         return graph

@@ -230,9 +230,9 @@ class LuaEngine:
         found, text = self._call("graph", to_lua(skill), direction, coloured, always)[:2]
         return bool(found), from_lua(text) if found else ""
 
-    def overview(self, what: str) -> str:
+    def overview(self, subject: str) -> str:
         """Return all skills, one a line (``LIST``), or the graph of their uses in dot (``SKILL_DEP``)."""
-        if what == "LIST":
+        if subject == "LIST":
             return "".join(f"{name}\n" for name in self.skills)
         return from_lua(self._text("dependencies"))
 

@@ -168,10 +168,10 @@ def as_text(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def wrong(config: Configuration, path: str, what: str, hint: str) -> SkillerError:
+def wrong(config: Configuration, path: str, fault: str, hint: str) -> SkillerError:
     """Return the error that a value of the configuration is."""
     place = config.get(path)
-    return SkillerError(f"{path} {what}", file=place.file or None, line=place.line or None, hint=hint)
+    return SkillerError(f"{path} {fault}", file=place.file or None, line=place.line or None, hint=hint)
 
 
 def read_patterns(config: Configuration, path: str) -> list[SkillPattern]:

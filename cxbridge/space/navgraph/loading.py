@@ -127,11 +127,11 @@ def _properties(place: YamlNode | None) -> dict[str, str]:
     return properties
 
 
-def _items(place: YamlNode | None, what: str) -> list[YamlNode]:
+def _items(place: YamlNode | None, name: str) -> list[YamlNode]:
     if place is None or (isinstance(place, YamlScalar) and place.null):
         return []
     if not isinstance(place, YamlList):
-        raise _wrong(place, f"'{what}' must be a list")
+        raise _wrong(place, f"'{name}' must be a list")
     return place.items
 
 

@@ -59,13 +59,13 @@ def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
             there = Side(goal.start, _goal_text(goal))
             sides = (missing, there) if run else (there, missing)
             yield Difference(f"a goal that only {'AB'[run]} has", match.labels[goal], *sides, kind)
-    for what, text, pairs in (
+    for noun, text, pairs in (
         ("another parent", _below, match.adopted),
         ("another class or id", _named, match.renamed),
     ):
         for pair in pairs:
             ours, theirs = (Side(goal.start, text(goal)) for goal in pair)
-            yield Difference(what, f"goal {match.labels[pair[0]]}", ours, theirs)
+            yield Difference(noun, f"goal {match.labels[pair[0]]}", ours, theirs)
 
 
 def _below(goal: Goal) -> str:

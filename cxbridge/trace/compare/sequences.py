@@ -92,25 +92,25 @@ class StepPair:
             ours, theirs = (steps[at] for steps, at in zip(self.steps, pair, strict=True))
             late = times.lag(self.subject, ours.time_us, theirs.time_us)
             if late is not None:
-                what = f"its {self.noun} number {pair[0] + 1}: {time_words(late)}"
-                yield Difference(what, self.subject, _side(ours), _side(theirs), DifferenceKind.TIME)
+                position = f"its {self.noun} number {pair[0] + 1}: {time_words(late)}"
+                yield Difference(position, self.subject, _side(ours), _side(theirs), DifferenceKind.TIME)
 
     def _difference(self, alignment: Alignment, edit: Edit) -> Difference:
         """Return an edit in words."""
         one, other = edit.at
         first, name = (other, "B") if one == NONE else (one, "A")
-        what = f"its {self.noun} number {first + 1}"
+        position = f"its {self.noun} number {first + 1}"
         if edit.count > 1:
-            what = f"its {self.noun}s number {first + 1} to {first + edit.count}"
+            position = f"its {self.noun}s number {first + 1} to {first + edit.count}"
         if edit.kind is DifferenceKind.ORDER:
-            what = f"{what} is its number {other + 1} in B"
+            position = f"{position} is its number {other + 1} in B"
         elif edit.kind in ALONE:
-            what = f"{what}, which only {name} has"
+            position = f"{position}, which only {name} has"
         ours, theirs = (
             _side(self.steps[run][at]) if at != NONE else self._missing(run, alignment.before(1 - run, first))
             for run, at in enumerate(edit.at)
         )
-        return Difference(what, self.subject, ours, theirs, edit.kind, edit.count)
+        return Difference(position, self.subject, ours, theirs, edit.kind, edit.count)
 
     def _missing(self, run: int, last: int) -> Side:
         """Return the side of a run without a step here; ``last`` is the index of its last step before."""

@@ -108,10 +108,10 @@ class _PartnerChecks:
             self._msgids.gap(stream_of(token.key))
 
 
-def _between(one: Token, other: Token, kind: DifferenceKind, what: str) -> Difference:
+def _between(one: Token, other: Token, kind: DifferenceKind, text: str) -> Difference:
     """Return a difference between partners."""
     ours, theirs = (Side(token.number, describe(token.event)) for token in (one, other))
-    return Difference(what, subject_of(one.event), ours, theirs, kind)
+    return Difference(text, subject_of(one.event), ours, theirs, kind)
 
 
 class Divergence:

@@ -34,8 +34,8 @@ class BlockMaker:
         :raises TraceError: with their names.
         """
         other = [
-            f"{what} {', '.join(sorted(names))}"
-            for what, names in (
+            f"{problem} {', '.join(sorted(names))}"
+            for problem, names in (
                 ("only the recording has", values.keys() - self._names),
                 ("only the definition has", self._names - values.keys()),
             )

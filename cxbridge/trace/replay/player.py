@@ -63,9 +63,9 @@ class ReplayPlayer:
             maker.check(sample.values, uid)
             writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
         except WriterActiveError as error:
-            who = f", {error.owner}" if error.owner else ""
+            owner = f", {error.owner}" if error.owner else ""
             raise BlackBoardError(
-                f"{uid} cannot be replayed: it has a writer already{who}",
+                f"{uid} cannot be replayed: it has a writer already{owner}",
                 hint="replay other interfaces only (--interface), or end its writer",
             ) from error
         writer.read()

@@ -24,14 +24,14 @@ def skill_of(choice: Choice) -> tuple[str, str, str] | None:
 def in_words(played: Played, violation: Violation) -> str:
     """Return the events of a run, and the violation, in a sentence."""
     times: dict[tuple[str, str], list[str]] = {}
-    for what, time, where in _choices(played):
-        times.setdefault((what, where), []).append(time)
+    for event, time, where in _choices(played):
+        times.setdefault((event, where), []).append(time)
     parts = [
-        f"{what} the {_listed(which)} time{where}" if which[0] else f"{what}{where}"
-        for (what, where), which in times.items()
+        f"{event} the {_listed(which)} time{where}" if which[0] else f"{event}{where}"
+        for (event, where), which in times.items()
     ]
-    what = ", and ".join(parts) if parts else "without any fault"
-    return f"{what}: {violation.message} (at {violation.seconds:.2f} s)"
+    event = ", and ".join(parts) if parts else "without any fault"
+    return f"{event}: {violation.message} (at {violation.seconds:.2f} s)"
 
 
 def _listed(words: list[str]) -> str:
@@ -52,16 +52,16 @@ def _choices(played: Played) -> Iterator[tuple[str, str, str]]:
         if skill is None:
             yield f"{choice.point.subject} {name}", "", f" at {choice.point.seconds:.2f} s"
             continue
-        who, called, args = skill
+        performer, called, args = skill
         given = f" ({args})" if args else ""
-        where = f" on {who}" if several else ""
-        yield f"{called}{given} {name}", ordinal(counts[key]), where + _meanwhile(played, choice, who)
+        where = f" on {performer}" if several else ""
+        yield f"{called}{given} {name}", ordinal(counts[key]), where + _meanwhile(played, choice, performer)
 
 
-def _meanwhile(played: Played, choice: Choice, who: str) -> str:
+def _meanwhile(played: Played, choice: Choice, performer: str) -> str:
     """Return the skills of other Skillers at a choice."""
     now = round(choice.point.seconds * MICROSECONDS)
-    skiller = who.rpartition("/")[2]
+    skiller = performer.rpartition("/")[2]
     others = sorted(
         {
             f"{call.skiller} executes {call.skill_string}"

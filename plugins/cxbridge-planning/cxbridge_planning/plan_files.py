@@ -65,8 +65,8 @@ def _table(names: Iterable[str]) -> dict[str, str]:
     return {name.casefold(): name for name in exact} | exact
 
 
-def _find(name: str, table: dict[str, str], what: str) -> str:
+def _find(name: str, table: dict[str, str], kind: str) -> str:
     found = table.get(name) or table.get(name.casefold())
     if found is None:
-        raise PlanningError(f"the plan names an {what} that does not exist: {name}")
+        raise PlanningError(f"the plan names an {kind} that does not exist: {name}")
     return found

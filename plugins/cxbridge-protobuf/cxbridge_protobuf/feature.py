@@ -384,12 +384,12 @@ class ProtobufUser:
         return split_us(time_us)
 
     def _assert_presence(self, event: Presence) -> None:
-        what = "connected" if event.connected else "disconnected"
+        state = "connected" if event.connected else "disconnected"
         if event.origin.value == "CLIENT":
-            self._env.assert_string(f"(protobuf-client-{what} {event.link})")
+            self._env.assert_string(f"(protobuf-client-{state} {event.link})")
         else:
             where = f" {event.host} {event.port}" if event.connected else ""
-            self._env.assert_string(f"(protobuf-server-client-{what} {event.link}{where})")
+            self._env.assert_string(f"(protobuf-server-client-{state} {event.link}{where})")
 
 
 ProtobufFeature.user = ProtobufUser

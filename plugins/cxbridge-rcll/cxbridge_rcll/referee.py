@@ -95,12 +95,12 @@ class Referee(Component):
     def _make_machine(self, name: str) -> Machine:
         return Machine(name, self._clock, self._report)
 
-    def _report(self, machine: str, what: str, value: object) -> None:
+    def _report(self, machine: str, field: str, value: object) -> None:
         """Assert the values of a machine's sensors for the rules."""
         said: Value = int(value) if isinstance(value, int) and not isinstance(value, bool) else FALSE
         if value is True:
             said = TRUE
-        self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(what), said))
+        self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(field), said))
 
     def _print_facts(self, _indices: tuple[Value, ...], _slots: tuple[Value, ...]) -> None:
         """Print nothing: the final tables of the referee box are in the result of the game."""

@@ -110,8 +110,8 @@ class Api:
         rights = self._host.rights
         right = endpoint.needed(rights)
         if not rights.allow(right):
-            what = "change anything" if not rights.control else "run programs"
-            raise ApiError(403, f"Clients may not {what}: {rights.why_not(right)}")
+            act = "change anything" if not rights.control else "run programs"
+            raise ApiError(403, f"Clients may not {act}: {rights.why_not(right)}")
 
     def _in_thread(self, endpoint: Endpoint) -> Handler | None:
         """Return the function to call in a thread; None: the main loop answers."""

@@ -24,9 +24,9 @@ class DaemonWeb(WebHost):
         self._daemon, self._executive = daemon, daemon.node
         self.operations = daemon.operations
 
-    def command(self, what: str) -> None:
+    def command(self, verb: str) -> None:
         """Carry out a command of a client."""
-        self._daemon.carry_out(what)
+        self._daemon.carry_out(verb)
 
     @property
     def board(self) -> BlackBoard:

@@ -223,14 +223,14 @@ def _get(path: str, handler: Handler, about: str, reply: str, **more: Any) -> En
     return Endpoint(method="GET", path=f"/cxbridge{path}", handler=handler, about=about, reply=reply, **more)
 
 
-def _command(figures: Figures, what: str, about: str) -> Endpoint:
+def _command(figures: Figures, verb: str, about: str) -> Endpoint:
     def carry_out(call: ApiCall) -> dict[str, Any]:
-        call.host.command(what)
+        call.host.command(verb)
         return _status(figures, call)
 
     return Endpoint(
         method="POST",
-        path=f"/cxbridge/{what}",
+        path=f"/cxbridge/{verb}",
         handler=carry_out,
         about=about,
         reply="Status",

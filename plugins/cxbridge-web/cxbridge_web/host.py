@@ -65,7 +65,7 @@ class WebHost(ABC):
         """Return how the process and its components stand; docs/rest.md has the fields."""
 
     @abstractmethod
-    def command(self, what: str) -> None:
+    def command(self, verb: str) -> None:
         """Carry out ``pause``, ``resume`` or ``reset``."""
 
     @property

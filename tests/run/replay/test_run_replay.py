@@ -243,7 +243,7 @@ def test_another_skill_string_is_told_with_what_was_expected(mini: Path) -> None
     assert result.replay is not None
     found = result.replay.divergence
     assert found is not None
-    assert (found.who, found.number) == ("SkillerInterface::Skiller", 1)
+    assert (found.uid, found.number) == ("SkillerInterface::Skiller", 1)
     assert found.expected == "ExecSkill 'say{text=\"bye\", wait=true}'"
     assert found.came == "ExecSkill 'say{text=\"hello\", wait=true}'"
     assert "expected ExecSkill 'say{text=\"bye\", wait=true}' (0." in result.reason

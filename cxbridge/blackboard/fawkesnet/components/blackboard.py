@@ -271,11 +271,13 @@ class BlackBoardNetworkHandler(NetworkHandler):
         )
         instance.msgq_enqueue(message, proxy=True, message_id=received.id)
 
-    def _instance(self, session: FawkesSession, serial: bytes, what: str) -> Interface:
+    def _instance(self, session: FawkesSession, serial: bytes, request: str) -> Interface:
         of_client = self._opened.get(session)
         opened = None if of_client is None else of_client.get(serial)
         if opened is None:
-            raise BlackBoardError(f"{what}: Interface with serial {UUID(bytes=serial)} not found, ignoring.")
+            raise BlackBoardError(
+                f"{request}: Interface with serial {UUID(bytes=serial)} not found, ignoring."
+            )
         return opened.instance
 
 

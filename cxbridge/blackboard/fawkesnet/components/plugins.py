@@ -118,8 +118,8 @@ class PluginManager(NetworkHandler):
                 self._worker = Dispatcher("FawkesNetPlugins", self._failed)
             self._worker.put(call)
 
-    def _failed(self, what: str, error: Exception) -> None:
-        self._complaints.add(what, f"loading or unloading failed: {type(error).__name__}: {error}")
+    def _failed(self, kind: str, error: Exception) -> None:
+        self._complaints.add(kind, f"loading or unloading failed: {type(error).__name__}: {error}")
 
     def _change(self, session: FawkesSession, message: PluginMessage) -> None:
         """Load or unload, in the thread for it."""

@@ -211,26 +211,26 @@ def _pack_string(text: str, *, terminated: bool) -> bytes:
     return _STRING_HEAD.pack(len(raw), 0) + raw + (b"\0" if terminated else b"")
 
 
-def _unpack_values(value_type: ConfigType, raw: bytes, count: int, what: str) -> tuple[Scalar, ...]:
+def _unpack_values(value_type: ConfigType, raw: bytes, count: int, subject: str) -> tuple[Scalar, ...]:
     if value_type is ConfigType.STRING:
-        return tuple(_unpack_strings(raw, count, what))
-    expect_size(raw, 4 * count, f"the value of {what}")
+        return tuple(_unpack_strings(raw, count, subject))
+    expect_size(raw, 4 * count, f"the value of {subject}")
     values: tuple[Scalar, ...] = Struct(f"={count}{_FORMATS[value_type]}").unpack(raw)
     return tuple(map(bool, values)) if value_type is ConfigType.BOOL else values
 
 
-def _unpack_strings(raw: bytes, count: int, what: str) -> Iterator[str]:
+def _unpack_strings(raw: bytes, count: int, subject: str) -> Iterator[str]:
     """Yield texts; the NUL after the last is optional, as a client that sets a single one sends none."""
     start = 0
     for index in range(count):
-        expect_at_least(raw[start:], _STRING_HEAD.size, f"a text of {what}")
+        expect_at_least(raw[start:], _STRING_HEAD.size, f"a text of {subject}")
         length, _ = _STRING_HEAD.unpack_from(raw, start)
         start += _STRING_HEAD.size
         text = raw[start : start + length]
-        expect_size(text, length, f"a text of {what}")
+        expect_size(text, length, f"a text of {subject}")
         yield text.decode(errors="backslashreplace")
         start += length
         if index < count - 1 or start < len(raw):
-            expect_size(raw[start : start + 1].rstrip(b"\0"), 0, f"the end of a text of {what}")
+            expect_size(raw[start : start + 1].rstrip(b"\0"), 0, f"the end of a text of {subject}")
             start += 1
-    expect_size(raw, start, f"the texts of {what}")
+    expect_size(raw, start, f"the texts of {subject}")

@@ -44,22 +44,22 @@ class WireValue(ABC):
         return self.to_frame().to_bytes()
 
 
-def expect_size(payload: bytes, size: int, what: str) -> None:
+def expect_size(payload: bytes, size: int, part: str) -> None:
     """Refuse a payload that has not exactly ``size`` bytes.
 
     :raises MalformedMessageError: when it has not.
     """
     if len(payload) != size:
-        raise MalformedMessageError(f"{what} has {len(payload)} bytes, not {size}")
+        raise MalformedMessageError(f"{part} has {len(payload)} bytes, not {size}")
 
 
-def expect_at_least(payload: bytes, size: int, what: str) -> None:
+def expect_at_least(payload: bytes, size: int, part: str) -> None:
     """Refuse a payload of less than ``size`` bytes.
 
     :raises MalformedMessageError: when it is shorter.
     """
     if len(payload) < size:
-        raise MalformedMessageError(f"{what} has {len(payload)} bytes, at least {size} are needed")
+        raise MalformedMessageError(f"{part} has {len(payload)} bytes, at least {size} are needed")
 
 
 def pack_text(text: str, size: int, *, terminated: bool = True) -> bytes:
@@ -87,27 +87,27 @@ def pack_list(elements: Iterable[bytes]) -> bytes:
     return LIST_HEAD.pack(len(body), count) + bytes(body)
 
 
-def unpack_list(payload: bytes, what: str) -> tuple[bytes, ...]:
+def unpack_list(payload: bytes, part: str) -> tuple[bytes, ...]:
     """Return the elements of a list.
 
-    :param what: the name of the list, for the error.
+    :param part: the name of the list, for the error.
     :raises MalformedMessageError: when head, lengths and bytes do not fit together.
     """
-    expect_at_least(payload, LIST_HEAD.size, what)
+    expect_at_least(payload, LIST_HEAD.size, part)
     size, count = LIST_HEAD.unpack_from(payload)
     end = len(payload)
     if size != end - LIST_HEAD.size:
-        raise MalformedMessageError(f"{what} announces {size} bytes and has {end - LIST_HEAD.size}")
+        raise MalformedMessageError(f"{part} announces {size} bytes and has {end - LIST_HEAD.size}")
     elements = []
     start = LIST_HEAD.size
     while start < end:
         if end - start < _LENGTH.size:
-            raise MalformedMessageError(f"{what} ends within the length of an element")
+            raise MalformedMessageError(f"{part} ends within the length of an element")
         after = start + _LENGTH.size + _LENGTH.unpack_from(payload, start)[0]
         if after > end:
-            raise MalformedMessageError(f"{what} ends within an element")
+            raise MalformedMessageError(f"{part} ends within an element")
         elements.append(payload[start + _LENGTH.size : after])
         start = after
     if len(elements) & 0xFFFF != count & 0xFFFF:  # Fawkes counts with 16 bits
-        raise MalformedMessageError(f"{what} announces {count} elements and has {len(elements)}")
+        raise MalformedMessageError(f"{part} announces {count} elements and has {len(elements)}")
     return tuple(elements)

@@ -118,9 +118,9 @@ def diff(
         say(note, err=True)
     if accepted.write_baseline is not None:
         count = write_baseline(accepted.write_baseline, comparison, accepted.reason)
-        what = "accepted difference" if count == 1 else "accepted differences"
+        noun = "accepted difference" if count == 1 else "accepted differences"
         more = "" if accepted.reason else ": write a reason for each"
-        say(f"{accepted.write_baseline}: {count} {what}{more}", err=True)
+        say(f"{accepted.write_baseline}: {count} {noun}{more}", err=True)
     if not comparison.same:
         raise typer.Exit(1)
 

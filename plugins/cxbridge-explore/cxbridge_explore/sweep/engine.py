@@ -101,10 +101,10 @@ class WorkerProcess(Closing):
             hint="play it once with: cxbridge run",
         )
 
-    def _send(self, what: object) -> None:
+    def _send(self, message: object) -> None:
         assert self._process.stdin is not None
         with suppress(OSError):  # it is gone: its answer will not come either
-            write_frame(self._process.stdin, pickle.dumps(what))
+            write_frame(self._process.stdin, pickle.dumps(message))
 
     def kill(self) -> None:
         """End the process. From any thread."""

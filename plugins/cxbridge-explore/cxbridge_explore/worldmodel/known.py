@@ -41,9 +41,9 @@ def check_world_of(
         _must_be_known("agent", kill.agent, (*names, "*"), kill.place)
     if not names and (world.kills or world.order):
         place = world.kills[0].place if world.kills else WorldPlace()
-        what = "kill one" if world.kills else "let them take turns in another order"
+        change = "kill one" if world.kills else "let them take turns in another order"
         hint = "see docs/several-agents.md"
-        raise _error(place, f"the scenario has one agent: the world cannot {what}", hint)
+        raise _error(place, f"the scenario has one agent: the world cannot {change}", hint)
 
 
 def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None:

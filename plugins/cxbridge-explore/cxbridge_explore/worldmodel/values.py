@@ -27,10 +27,10 @@ def place_of(document: Configuration, path: str) -> WorldPlace:
     return WorldPlace(Path(value.file), value.line)
 
 
-def wrong(document: Configuration, path: str, what: str, hint: str | None = None) -> ConfigError:
+def wrong(document: Configuration, path: str, fault: str, hint: str | None = None) -> ConfigError:
     """Return the error that something at a path is."""
     place = place_of(document, path)
-    return ConfigError(f"{path[1:]} {what}", file=place.file, line=place.line, hint=hint)
+    return ConfigError(f"{path[1:]} {fault}", file=place.file, line=place.line, hint=hint)
 
 
 def refuse_unknown(document: Configuration, path: str, known: Collection[str]) -> None:

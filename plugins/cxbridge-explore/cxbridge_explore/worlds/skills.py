@@ -137,9 +137,9 @@ class SkillChoices:
         seconds = next((outcome.seconds for outcome in found if outcome is not None), None)
         return 1.0 if seconds is None else seconds
 
-    def _subject(self, who: str, call: SkillStringCall) -> str:
+    def _subject(self, skiller: str, call: SkillStringCall) -> str:
         args = ", ".join(f"{key}={value!r}" for key, value in call.args.items())
-        return f"{self._prefix}{who}: {call.name}{{{args}}}"
+        return f"{self._prefix}{skiller}: {call.name}{{{args}}}"
 
 
 def skill_options(model: SkillModel) -> tuple[Option, ...]:

@@ -102,9 +102,9 @@ def _declared(
 def _details(
     expert: ProblemExpert, _codec: NodeCodec, request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
-    domain, what = expert.domain, kind.name.lower()
+    domain, noun = expert.domain, kind.name.lower()
     known = {each.name: each for each in _of(domain, kind)}
-    found = known[_find(request["expression"], known, what)]
+    found = known[_find(request["expression"], known, noun)]
     types = _each_type(found.parameters)
     parameters = [param(f"?{each}{index}", each, subtypes(domain, each)) for index, each in enumerate(types)]
     return {"node": {"node_type": int(kind), "name": found.name, "parameters": parameters}}
@@ -151,14 +151,14 @@ def _action_of(domain: Domain, name: str, *, durative: bool) -> ActionSchema:
     return known[_find(name, known, "durative action" if durative else "action")]
 
 
-def _find(name: str, names: Iterable[str], what: str) -> str:
+def _find(name: str, names: Iterable[str], noun: str) -> str:
     """Return which of the names is meant, in capitals or not."""
     known = [*names]
     matching = [each for each in known if each == name] or [
         each for each in known if each.lower() == name.lower()
     ]
     if not matching:
-        raise Ros2Error(f"the domain has no {what} '{name}'", hint=did_you_mean(name, known))
+        raise Ros2Error(f"the domain has no {noun} '{name}'", hint=did_you_mean(name, known))
     return matching[0]
 
 

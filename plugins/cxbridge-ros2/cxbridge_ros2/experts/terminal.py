@@ -62,9 +62,9 @@ class Terminal:
         self._commands: Mapping[str, Callable[[str], Lines]] = {
             "get domain": self._domain,
             **{
-                f"get {model} {what}": work
+                f"get {model} {noun}": work
                 for model in ("model", "domain")
-                for what, work in self._of_model().items()
+                for noun, work in self._of_model().items()
             },
             "get problem": lambda rest: self._whole("get problem", rest, _PROBLEM, "problem"),
             "get problem instances": self._instances,
@@ -152,9 +152,9 @@ class Terminal:
         _no_more("get model types", rest)
         yield from self._client.do(f"{_DOMAIN}get_domain_types")["types"]
 
-    def _names(self, what: str, rest: str) -> Lines:
-        _no_more(f"get model {what}", rest)
-        yield from (each["name"] for each in self._client.do(f"{_DOMAIN}get_domain_{what}")["states"])
+    def _names(self, noun: str, rest: str) -> Lines:
+        _no_more(f"get model {noun}", rest)
+        yield from (each["name"] for each in self._client.do(f"{_DOMAIN}get_domain_{noun}")["states"])
 
     def _actions(self, rest: str) -> Lines:
         _no_more("get model actions", rest)
@@ -162,9 +162,9 @@ class Terminal:
         for name in self._client.do(f"{_DOMAIN}get_domain_durative_actions")["actions"]:
             yield f"{name} (durative)"
 
-    def _declared(self, what: str, rest: str) -> Lines:
-        name = _one(rest, f"get model {what} NAME")
-        found = self._client.do(f"{_DOMAIN}get_domain_{what}_details", {"expression": name})["node"]
+    def _declared(self, noun: str, rest: str) -> Lines:
+        name = _one(rest, f"get model {noun} NAME")
+        found = self._client.do(f"{_DOMAIN}get_domain_{noun}_details", {"expression": name})["node"]
         yield _signature(found)
 
     def _action(self, rest: str) -> Lines:
@@ -184,10 +184,10 @@ class Terminal:
         yield from self._about("needs", found["preconditions"])
         yield from self._about("does", found["effects"])
 
-    def _about(self, what: str, tree: Message) -> Lines:
+    def _about(self, noun: str, tree: Message) -> Lines:
         text = self._text(tree) if tree["nodes"] else _NOTHING
         if text != _NOTHING:
-            yield f"{what}: {text}"
+            yield f"{noun}: {text}"
 
     def _text(self, tree: Message) -> str:
         try:
@@ -296,16 +296,18 @@ class Terminal:
             yield f"{node} {action} {Life(life).name if life in list(Life) else life}"
 
     def _run(self, rest: str) -> Lines:
-        kind, _, what = rest.strip().partition(" ")
-        what = what.strip()
+        kind, _, argument = rest.strip().partition(" ")
+        argument = argument.strip()
         if not kind:
             items = self._planned()
-        elif kind == "num_actions" and what.isdecimal():
-            items = self._planned()[: int(what)]
-        elif kind == "action" and (item := item_of(f"0: {what if what.startswith('(') else f'({what})'}")):
+        elif kind == "num_actions" and argument.isdecimal():
+            items = self._planned()[: int(argument)]
+        elif kind == "action" and (
+            item := item_of(f"0: {argument if argument.startswith('(') else f'({argument})'}")
+        ):
             items = [item]
-        elif kind == "plan-file" and what:
-            items = read_plan(Path(what))
+        elif kind == "plan-file" and argument:
+            items = read_plan(Path(argument))
         else:
             raise UsageError(f"there is no 'run {rest.strip()}'", hint="; ".join(_help_of("run")))
         yield from execute(self._client, items)

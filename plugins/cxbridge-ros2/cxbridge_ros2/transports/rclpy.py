@@ -169,9 +169,9 @@ class RclpyNode(Node):
 
     # --- rclpy --------------------------------------------------------------------------------------------
 
-    def _ending(self, what: str, made: Any) -> Callable[[], None]:
+    def _ending(self, entity: str, made: Any) -> Callable[[], None]:
         """Return what ends something that this node has made; once."""
-        destroy = getattr(self._node, f"destroy_{what}")
+        destroy = getattr(self._node, f"destroy_{entity}")
         return lambda: None if not self._context.ok() else destroy(made)
 
     def _servers(self, client: Any, service: str) -> frozenset[int]:

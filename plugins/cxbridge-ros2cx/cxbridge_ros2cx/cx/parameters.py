@@ -121,11 +121,11 @@ class NodeParameters:
             raise self.wrong(name, f"must be a list of strings, not {_shown(found.value)}")
         return tuple(str(each) for each in found.value)
 
-    def wrong(self, name: str, what: str, hint: str | None = None) -> ConfigError:
+    def wrong(self, name: str, fault: str, hint: str | None = None) -> ConfigError:
         """Return an error about a parameter, with its place."""
         found = self._parameters.get(name)
         mark = Mark(str(self.file)) if found is None else found.place
-        return mark.error(f"the parameter '{name}' {what}", hint)
+        return mark.error(f"the parameter '{name}' {fault}", hint)
 
 
 def _sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:

@@ -86,8 +86,8 @@ ARGUMENTS: Final[Mapping[str, NameKind]] = {
 """Functions whose first argument is a name."""
 
 OF_FIELDS: Final = frozenset(
-    f"pb-{what}"
-    for what in (
+    f"pb-{function}"
+    for function in (
         *("field-type", "field-label", "has-field", "field-is-list", "field-value", "field-list"),
         *("set-field", "add-list"),
     )

@@ -292,8 +292,8 @@ def describe_unclosed(
     :param slots: those of the deftemplates that are known.
     """
     line = lines.at(start)
-    what = _BEGINNING.match(part)
-    message = f"{' '.join(what.groups()) if what else 'this'} never closes"
+    beginning = _BEGINNING.match(part)
+    message = f"{' '.join(beginning.groups()) if beginning else 'this'} never closes"
     if any(match["unclosed"] for match in HIDDEN.finditer(part)):
         return Unclosed(start, message, "a string in it never closes")
     rows = text.splitlines()[line:]
@@ -303,5 +303,5 @@ def describe_unclosed(
         start += inner
         head = read(part[inner:], close=True)[0].head
         message += f": its list ({head} is open" if head else ": a list in it is open"
-        hint += f"; {what[1] if what else 'the construct'} begins in line {line}"
+        hint += f"; {beginning[1] if beginning else 'the construct'} begins in line {line}"
     return Unclosed(start, message, hint)

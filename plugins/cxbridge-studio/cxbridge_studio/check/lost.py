@@ -46,10 +46,10 @@ class Lost:
         return f"lost with it: {', '.join(filter(None, parts))}"
 
 
-def _some(names: list[str], what: str) -> str:
+def _some(names: list[str], prefix: str) -> str:
     """Return the first of some names, and how many more there are."""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return ", ".join(f"{what}{name}" for name in names[:_LISTED]) + more
+    return ", ".join(f"{prefix}{name}" for name in names[:_LISTED]) + more
 
 
 class Losses:

@@ -12,7 +12,9 @@ from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
 _BODIES: Final = {"progn": 0, "while": 1, "loop-for-count": 1, "progn$": 1, "foreach": 2}
 """Functions whose arguments from this one on are actions."""
 
-_QUERIES: Final = tuple(f"{late}do-for-{what}" for late in ("", "delayed-") for what in ("fact", "all-facts"))
+_QUERIES: Final = tuple(
+    f"{late}do-for-{facts}" for late in ("", "delayed-") for facts in ("fact", "all-facts")
+)
 _WORDS: Final = ("then", "else", "do")
 
 

@@ -348,13 +348,13 @@ class Adapter:
             raise CxbridgeError(f"there is no target {target} to step into")
         self._step(arguments, _TARGETS[target])
 
-    def _step(self, arguments: protocol.StepArguments, what: str) -> None:
+    def _step(self, arguments: protocol.StepArguments, unit: str) -> None:
         self._check_thread(arguments.thread_id)
-        self._there.step(what)
+        self._there.step(unit)
 
-    def _go_back(self, arguments: protocol.ThreadArguments, what: str) -> None:
+    def _go_back(self, arguments: protocol.ThreadArguments, unit: str) -> None:
         self._check_thread(arguments.thread_id)
-        self._there.go_back(what)
+        self._there.go_back(unit)
 
     def _pause(self, arguments: protocol.PauseArguments) -> None:
         self._check_thread(arguments.thread_id)

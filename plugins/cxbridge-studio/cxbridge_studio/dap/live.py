@@ -127,11 +127,11 @@ class LiveRun(Target):
         for agent in self._agents:
             agent.debugger.go_on()
 
-    def step(self, what: str) -> None:
+    def step(self, unit: str) -> None:
         """Continue for a ``rule``, a ``loop``, a ``transition`` or a ``line`` of any agent."""
-        self._step = what
+        self._step = unit
         for agent in self._agents:
-            agent.debugger.step(what)
+            agent.debugger.step(unit)
 
     def pause(self) -> None:
         """Stop before the next rule."""

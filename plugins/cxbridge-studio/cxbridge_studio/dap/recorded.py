@@ -194,16 +194,16 @@ class RecordedRun(Target):
         """Continue to the next breakpoint."""
         self._wanted, self._back = "continue", False
 
-    def step(self, what: str) -> None:
+    def step(self, unit: str) -> None:
         """Continue for a ``rule``, a ``loop`` or a ``transition``; steps within a rule are not recorded."""
-        self._wanted, self._back = "rule" if what == "line" else what, False
+        self._wanted, self._back = "rule" if unit == "line" else unit, False
 
     def pause(self) -> None:
         """Nothing goes by itself: there is nothing to stop."""
 
-    def go_back(self, what: str) -> None:
+    def go_back(self, unit: str) -> None:
         """Go back: to the last breakpoint, or a step."""
-        self._wanted, self._back = what or "continue", True
+        self._wanted, self._back = unit or "continue", True
 
     is_loaded = True
 

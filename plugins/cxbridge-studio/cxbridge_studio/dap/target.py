@@ -187,19 +187,19 @@ class Target(ABC):
         """Continue to the next breakpoint."""
 
     @abstractmethod
-    def step(self, what: str) -> None:
+    def step(self, unit: str) -> None:
         """Continue for a ``rule``, a ``loop``, a ``transition`` or a ``line``."""
 
     @abstractmethod
     def pause(self) -> None:
         """Stop as soon as possible."""
 
-    def go_back(self, what: str) -> None:
+    def go_back(self, unit: str) -> None:
         """Go back: to the last breakpoint (empty), or a step.
 
         :raises CxbridgeError: when it cannot.
         """
-        raise CxbridgeError(f"a run cannot go back{what and f' a {what}'}")
+        raise CxbridgeError(f"a run cannot go back{unit and f' a {unit}'}")
 
     @property
     @abstractmethod

@@ -326,8 +326,8 @@ class GoalReporter:
         if link is not None and action.state not in ("FORMULATED", "PENDING"):
             skill = link.call
             began = self._evidence.seconds(self._goals.time_us(skill.begin[0]))
-            what = f"{link.word}skill {skill.skill_string} of {skill.skiller}"
-            because.append(Cause(f"{what} is {skill.status} since {began:.3f} s"))
+            subject = f"{link.word}skill {skill.skill_string} of {skill.skiller}"
+            because.append(Cause(f"{subject} is {skill.status} since {began:.3f} s"))
         if action.state not in ("WAITING", "RUNNING"):
             because = [*self._root(self._roots.of_action(goal, action)), *because]
         fact = self._action_fact(goal, action)

@@ -52,10 +52,10 @@ def goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
     return Forest(parents)
 
 
-def page(rows: Iterable[tuple[str, ...]], words: str, what: str) -> Table:
+def page(rows: Iterable[tuple[str, ...]], words: str, noun: str) -> Table:
     """Return the first rows that have a text in them, and how many more there are.
 
-    :param what: the noun for the rows, for the note.
+    :param noun: the noun for the rows, for the note.
     """
     shown: list[tuple[str, ...]] = []
     more = 0
@@ -65,4 +65,4 @@ def page(rows: Iterable[tuple[str, ...]], words: str, what: str) -> Table:
                 shown.append(row)
             else:
                 more += 1
-    return Table(shown, f"{more} more {what}: / finds them" if more else "")
+    return Table(shown, f"{more} more {noun}: / finds them" if more else "")

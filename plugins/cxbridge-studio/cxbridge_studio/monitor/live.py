@@ -246,9 +246,9 @@ class DaemonSource:
             self._search = _FactSearch()
         return said
 
-    def _command(self, what: str, _query: ViewQuery) -> str:
-        if not command(self._reach(), what.capitalize(), ANSWER_S):
-            raise CxbridgeError(f"the daemon did not {what} within {ANSWER_S:g} s")
+    def _command(self, verb: str, _query: ViewQuery) -> str:
+        if not command(self._reach(), verb.capitalize(), ANSWER_S):
+            raise CxbridgeError(f"the daemon did not {verb} within {ANSWER_S:g} s")
         return ""
 
     def _break(self, spec: str) -> str:

@@ -64,9 +64,9 @@ def find(call: ApiCall) -> InterfaceInfo | None:
     :raises ApiError: when the path is a pattern.
     """
     wanted = call.path["type"], call.path["id"]
-    for what, name in zip(("Type", "ID"), wanted, strict=True):
+    for part, name in zip(("Type", "ID"), wanted, strict=True):
         if "*" in name or "?" in name:
-            raise ApiError(400, f"{what} may not contain any of [*?].")
+            raise ApiError(400, f"{part} may not contain any of [*?].")
     infos = call.host.board.list_all()
     return next((info for info in infos if (info.type, info.id) == wanted), None)
 

@@ -38,14 +38,14 @@ def _model(kind: str, **members: Any) -> Model:
     return {"kind": kind, "apiVersion": API_VERSION, **named}
 
 
-def _readable(call: ApiCall, what: str, found: Iterable[Slots], make: Make) -> list[Model]:
+def _readable(call: ApiCall, noun: str, found: Iterable[Slots], make: Make) -> list[Model]:
     """Return the models of facts; those that cannot be read are left out, and reported."""
     models = []
     for slots in found:
         try:
             models.append(make(slots))
         except SlotError as error:
-            call.host.bus.logger(COMPONENT).warn(f"Failed to add {what}: {error}")
+            call.host.bus.logger(COMPONENT).warn(f"Failed to add {noun}: {error}")
     return models
 
 
@@ -239,26 +239,26 @@ def _grounded_predicate(slots: Slots) -> Model:
 # -- endpoints
 
 
-def _listing(path: str, kind: str, template: str, what: str, make: Make) -> Endpoint:
+def _listing(path: str, kind: str, template: str, noun: str, make: Make) -> Endpoint:
     def copy_part(call: ApiCall) -> Generator[None, None, FactCopy]:
         return copy(call, ENVIRONMENT, template.__eq__, window=call.window)
 
     def handler(call: ApiCall) -> Any:
-        models = _readable(call, what, facts(call, template), make)
+        models = _readable(call, noun, facts(call, template), make)
         return models if call.window.search else ListPart(models, call.facts.total)
 
     return _get(path, kind, f"All facts {template}.", handler, (template,), many=True, copy=copy_part)
 
 
-def _single(path: str, kind: str, template: str, what: str, make: Make) -> Endpoint:
+def _single(path: str, kind: str, template: str, noun: str, make: Make) -> Endpoint:
     def handler(call: ApiCall) -> Model:
         wanted = call.path["id"]
         found = (slots for slots in facts(call, template) if slots.get("id") == wanted)
-        for model in _readable(call, what, found, make):
+        for model in _readable(call, noun, found, make):
             return model
-        raise ApiError(400, f"No {what} with ID '{wanted}' found")
+        raise ApiError(400, f"No {noun} with ID '{wanted}' found")
 
-    errors = {400: f"There is no such {what}"}
+    errors = {400: f"There is no such {noun}"}
     return _get(f"{path}/{{id}}", kind, f"One fact {template}.", handler, (template,), errors=errors)
 
 

@@ -74,20 +74,20 @@ def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
             board.close(instance)
 
 
-def _show(debug: Any, what: str) -> None:
+def _show(debug: Any, subject: str) -> None:
     """Have the Skiller show a graph, and wait until it does.
 
     :raises ApiError: when it does not.
     """
     deadline = time.monotonic() + GRAPH_S
-    if len(what.encode("utf-8", "surrogateescape")) <= LONGEST_NAME:
-        if debug.graph_fsm != what:
-            _ask(debug, what)
-        while debug.graph_fsm != what and time.monotonic() < deadline and debug.has_writer:
+    if len(subject.encode("utf-8", "surrogateescape")) <= LONGEST_NAME:
+        if debug.graph_fsm != subject:
+            _ask(debug, subject)
+        while debug.graph_fsm != subject and time.monotonic() < deadline and debug.has_writer:
             time.sleep(_PERIOD_S)
             debug.read()
-    if debug.graph_fsm != what:
-        raise ApiError(408, f"Did not receive '{what}' in time from skiller")
+    if debug.graph_fsm != subject:
+        raise ApiError(408, f"Did not receive '{subject}' in time from skiller")
 
 
 @contextmanager
@@ -106,9 +106,9 @@ def _note(shown: _ShownGraph, debug: Any) -> None:
         shown.last = str(debug.graph)
 
 
-def _ask(debug: Any, what: str) -> None:
+def _ask(debug: Any, subject: str) -> None:
     message = debug.create_message("SetGraphMessage")
-    message.graph_fsm = what
+    message.graph_fsm = subject
     debug.msgq_enqueue(message)
 
 

@@ -83,14 +83,14 @@ class RunWeb(WebHost):
         status = self._status(state, self._components(), now_us=self._end_us if over else None)
         return status | ({"result": self._result} if over else {})
 
-    def command(self, what: str) -> None:
+    def command(self, verb: str) -> None:
         """Pause or resume the run.
 
         :raises CxbridgeError: for ``reset``: a run is not begun again.
         """
-        if what == "pause":
+        if verb == "pause":
             self.paused = True
-        elif what == "resume":
+        elif verb == "resume":
             self.paused = False
             self.debugger.go_on()
         else:
@@ -115,8 +115,8 @@ class RunWeb(WebHost):
 
         :raises CxbridgeError: always.
         """
-        what = "loaded" if load else "unloaded"
-        raise CxbridgeError(f"{name} cannot be {what}: a run has the same parts from its start to its end")
+        state = "loaded" if load else "unloaded"
+        raise CxbridgeError(f"{name} cannot be {state}: a run has the same parts from its start to its end")
 
     def attend(self) -> None:
         """Answer requests between two loops."""

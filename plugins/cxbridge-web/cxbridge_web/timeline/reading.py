@@ -160,10 +160,10 @@ class _ReportReader:
         return notes + self._history.left_out()
 
 
-def _middle(what: str, kept: Kept[Any]) -> str:
+def _middle(noun: str, kept: Kept[Any]) -> str:
     """Return that the middle of something is missing."""
     return (
-        f"{kept.lost} of {kept.total} {what} are left out, from the middle of the run: "
+        f"{kept.lost} of {kept.total} {noun} are left out, from the middle of the run: "
         "'cxbridge trace cat' has them."
     )
 

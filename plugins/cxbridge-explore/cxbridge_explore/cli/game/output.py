@@ -15,8 +15,8 @@ def say_game(result: GameResult) -> None:
     for award in score.awards:
         say(f"{award.game_time:8.1f} s  {award.team:8}{award.points:+5d}  {award.reason}")
     for delivery in score.deliveries:
-        what = f"order {delivery.order} ({delivery.complexity})"
-        say(f"{delivery.game_time:8.1f} s  {delivery.team:8} delivers {what}")
+        product = f"order {delivery.order} ({delivery.complexity})"
+        say(f"{delivery.game_time:8.1f} s  {delivery.team:8} delivers {product}")
     for order in score.orders:
         times = ", ".join(f"{at:g} s" for at in score.delivered(order)) or "never"
         window = f"{order.begin:g} to {order.end:g} s"

@@ -49,13 +49,13 @@ class ServiceClient(Client):
         number = self._under_way = next(iter(self._waiting))
         args, done, failed = self._waiting[number]
 
-        def ended(receive: Callable[[Any], None] | None, what: Any) -> None:
+        def ended(receive: Callable[[Any], None] | None, answer: Any) -> None:
             is_waited_for = self._waiting.pop(number, None) is not None
             if self._under_way == number:
                 self._under_way = None
                 self._next()
             if is_waited_for and receive is not None:
-                receive(what)
+                receive(answer)
 
         self._send(args, partial(ended, done), partial(ended, failed))
 

@@ -81,21 +81,21 @@ def overrides_of(text: str) -> Iterator[tuple[str, str]]:
 
 def _config(url: str, *, is_needed: bool) -> zenoh.Config:
     file = os.environ.get("ZENOH_SESSION_CONFIG_URI", "")
-    what = f"ZENOH_SESSION_CONFIG_URI={file}"
+    setting = f"ZENOH_SESSION_CONFIG_URI={file}"
     try:
         config = zenoh.Config.from_file(file) if file else zenoh.Config()
         settings: dict[str, object] = {"connect/endpoints": [url]} if url else {}
         if not file:
             settings = settings_of(url, is_needed=is_needed)
         for key, value in settings.items():
-            what = f"'{url}'"
+            setting = f"'{url}'"
             config.insert_json5(key, json.dumps(value))
         for key, text in overrides_of(os.environ.get("ZENOH_CONFIG_OVERRIDE", "")):
-            what = f"ZENOH_CONFIG_OVERRIDE: {key}={text}"
+            setting = f"ZENOH_CONFIG_OVERRIDE: {key}={text}"
             config.insert_json5(key, text)
     except zenoh.ZError as error:
         hint = "a router's endpoint is e.g. tcp/robot:7447"
-        raise Ros2Error(f"{what} is no configuration of Zenoh: {_one_line(error)}", hint=hint) from None
+        raise Ros2Error(f"{setting} is no configuration of Zenoh: {_one_line(error)}", hint=hint) from None
     return config
 
 

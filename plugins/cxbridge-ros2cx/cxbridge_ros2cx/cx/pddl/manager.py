@@ -201,18 +201,18 @@ class PddlManager(GoalHandler, Closing):
         name = action["pddl_instance"]
         fluents, functions = [], []
         for each in self._problem(name).changes(action["name"], action["args"]):
-            what = _fluent(name, each.ground)
+            fluent = _fluent(name, each.ground)
             if each.sign:
                 functions.append(
                     {
-                        "function": what,
+                        "function": fluent,
                         "time_point": each.time_point,
                         "operator_type": each.sign,
                         "value": each.value,
                     }
                 )
             else:
-                fluents.append({"fluent": what, "time_point": each.time_point, "value": bool(each.value)})
+                fluents.append({"fluent": fluent, "time_point": each.time_point, "value": bool(each.value)})
         return {"fluent_effects": fluents, "function_effects": functions}
 
     # --- goals --------------------------------------------------------------------------------------------
@@ -235,9 +235,9 @@ class PddlManager(GoalHandler, Closing):
         self._problem(request["pddl_instance"]).goal(request["goal_instance"]).formulas.clear()
         return {}
 
-    def _filter(self, request: Message, what: str) -> Fields:
+    def _filter(self, request: Message, field: str) -> Fields:
         goal = self._problem(request["pddl_instance"]).goal(request["goal_instance"])
-        setattr(goal, what, tuple(request[what]))
+        setattr(goal, field, tuple(request[field]))
         return {}
 
     # --- planning -----------------------------------------------------------------------------------------

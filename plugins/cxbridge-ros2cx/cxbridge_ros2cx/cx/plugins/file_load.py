@@ -41,9 +41,9 @@ class FileLoadPlugin(CxPlugin):
     def _share(self, package: str) -> Path | None:
         folder = self.context.packages.share(package)
         if folder is None:
-            what = f"names a package that is not there: {package}"
+            fault = f"names a package that is not there: {package}"
             hint = "name a checkout or workspace that has the package with --ros2cx, or source a ROS"
-            self.log.error(str(self.parameters.wrong(self.parameter("pkg_share_dirs"), what, hint)))
+            self.log.error(str(self.parameters.wrong(self.parameter("pkg_share_dirs"), fault, hint)))
         return folder
 
     def _missing(self, name: str, file: str, folders: list[Path]) -> ConfigError:

@@ -179,7 +179,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
         self,
         request: Message,
         act: Callable[[StockEnvironment, bytes], int],
-        what: str,
+        operation: str,
         errors: dict[str, str],
     ) -> Mapping[str, Any]:
         try:
@@ -190,7 +190,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
             code = act(env, encode(request["command"]))
             env.api.clear_halt()
         reason = next((text for name, text in errors.items() if getattr(lib, name) == code), "")
-        return {"success": not reason, "message": f"{what} failed: {reason}" if reason else ""}
+        return {"success": not reason, "message": f"{operation} failed: {reason}" if reason else ""}
 
     def _eval(self, request: Message) -> Mapping[str, Any]:
         def evaluate(env: StockEnvironment, text: bytes) -> int:

@@ -87,8 +87,8 @@ class ProtobufPlugin(CxPlugin):
                 (folder for share in (Path("/"), *shares) if (folder := share / text).is_dir()), None
             )
             if found is None:
-                what = f"names a folder that is not there: {text}"
-                self.log.error(str(self.parameters.wrong(self.parameter("proto_paths"), what)))
+                fault = f"names a folder that is not there: {text}"
+                self.log.error(str(self.parameters.wrong(self.parameter("proto_paths"), fault)))
             else:
                 folders.append(found.resolve())
         settings = ProtobufSettings(tuple(dict.fromkeys(folders)))

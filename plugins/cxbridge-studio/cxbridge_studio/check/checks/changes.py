@@ -55,8 +55,8 @@ def _place(file: SourceFile, offset: int) -> SourcePlace:
 def _unknown(file: SourceFile, placed: PlacedPiece, mention: Mention, slots: set[str]) -> Finding:
     name, owner = mention.name.text, mention.name.owner
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
-    what = f"{_named(placed)}the deftemplate '{owner}' has no slot '{name}'"
-    return Finding(SLOT, _place(file, placed.start + mention.start), what, hint)
+    message = f"{_named(placed)}the deftemplate '{owner}' has no slot '{name}'"
+    return Finding(SLOT, _place(file, placed.start + mention.start), message, hint)
 
 
 def _values(agent: Agent, file: SourceFile, placed: PlacedPiece, mention: Mention) -> Iterator[Finding]:

@@ -143,15 +143,15 @@ def _with_lost(
 def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Known) -> Finding | None:
     construct = _construct(file, diagnostic)
     code = _OF_CLIPS.get(diagnostic.code, CONSTRUCT)
-    what = f"{diagnostic.construct}: " if diagnostic.construct else ""
+    prefix = f"{diagnostic.construct}: " if diagnostic.construct else ""
     unknown = _unknown_template(agent, construct) if construct is not None else None
     if construct is not None and unknown is not None:
         name = unknown.head
         hint = did_you_mean(name, known.names("deftemplate"))
-        return Finding(TEMPLATE, file.place(unknown), f"{what}there is no deftemplate '{name}'", hint)
+        return Finding(TEMPLATE, file.place(unknown), f"{prefix}there is no deftemplate '{name}'", hint)
     if construct is not None and code is CONSTRUCT:
         is_value = diagnostic.code == _LITERAL
-        found = (_refused if is_value else _ordered)(agent, file, construct, what)
+        found = (_refused if is_value else _ordered)(agent, file, construct, prefix)
         if found is not None:
             return found
     word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
@@ -161,16 +161,16 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
     text = "" if word is None else word.text
     if code is FUNCTION:
         return Finding(
-            code, place, f"{what}there is no function '{text}'", _function_hint(agent, text, known)
+            code, place, f"{prefix}there is no function '{text}'", _function_hint(agent, text, known)
         )
     if code is GLOBAL:
-        return Finding(code, place, f"{what}there is no global variable {text}", _global_hint(agent, text))
+        return Finding(code, place, f"{prefix}there is no global variable {text}", _global_hint(agent, text))
     if code is SLOT:
-        return Finding(code, place, f"{what}{_slot_message(diagnostic)}", _slot_hint(agent, diagnostic))
-    return Finding(code, place, f"{what}{diagnostic.message} [{diagnostic.code}]")
+        return Finding(code, place, f"{prefix}{_slot_message(diagnostic)}", _slot_hint(agent, diagnostic))
+    return Finding(code, place, f"{prefix}{diagnostic.message} [{diagnostic.code}]")
 
 
-def _refused(agent: Agent, file: ClipsFile, construct: Definition, what: str) -> Finding | None:
+def _refused(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) -> Finding | None:
     """Return the finding for the first value written out that its slot does not allow."""
     for fact in _facts(construct):
         template = without_module(fact.head)
@@ -180,7 +180,7 @@ def _refused(agent: Agent, file: ClipsFile, construct: Definition, what: str) ->
                 if (word := literal(value)) and word not in allowed:
                     known = f"it can be: {', '.join(sorted(allowed))}"
                     near = did_you_mean(word, allowed)
-                    message = f"{what}the slot '{slot.head}' of '{template}' cannot be {word}"
+                    message = f"{prefix}the slot '{slot.head}' of '{template}' cannot be {word}"
                     return Finding(
                         CONSTRUCT, file.place(value), message, f"{near} {known}" if near else known
                     )
@@ -199,7 +199,7 @@ def _defines(file: ClipsFile, template: str) -> bool:
     return any(each.kind == "deftemplate" and each.name == template for each in file.constructs)
 
 
-def _ordered(agent: Agent, file: ClipsFile, construct: Definition, what: str) -> Finding | None:
+def _ordered(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) -> Finding | None:
     """Return the finding for the first pattern or fact without slots of a deftemplate that has some."""
     for fact in _facts(construct):
         name = without_module(fact.head)
@@ -207,7 +207,7 @@ def _ordered(agent: Agent, file: ClipsFile, construct: Definition, what: str) ->
             hint = f"write ({name} (SLOT VALUE) ...)"
             if any(each.is_core and _defines(each, name) for each in agent.files):
                 hint = "it is one of the CX core's: use another name"
-            message = f"{what}the deftemplate '{name}' has slots, and here are fields without one"
+            message = f"{prefix}the deftemplate '{name}' has slots, and here are fields without one"
             return Finding(CONSTRUCT, file.place(fact), message, hint)
     return None
 

@@ -210,10 +210,10 @@ def _check_plan_action(planned: WrittenAction, wanted: list[str]) -> Iterator[Fi
                 PARAMETERS, file.place(given), message, did_you_mean(literal(given), wanted, it_has)
             )
             return
-    for what, values in (("param-names", planned.names), ("param-values", planned.values)):
+    for slot, values in (("param-names", planned.names), ("param-values", planned.values)):
         number = None if values is None else count(values)
         if number is not None and number != len(wanted):
-            message = f"the action '{name}' has {len(wanted)} parameters, and here are {number} in {what}"
+            message = f"the action '{name}' has {len(wanted)} parameters, and here are {number} in {slot}"
             yield Finding(PARAMETERS, file.place(values[0] if values else planned.node), message, it_has)
             return
 

@@ -86,10 +86,10 @@ def _ranked(satisfied: dict[tuple[_Key, int], set[int]]) -> list[tuple[_Key, int
 def _reason(prefix: Prefix, sample: _Sample, best: int, parts: int, near: list[NearMiss]) -> str:
     if not any(miss.deviations for miss in near):
         return "each part of it matches some fact, but not all parts together match one"
-    what = "goes with the facts before it" if prefix.facts else "matches"
+    verb = "goes with the facts before it" if prefix.facts else "matches"
     more = ", in a sample of the matches" if sample.cut else ""
     slots = "slot" if parts == 1 else "slots"
-    return f"no fact {what}; the nearest have {best} of {parts} {slots} right{more}"
+    return f"no fact {verb}; the nearest have {best} of {parts} {slots} right{more}"
 
 
 def _compare(

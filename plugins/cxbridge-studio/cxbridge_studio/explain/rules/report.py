@@ -71,9 +71,9 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
     )
 
 
-def unknown(what: str, name: str, known: Iterable[str]) -> CxbridgeError:
+def unknown(kind: str, name: str, known: Iterable[str]) -> CxbridgeError:
     """Return the error for a name that nothing has."""
-    return CxbridgeError(f"there is no {what} '{name}'", hint=did_you_mean(name, known) or None)
+    return CxbridgeError(f"there is no {kind} '{name}'", hint=did_you_mean(name, known) or None)
 
 
 def _on_agenda(rule: str, snapshot: Snapshot) -> tuple[int | None, tuple[Waiting, ...] | None]:

@@ -29,7 +29,7 @@ def _drop_rights(memory: int) -> None:
         return
     import resource  # noqa: PLC0415
 
-    for what, limit in (
+    for limited, limit in (
         (resource.RLIMIT_AS, memory),
         (resource.RLIMIT_CPU, CPU_S),
         (resource.RLIMIT_CORE, 0),
@@ -37,9 +37,9 @@ def _drop_rights(memory: int) -> None:
         (resource.RLIMIT_NPROC, 0),
         (resource.RLIMIT_NOFILE, 0),
     ):
-        hard = resource.getrlimit(what)[1]
+        hard = resource.getrlimit(limited)[1]
         most = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
-        resource.setrlimit(what, (most, most))
+        resource.setrlimit(limited, (most, most))
 
 
 def main(memory: int) -> None:
