@@ -75,7 +75,7 @@ CASES = {
     ("skill graph", "space"): ("skill graph say --space tst -o OWN/x.dot", "cannot load skill space 'tst'"),
     ("skill graph", "direction"): ("skill graph say --direction XY -o OWN/x.dot", "TB"),
     # -- a daemon
-    ("daemon step", "what"): ("daemon step ruel", "use one of: rule"),
+    ("daemon step", "unit"): ("daemon step ruel", "use one of: rule"),
     ("daemon component", "name"): ("daemon component executve", "executive"),
     ("daemon component", "transition"): ("daemon component executive fly", "use one of: configure"),
     ("daemon break add", "specs"): ("daemon break add rule:mini-begn", "did you mean mini-begin?"),
