@@ -1,5 +1,5 @@
 """Messages of interfaces, their queues, and the port by which a blackboard carries them."""
-# ruff: noqa: ARG002, D102, SLF001 - the closed port repeats the open one; a message fills in its copy
+# ruff: noqa: ARG002, SLF001 - the closed port repeats the open one; a message fills in its copy
 
 from __future__ import annotations
 
