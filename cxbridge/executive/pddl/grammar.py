@@ -1,7 +1,7 @@
 """The tables of PDDL's grammar, which lark makes of ``pddl.lark`` ahead of time.
 
 The reader needs nothing but these: importing lark and analysing the grammar would take longer than reading a
-domain. ``python -m tests.executive.pddl.generate`` makes
+domain. ``python -m tests.grammars`` makes
 them after a change of the grammar.
 """
 

@@ -10,10 +10,10 @@ from cxbridge.executive.pddl.grammar import TABLES, load_tables
 
 def test_the_tables_are_of_the_grammar_as_it_is_written() -> None:
     pytest.importorskip("lark", reason="lark makes the tables")
-    from tests.executive.pddl.generate import format_tables, make_tables
+    from tests.grammars import format_tables, make_tables
 
     made = format_tables(make_tables())
-    assert made == TABLES.read_text(encoding="utf-8"), "run python -m tests.executive.pddl.generate"
+    assert made == TABLES.read_text(encoding="utf-8"), "run python -m tests.grammars"
 
 
 def test_every_rule_has_a_method_that_makes_its_value() -> None:

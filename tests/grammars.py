@@ -1,4 +1,4 @@
-"""Makes the tables of PDDL's grammar with lark: ``python -m tests.executive.pddl.generate``."""
+"""Makes the tables of PDDL's grammar with lark: ``python -m tests.grammars``."""
 
 from __future__ import annotations
 
