@@ -1,4 +1,7 @@
-"""Makes the tables of PDDL's grammar with lark: ``python -m tests.grammars``."""
+"""Makes the tables of the grammars with lark: ``python -m tests.grammars``.
+
+The package has a grammar of PDDL and a grammar of the templates of action mappings.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from typing import Any
 import msgspec
 
 from cxbridge.executive.pddl.grammar import GRAMMAR, STARTS, TABLES, Rule, Tables
+from cxbridge.skiller import templates
 
 
 def make_tables() -> Tables:
@@ -104,9 +108,33 @@ def format_tables(tables: Tables) -> str:
     return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
+def make_terminals() -> dict[str, str]:
+    """Return the regular expressions of the terminals of ``templates.lark``. Needs lark."""
+    return {
+        each.name: each.pattern.to_regexp() for each in template_parser().terminals if each.name in _TERMINALS
+    }
+
+
+_TERMINALS = ("PLACEHOLDER", "NAME")
+
+
+def template_parser() -> Any:
+    """Return lark's parser of ``templates.lark``; its start symbols are ``template`` and ``placeholder``."""
+    from lark import Lark
+
+    text = templates.GRAMMAR.read_text(encoding="utf-8")
+    return Lark(text, parser="lalr", lexer="contextual", start=["template", "placeholder"])
+
+
+def format_terminals(terminals: dict[str, str]) -> str:
+    """Return the terminals as the file has them."""
+    return json.dumps(terminals, indent=1) + "\n"
+
+
 def _json(value: object) -> str:
     return json.dumps(value, default=msgspec.structs.astuple, separators=(",", ":"))
 
 
 if __name__ == "__main__":
     TABLES.write_text(format_tables(make_tables()), encoding="utf-8")
+    templates.TERMINALS.write_text(format_terminals(make_terminals()), encoding="utf-8")

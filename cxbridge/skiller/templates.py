@@ -1,17 +1,32 @@
-"""Templates of skill strings: text with placeholders ``?(NAME)T`` and ``?(NAME|/PATTERN/REPLACEMENT/|...)T``.
+"""Templates of skill strings: text with placeholders. The grammar is ``templates.lark``.
 
-The grammar is the one of Fawkes' action mapping: whatever is not exactly a placeholder is text.
-:func:`find_doubts` says where a text was probably meant to be one.
+:func:`find_doubts` names each text that looks like a placeholder and is none.
 """
 
 from __future__ import annotations
 
 import re
-from functools import lru_cache
+from collections.abc import Iterator
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Final
 
+import msgspec
 from msgspec import Struct
 
-_PLACEHOLDER = re.compile(r"\?\((?P<name>[A-Za-z0-9_-]+)(?P<chain>(?:\|/[^/]+/[^/]+/)*)\)(?P<kind>[sSyYif])")
+GRAMMAR: Final = Path(__file__).with_name("templates.lark")
+TERMINALS: Final = Path(__file__).with_name("templates.json")
+
+
+@cache
+def load_terminals() -> dict[str, str]:
+    """Return the regular expression of each terminal of the grammar."""
+    return msgspec.json.decode(TERMINALS.read_bytes(), type=dict[str, str])
+
+
+@cache
+def _terminal(name: str) -> re.Pattern[str]:
+    return re.compile(load_terminals()[name])
 
 
 class Replacement(Struct, frozen=True):
@@ -60,18 +75,27 @@ class Doubt(Struct, frozen=True):
 @lru_cache(maxsize=1024)
 def parse_template(template: str) -> tuple[Part, ...]:
     """Split a template into its parts. Every text is a template, so this never fails."""
-    parts: list[Part] = []
+    return tuple(part for _, part in _scan(template))
+
+
+def _scan(template: str) -> Iterator[tuple[int, Part]]:
+    """Yield each part of the template with its offset."""
     end = 0
-    for found in _PLACEHOLDER.finditer(template):
+    for found in _terminal("PLACEHOLDER").finditer(template):
         if found.start() > end:
-            parts.append(template[end : found.start()])
-        # Fawkes splits at every bar, also inside of a pattern: alternatives cannot be written.
-        steps = tuple(_step(piece) for piece in found["chain"].split("|") if piece)
-        parts.append(Placeholder(found["name"], steps, found["kind"]))
+            yield end, template[end : found.start()]
+        yield found.start(), _placeholder(found.group())
         end = found.end()
     if end < len(template):
-        parts.append(template[end:])
-    return tuple(parts)
+        yield end, template[end:]
+
+
+def _placeholder(text: str) -> Placeholder:
+    name = _terminal("NAME").match(text, len("?("))
+    assert name is not None
+    # Fawkes splits at every bar, also inside a pattern: alternatives cannot be written.
+    pieces = text[name.end() : -len(")s")].split("|")
+    return Placeholder(name.group(), tuple(_step(piece) for piece in pieces if piece), text[-1])
 
 
 def _step(piece: str) -> Replacement | Misfit:
@@ -85,20 +109,13 @@ def _step(piece: str) -> Replacement | Misfit:
 
 def find_doubts(template: str) -> list[Doubt]:
     """Return every text in ``template`` that was probably meant to be a placeholder."""
-    doubts = []
-    offset = 0
-    for part in parse_template(template):
-        if isinstance(part, Placeholder):
-            # Its length is not kept: find its end again, which is where the pattern found it.
-            placeholder = _PLACEHOLDER.match(template, offset)
-            assert placeholder is not None
-            offset = placeholder.end()
-            continue
-        for found in re.finditer(r"\?\(", part):
-            start = offset + found.start()
-            doubts.append(Doubt(start, _excerpt(template[start:]), _reason(template[start:])))
-        offset += len(part)
-    return doubts
+    starts = [
+        offset + found.start()
+        for offset, part in _scan(template)
+        if isinstance(part, str)
+        for found in re.finditer(r"\?\(", part)
+    ]
+    return [Doubt(start, _excerpt(template[start:]), _reason(template[start:])) for start in starts]
 
 
 _EXCERPT_LENGTH = 40
@@ -112,10 +129,10 @@ def _excerpt(text: str) -> str:
 
 def _reason(text: str) -> str:
     """Say why ``text``, which starts with ``?(``, is not a placeholder."""
-    name = re.match(r"\?\(([A-Za-z0-9_-]*)", text)
-    rest = text[name.end() :] if name else ""
-    if name is None or not name.group(1):
+    name = _terminal("NAME").match(text, len("?("))
+    if name is None:
         return "the name of a parameter is missing after '?('"
+    rest = text[name.end() :]
     if rest.startswith(")"):
         kind = rest[1:2]
         return f"the type {f'{kind!r} ' if kind else ''}after ')' is not one of s, S, y, Y, i, f"
