@@ -14,7 +14,7 @@ RUN python -m venv /opt/build \
  && /opt/cxbridge/bin/pip install --no-cache-dir --disable-pip-version-check --no-deps /wheel/*.whl
 
 FROM python:${PYTHON}-slim
-# cxbridge itself is GPL-2.0-or-later; with pyperplan in it the whole is under GPL-3. See docs/dependencies.md.
+# cxbridge itself is GPL-2.0-or-later; with pyperplan in it the whole is under GPL-3. See docs/evidence/dependencies.md.
 LABEL org.opencontainers.image.title="cxbridge" \
       org.opencontainers.image.licenses="GPL-3.0-or-later"
 RUN useradd --system --create-home --home-dir /var/lib/cxbridge cxbridge

@@ -146,7 +146,7 @@ test-%: setup
 bench: setup
 	$(BIN)/python -m benchmarks
 
-# requirements/: the newest versions that pyproject.toml allows, with hashes. See docs/dependencies.md.
+# requirements/: the newest versions that pyproject.toml allows, with hashes. See docs/evidence/dependencies.md.
 UV ?= uv
 LOCK := $(UV) pip compile --quiet --upgrade --universal --generate-hashes --python-version 3.11 --no-annotate --no-header \
 	--no-emit-index-url --no-emit-find-links

@@ -102,7 +102,7 @@ needs_newer_cx = pytest.mark.skipif(
 needs_cx = pytest.mark.skipif(CX_DIR is None, reason="ROS2CX_DIR names no checkout of clips_executive")
 
 FULL = bool(os.environ.get("FULL"))
-"""Whether enumerations and proofs by many examples are whole (docs/proofs.md)."""
+"""Whether enumerations and proofs by many examples are whole (docs/evidence/proofs.md)."""
 
 SEED = int(os.environ.setdefault("SEED", str(random.randrange(1_000_000))))
 """Draws the part of an enumeration that is tried without FULL, another one in each run.

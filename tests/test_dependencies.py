@@ -1,4 +1,4 @@
-"""docs/dependencies.md names each dependency and its licence; locked versions."""
+"""docs/evidence/dependencies.md names each dependency and its licence; locked versions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DEPENDENCIES = [
     )
     if re.split(r"[\[=<>]", requirement)[0] not in OURS
 ]
-PAGE = (ROOT / "docs" / "dependencies.md").read_text()
+PAGE = (ROOT / "docs" / "evidence" / "dependencies.md").read_text()
 TABLE = dict(
     re.findall(r"^\| ([a-z0-9-]+) \| ([A-Z][A-Za-z0-9.-]+(?: OR [A-Za-z0-9.-]+)*) \|$", PAGE, re.MULTILINE)
 )

@@ -117,7 +117,7 @@ def test_commands_and_pages_name_extras_that_there_are():
     extra = re.compile(
         r"(cxbridge[\w-]*|'\.)\[([a-z0-9,-]+)\]'?|install_command\([\"'](\w+)[\"'](?:, [\"']([\w-]+)[\"'])?\)"
     )
-    for file in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("**/cxbridge*/**/*.py")]:
+    for file in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("**/cxbridge*/**/*.py")]:
         for package, names, name, of in extra.findall(file.read_text("utf-8")):
             project = known[of or package.replace("'.", "") or "cxbridge"]
             absent = set((names or name).split(",")) - project.get("optional-dependencies", {}).keys()

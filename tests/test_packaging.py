@@ -210,7 +210,7 @@ def test_all_distributions_have_one_version():
 
 def test_each_dependency_has_its_reason():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    reasons = (ROOT / "docs" / "dependencies.md").read_text()
+    reasons = (ROOT / "docs" / "evidence" / "dependencies.md").read_text()
     projects = [
         project,
         *(tomllib.loads(file.read_text())["project"] for file in ROOT.glob("plugins/*/pyproject.toml")),

@@ -133,7 +133,7 @@ def unreleased(changelog: str) -> str:
 
 def pages() -> Iterator[tuple[Path, str]]:
     """Yield each file with its prose."""
-    for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+    for path in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))):
         yield path, prose_of_markdown(path.read_text())
     yield ROOT / "CHANGELOG.md", prose_of_markdown(unreleased((ROOT / "CHANGELOG.md").read_text()))
     for path in module_files().values():

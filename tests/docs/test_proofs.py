@@ -1,4 +1,4 @@
-"""docs/proofs.md names tests that there are."""
+"""docs/evidence/proofs.md names tests that there are."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 
 from tests.support import ROOT
 
-TEXT = (ROOT / "docs" / "proofs.md").read_text()
+TEXT = (ROOT / "docs" / "evidence" / "proofs.md").read_text()
 FOLDERS = (ROOT, ROOT / "tests", ROOT / "tests" / "executive", *ROOT.glob("plugins/*/tests/*_tests"))
 COLUMNS = {2: "features/test_planner.py", 3: "planning/test_plugins.py"}
 """What a name without a file belongs to, by the column of the table of bad input."""

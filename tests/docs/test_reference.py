@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 import re
 from typing import Any
 
@@ -36,7 +37,7 @@ def page(name: str) -> str:
 def daemon_samples() -> list[tuple[str, str]]:
     """The samples of a daemon's configuration: page, text."""
     found = []
-    for path in sorted(DOCS.glob("*.md")):
+    for path in sorted(DOCS.rglob("*.md")):
         blocks = re.findall(r"^```yaml\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE)
         found += [(path.name, block) for block in blocks if re.search(r"^cxbridge:", block, re.MULTILINE)]
     return found
@@ -128,16 +129,19 @@ def test_trace_model_md_has_every_kind_of_event():
 # pages
 
 
-def test_every_page_is_linked_in_the_index():
-    text = page("index.md")
-    names = [path.name for path in PAGES if path.parent == DOCS and path.name != "index.md"]
+@pytest.mark.parametrize("folder", [DOCS, DOCS / "evidence"], ids=lambda folder: folder.name)
+def test_every_page_is_linked_in_the_index_of_its_folder(folder):
+    text = (folder / "index.md").read_text()
+    names = [path.name for path in PAGES if path.parent == folder and path.name != "index.md"]
     assert [name for name in names if f"({name})" not in text] == []
 
 
 def test_every_page_is_in_the_menu_of_the_site_once():
     menu = yaml.safe_load((ROOT / "mkdocs.yml").read_text())["nav"]
-    names = re.findall(r"[\w-]+\.md", str(menu))
-    assert sorted(names) == sorted(path.name for path in PAGES if path.parent == DOCS)
+    names = re.findall(r"[\w/-]+\.md", str(menu))
+    assert sorted(names) == sorted(
+        path.relative_to(DOCS).as_posix() for path in PAGES if path.is_relative_to(DOCS)
+    )
 
 
 # the Python API
@@ -218,4 +222,5 @@ def test_every_table_of_differences_is_reachable(path):
     text = path.read_text()
     for match in DIFFERS.finditer(text):
         heading = re.findall(r"^#+ (.*)$", text[: match.start()], re.MULTILINE)[-1]
-        assert f"({path.name}#{anchor(heading)})" in page("differences.md")
+        link = f"{os.path.relpath(path, DOCS / 'evidence')}#{anchor(heading)}"
+        assert f"({link})" in page("evidence/differences.md")

@@ -26,7 +26,7 @@ STATES = {
 
 
 class UsedSkiller:
-    """Does what Fawkes' Skiller does (docs/skiller-facts.md), one skill a loop; a context manager.
+    """Does what Fawkes' Skiller does (docs/evidence/skiller-facts.md), one skill a loop; a context manager.
 
     Each skill is final at once: RUNNING and FINAL are written in the same loop. A skill of others that runs
     ends in the very loop in which the next message is taken, before that.

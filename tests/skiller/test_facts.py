@@ -1,4 +1,4 @@
-"""Each row of docs/skiller-facts.md has the test that it names."""
+"""Each row of docs/evidence/skiller-facts.md has the test that it names."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from tests.support import ROOT
 
-PAGE = ROOT / "docs" / "skiller-facts.md"
+PAGE = ROOT / "docs" / "evidence" / "skiller-facts.md"
 ROWS = re.findall(r"^\|(.*?)\| (\S+): (\S+) \|$", PAGE.read_text(), re.MULTILINE)
 
 

@@ -1,4 +1,4 @@
-"""Rows of sections 1 to 3 of the facts that test_skiller.py does not have: see docs/skiller-facts.md."""
+"""Rows of sections 1 to 3 that test_skiller.py does not have: docs/evidence/skiller-facts.md."""
 
 from __future__ import annotations
 

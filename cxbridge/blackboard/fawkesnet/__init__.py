@@ -5,7 +5,7 @@
     board = open_fawkes("fawkes://robot:1910", registry, clock)
     with FawkesServer(local_board, port=1910): ...
 
-The protocol is described in docs/protocol-fawkes.md.
+The protocol is described in docs/evidence/protocol-fawkes.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The blackboard over ZeroMQ: a server for a local blackboard, and clients; docs/protocol-zmq.md.
+"""The blackboard over ZeroMQ: a server for a local blackboard, and clients; docs/evidence/protocol-zmq.md.
 
 ::
 

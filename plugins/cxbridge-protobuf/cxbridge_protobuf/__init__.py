@@ -1,4 +1,4 @@
 """Protobuf messages as Fawkes' protobuf_comm exchanges them: frames, ciphers, types, connections.
 
-The format is in ``docs/protocol-protobuf.md``. Nothing here knows CLIPS.
+The format is in ``docs/evidence/protocol-protobuf.md``. Nothing here knows CLIPS.
 """

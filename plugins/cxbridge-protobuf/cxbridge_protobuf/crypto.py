@@ -1,4 +1,4 @@
-"""Encrypted payloads of frames. Format: docs/protocol-protobuf.md.
+"""Encrypted payloads of frames. Format: docs/evidence/protocol-protobuf.md.
 
 This weak protection is offered because the league's referee box speaks it; its name is a warning.
 """

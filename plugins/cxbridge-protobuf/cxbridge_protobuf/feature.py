@@ -1,4 +1,4 @@
-"""The feature `protobuf`: messages, and connections that carry them. See docs/protocol-protobuf.md."""
+"""The feature `protobuf`: messages and their connections. See docs/evidence/protocol-protobuf.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fields of messages as values of CLIPS. What becomes what: docs/protocol-protobuf.md."""
+"""The fields of messages as values of CLIPS. What becomes what: docs/evidence/protocol-protobuf.md."""
 
 from __future__ import annotations
 

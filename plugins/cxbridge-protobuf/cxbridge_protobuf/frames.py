@@ -1,4 +1,4 @@
-"""Frames to bytes and back. Format: docs/protocol-protobuf.md."""
+"""Frames to bytes and back. Format: docs/evidence/protocol-protobuf.md."""
 
 from __future__ import annotations
 

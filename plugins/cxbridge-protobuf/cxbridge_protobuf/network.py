@@ -1,6 +1,6 @@
 """Connections of one environment: a thread reads the network, received messages wait in an inbox.
 
-Everything public here may be called from the environment's thread. Rules: docs/protocol-protobuf.md.
+Everything public here may be called from the environment's thread. Rules: docs/evidence/protocol-protobuf.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-;;; Messages that came in over the network, and connections. See docs/protocol-protobuf.md.
+;;; Messages that came in over the network, and connections. See docs/evidence/protocol-protobuf.md.
 
 (deftemplate protobuf-msg "A message. A rule that wants to keep it makes another reference (pb-ref)."
   (slot type (type STRING))                             ; full name

@@ -1,4 +1,4 @@
-"""The contracts, with what Fawkes' wire cannot carry put in other words (docs/protocol-fawkes.md)."""
+"""The contracts, with what Fawkes' wire cannot carry in other words (docs/evidence/protocol-fawkes.md)."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from tests.blackboard.zmq.support import eventually
 
 
 class FawkesSite(Site):
-    """A server of Fawkes' protocol, which has no acknowledgements (docs/protocol-fawkes.md)."""
+    """A server of Fawkes' protocol, which has no acknowledgements (docs/evidence/protocol-fawkes.md)."""
 
     acknowledges = False
     keeps = False

@@ -106,7 +106,7 @@ def test_the_compiled_envelope_is_that_of_the_file(tmp_path):
 
 
 def test_the_manual_has_the_numbers_of_codes_and_kinds():
-    page = (ROOT / "docs" / "protocol-zmq.md").read_text()
+    page = (ROOT / "docs" / "evidence" / "protocol-zmq.md").read_text()
     numbers = " ".join(page[page.index("Numbers of codes:") : page.index("## Data")].split())
     for member in (*codec.ResultCode, *codec.ChangeKind, *codec.Stamp):
         assert re.search(rf"\b{member.name} {member.value}[,.]", numbers), member

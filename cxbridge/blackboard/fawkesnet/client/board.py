@@ -52,7 +52,7 @@ _LAST_WORDS_S: Final = 1.0
 
 
 class FawkesBlackBoard(RemoteBlackBoard):
-    """The blackboard of a Fawkes, or of anything that speaks its protocol (docs/protocol-fawkes.md).
+    """The blackboard of a Fawkes, or of anything that speaks its protocol (docs/evidence/protocol-fawkes.md).
 
     Listeners and observers are called in a thread of the blackboard's. A lost connection is made again, and
     everything is opened again.

@@ -1,6 +1,6 @@
 """Frames of Fawkes' network protocol: bytes of a stream to frames and back; no I/O.
 
-Source: docs/protocol-fawkes.md.
+Source: docs/evidence/protocol-fawkes.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Messages of the plugin manager component as typed values. Source: docs/protocol-fawkes.md."""
+"""Messages of the plugin manager component as typed values. Source: docs/evidence/protocol-fawkes.md."""
 
 from __future__ import annotations
 

@@ -34,8 +34,8 @@ class ZmqBlackBoard(RemoteBlackBoard):
 
     The differences from a local one: listeners and observers are called in a dispatcher thread (of own writes
     in the thread that writes), soon after the event. :meth:`flush` waits for that. Each request to the server
-    takes ``timeout`` at most. A lost connection comes back by itself; docs/protocol-zmq.md describes the time
-    without connection.
+    takes ``timeout`` at most. A lost connection comes back by itself; docs/evidence/protocol-zmq.md describes
+    the time without connection.
 
     :param url: ``tcp://host:port``, ``ipc://path`` or ``inproc://name``.
     :param registry: gives the classes of types that are named by a string.

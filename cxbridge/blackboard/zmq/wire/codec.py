@@ -1,6 +1,6 @@
 """Frames: bytes to a checked message and back. Knows the limits, knows no socket.
 
-The protocol is in docs/protocol-zmq.md, the fields of envelopes in envelope.proto; data
+The protocol is in docs/evidence/protocol-zmq.md, the fields of envelopes in envelope.proto; data
 frames are in :mod:`cxbridge.blackboard.zmq.wire.dataframes`.
 """
 

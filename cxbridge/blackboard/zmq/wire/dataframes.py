@@ -1,6 +1,7 @@
 """Data frames: frequent messages are a header of fixed size and a block, in one frame.
 
-The layouts are in docs/protocol-zmq.md. Knows no session and no socket; bytes to checked values and back.
+The layouts are in docs/evidence/protocol-zmq.md. Knows no session and no socket; bytes to checked values
+and back.
 """
 
 from __future__ import annotations

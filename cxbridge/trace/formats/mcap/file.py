@@ -1,7 +1,7 @@
 """Writes mcap files (https://mcap.dev/spec): records, chunks without compression, indexes, the summary.
 
-The format's library writes fewer events a second (docs/dependencies.md) and takes 50 ms to import; the tests
-read these files with the library.
+The format's library writes fewer events a second (docs/evidence/dependencies.md) and takes 50 ms to import;
+the tests read these files with the library.
 """
 
 from __future__ import annotations

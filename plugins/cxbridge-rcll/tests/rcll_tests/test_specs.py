@@ -74,7 +74,7 @@ ERRORS = {
         ),
     ],
 }
-"""Every line at the level of errors of a run; docs/fidelity.md explains each."""
+"""Every line at the level of errors of a run; docs/evidence/fidelity.md explains each."""
 
 
 def options(folder, spec):

@@ -1,4 +1,4 @@
-"""kill -9 of an executor in each of its states ends as docs/thesis-facts.md says, in both modes."""
+"""kill -9 of an executor in each of its states ends as docs/evidence/thesis-facts.md says, in both modes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every function and fact of the thesis' C++ is here; docs/thesis-facts.md cites lines that say so."""
+"""Every function and fact of the thesis' C++ is here; thesis-facts.md cites lines that say so."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cxbridge.executive.host.values import Symbol
 from ros2cx_tests.inside import look_inside
 from tests.support import ROOT, ROS2CX_DIR, needs_ros2cx
 
-PAGE = ROOT / "docs" / "thesis-facts.md"
+PAGE = ROOT / "docs" / "evidence" / "thesis-facts.md"
 SOURCES = (Path(cxbridge_ros2cx.__file__).parent, ROOT / "cxbridge" / "executive")
 
 ORDERED = {"ff-feature", "ff-feature-loaded", "executive-init", "executive-finalize", "time"}

@@ -1,4 +1,4 @@
-"""Mcap files that are cut off, damaged, of another version, huge, or none; docs/proofs.md has the table."""
+"""Mcap files that are cut off, damaged, of another version, huge, or none; table: docs/evidence/proofs.md."""
 
 from __future__ import annotations
 
@@ -211,7 +211,7 @@ def lines(count: int) -> Iterator[LogLine]:
 
 
 def test_memory_does_not_grow_with_the_file(tmp_path: Path) -> None:
-    """Writing and reading 20 MB; by hand it was 300 MB, with the same bounds (docs/proofs.md)."""
+    """Writing and reading 20 MB; by hand it was 300 MB, with the same bounds (docs/evidence/proofs.md)."""
     path = tmp_path / "run"
     tracemalloc.start()
     try:
