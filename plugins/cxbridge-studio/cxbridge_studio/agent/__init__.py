@@ -1,6 +1,6 @@
-"""One model of an agent, made from text alone, one file at a time, for broken files, too.
+"""A model of an agent, made from the text of its files; broken files are read, too.
 
-:class:`.model.AgentModel` is the front: files in, questions about names out. :mod:`.names` has the types
-of its answers, and there is one reader for each sort of file:
-:mod:`.clips`, :mod:`.pddl`, :mod:`.yaml`, :mod:`.lua`, :mod:`.interface_xml`, :mod:`.protobuf`.
+:class:`.model.AgentModel` takes files and finds names. :mod:`.names` has the types of its results. Each file
+format has a reader: :mod:`.clips`, :mod:`.pddl`, :mod:`.yaml`, :mod:`.lua`, :mod:`.interface_xml`,
+:mod:`.protobuf`.
 """

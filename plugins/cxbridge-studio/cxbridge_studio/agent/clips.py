@@ -1,4 +1,4 @@
-"""Reads the names in CLIPS text: constructs, and the names that they match, assert, change and call."""
+"""Reader of CLIPS files: the defined constructs, and the names that they match, assert, change and call."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPi
 from cxbridge_studio.agent.parts import Part, parts
 
 CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
-"""Conditional elements that have patterns in them."""
+"""Conditional elements that contain patterns."""
 
 QUERIES: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(
@@ -25,15 +25,16 @@ QUERIES: Final[Mapping[str, NameKind]] = {
     ),
     **dict.fromkeys(("find-all-instances", "any-instancep"), NameKind.CLASS),
 }
-"""Functions that ask for facts or instances: their first argument is ``((?fact TEMPLATE) ...)``."""
+"""Functions that query facts or instances. Their first argument is ``((?fact TEMPLATE) ...)``."""
 
 _MAKES_INSTANCES: Final = frozenset(
     f"{active}{change}-instance"
     for change in ("make", "initialize", "modify", "duplicate", "message-modify", "message-duplicate")
     for active in ("", "active-")
 )
-"""Functions whose arguments include the slots of an instance, ``(SLOT VALUE...)``."""
+"""Functions whose arguments include slots of an instance, ``(SLOT VALUE...)``."""
 
+# Words that begin a list without being functions: the branches of a switch.
 _NO_CALLS: Final = frozenset({"case", "default"})
 _SLOTS: Final = frozenset({"slot", "multislot", "single-slot", "field", "multifield"})
 _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
@@ -51,7 +52,7 @@ DEFINES: Final[Mapping[str, NameKind]] = {
     "definstances": NameKind.FACTS,
     "defmodule": NameKind.MODULE,
 }
-"""What each construct defines; a defglobal defines each of its variables."""
+"""Kinds of the names that constructs define. ``defglobal`` is missing: it defines several names."""
 
 SLOT_VALUES: Final[Mapping[tuple[str, str], NameKind]] = {
     ("goal", "class"): NameKind.GOAL_CLASS,
@@ -92,13 +93,13 @@ OF_FIELDS: Final = frozenset(
         *("set-field", "add-list"),
     )
 )
-"""Functions whose arguments are a protobuf message and the name of one of its fields."""
+"""Functions whose arguments are a protobuf message and the name of a field."""
 
 
 def read_clips(path: str, text: str, before: SourceFile | None = None) -> SourceFile:
-    """Return the names of a CLIPS file.
+    """Read a CLIPS file.
 
-    :param before: the earlier state of the file; equal constructs are not read again.
+    :param before: the previous version of the file; its unchanged constructs are reused.
     """
     known = {} if before is None else {placed.piece.text: placed.piece for placed in before.pieces}
     return SourceFile(
@@ -107,6 +108,7 @@ def read_clips(path: str, text: str, before: SourceFile | None = None) -> Source
 
 
 def _piece(part: Part, known: Piece | None) -> Piece:
+    # The same text may be closed in one version of the file and cut by a new construct in the other.
     if known is not None and known.closed is part.closed:
         return known
     nodes = read(part.text, close=True)
@@ -115,7 +117,7 @@ def _piece(part: Part, known: Piece | None) -> Piece:
     reader = _Reader()
     try:
         reader.top(nodes[0])
-    except RecursionError:  # CLIPS takes no such text
+    except RecursionError:  # CLIPS rejects text that is nested this deep
         reader.mentions.clear()
     mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
     kind = DEFINES.get(nodes[0].head)
@@ -128,12 +130,14 @@ def _is_variable(node: SyntaxNode) -> bool:
 
 
 def _rebound(node: SyntaxNode) -> Iterator[str]:
-    """Yield the variables that a construct gives values to which are not facts that it has just made."""
+    """Yield the variables that a construct binds to values other than a fact it asserts or modifies."""
     for each in node.walk():
         if each.head == "bind" and len(each.arguments) > 1 and each.arguments[1].head != "assert":
             variable, value = each.arguments[:2]
-            same = value.head in _CHANGES and value.arguments and value.arguments[0].text == variable.text
-            if not same:
+            keeps_template = (
+                value.head in _CHANGES and value.arguments and value.arguments[0].text == variable.text
+            )
+            if not keeps_template:
                 yield variable.text
         elif each.head in _LOOPS and each.arguments:
             first = each.arguments[0]
@@ -141,16 +145,17 @@ def _rebound(node: SyntaxNode) -> Iterator[str]:
 
 
 class _Reader:
-    """Reads one construct, or one command of a batch file."""
+    """Reader of one construct, or of one command of a batch file."""
 
     def __init__(self) -> None:
         self.mentions: list[Mention] = []
-        self._templates: dict[str, str] = {}  # of the facts in variables
-        self._rebound: frozenset[str] = frozenset()  # variables that get other values, wherever that is
-        self._messages: dict[str, str] = {}  # types of the protobuf messages in variables
+        self._templates: dict[str, str] = {}  # template by variable, for variables that hold a fact
+        # variables bound to other values anywhere in the construct
+        self._rebound: frozenset[str] = frozenset()
+        self._messages: dict[str, str] = {}  # type of the protobuf message by variable
 
     def top(self, node: SyntaxNode) -> None:
-        """Read a list at the top level."""
+        """Read a top-level list."""
         self._rebound = frozenset(_rebound(node))
         readers: dict[str, Callable[[SyntaxNode], object]] = {
             "defrule": self._rule,
@@ -174,7 +179,7 @@ class _Reader:
     # ---- constructs
 
     def _define(self, node: SyntaxNode) -> tuple[SyntaxNode, ...]:
-        """Note the definition of a construct, and return the text behind its name."""
+        """Record the definition of a construct and return the nodes after its name."""
         name, *rest = node.arguments
         if name.items is None and not name.text.startswith('"'):
             self._add(NameKind(DEFINES[node.head]), name, Use.DEFINED)
@@ -219,11 +224,11 @@ class _Reader:
             self._instance(instance.items or ())
 
     def _instance(self, items: tuple[SyntaxNode, ...]) -> None:
-        """Read ``[NAME] of CLASS (SLOT VALUE...)...``, or a part of that."""
-        for before, item in zip((None, *items), items, strict=False):
-            if before is not None and before.text == "of" and literal(item):
+        """Read ``[NAME] of CLASS (SLOT VALUE...)...``, or a part of it."""
+        for previous, item in zip((None, *items), items, strict=False):
+            if previous is not None and previous.text == "of" and literal(item):
                 self._add(NameKind.CLASS, item, Use.NAMED)
-            elif item.head and before is not None:
+            elif item.head and previous is not None:
                 for value in item.arguments:
                     self._expression(value)
             else:
@@ -261,11 +266,11 @@ class _Reader:
                     self._is_fact(f"?{ce.variable}", without_module(ce.template))
 
     def _slots(self, node: SyntaxNode, use: Use) -> None:
-        """Read a pattern or a fact: its template, and its slots or fields."""
+        """Read a pattern or a fact: the template, and the slots or fields."""
         items = node.items or ()
         self._add(NameKind.TEMPLATE, items[0], use)
         template = without_module(items[0].text)
-        # next to a single word, lists are no slots: the fact is ordered
+        # An ordered fact: a list next to a single word is a call, not a slot.
         has_slots = all(item.head and not item.head.startswith(("?", "$?")) for item in node.arguments)
         if template == "protobuf-msg":
             self._message(node.arguments)
@@ -276,7 +281,7 @@ class _Reader:
                 self._expression(item)
 
     def _message(self, slots: Iterable[SyntaxNode]) -> None:
-        """Note which type of message a pattern has in which variable."""
+        """Record the message type of the variable in the slot ``ptr``."""
         values = {slot.head: slot.arguments[0] for slot in slots if slot.arguments}
         if "type" in values and "ptr" in values and literal(values["type"]):
             self._messages[values["ptr"].text] = literal(values["type"])
@@ -293,7 +298,7 @@ class _Reader:
         self._words(node.arguments, template, name.text, use)
 
     def _words(self, values: tuple[SyntaxNode, ...], template: str, slot: str, use: Use) -> None:
-        """Note the names in slots of many words."""
+        """Record names in multislots: action parameters and predicates of world model facts."""
         if (template, slot) == ("plan-action", "param-names"):
             for value in filter(literal, values):
                 self._add(NameKind.PARAMETER, value, use)
@@ -303,7 +308,7 @@ class _Reader:
                 self._add(NameKind.PREDICATE, values[2], use)
 
     def _is_fact(self, variable: str, template: str) -> None:
-        """Note the template of the facts in a variable, unless it may have several."""
+        """Record the template of a variable's fact; an ambiguous template is recorded as empty."""
         known = self._templates.setdefault(variable, template)
         if known != template or variable in self._rebound:
             self._templates[variable] = ""
@@ -375,15 +380,16 @@ class _Reader:
             self._is_fact(variable, without_module(value.arguments[0].head))
 
     def _query(self, arguments: tuple[SyntaxNode, ...], kind: NameKind) -> None:
+        # The variables of a query hide those of the same name outside it, and end with it.
         outside = dict(self._templates)
         for member in arguments[0].items or ():
             templates = [each for each in member.arguments if each.items is None]
             for template in templates:
                 self._add(kind, template, Use.QUERIED)
             if member.items:
-                is_one = len(templates) == 1 and kind is NameKind.TEMPLATE
-                one = without_module(templates[0].text) if is_one else ""
-                self._templates[member.items[0].text] = one
+                has_one_template = len(templates) == 1 and kind is NameKind.TEMPLATE
+                template_name = without_module(templates[0].text) if has_one_template else ""
+                self._templates[member.items[0].text] = template_name
         for item in arguments[1:]:
             self._expression(item)
         self._templates = outside
@@ -401,7 +407,7 @@ class _Reader:
         start, end = node.start, node.end
         if text.startswith('"'):
             text, start, end = text.strip('"'), start + 1, max(end - 1, start + 1)
-            if kind is NameKind.INTERFACE:  # TYPE::ID
+            if kind is NameKind.INTERFACE:  # TYPE::ID: the type is the interface
                 text = text.partition("::")[0]
                 end = start + len(text)
         elif kind is NameKind.GLOBAL:

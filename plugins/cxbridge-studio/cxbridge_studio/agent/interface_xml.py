@@ -1,4 +1,4 @@
-"""Reads the names in the definition of an interface: itself, its fields and messages."""
+"""Reader of interface definitions in XML: the interface, its fields and its messages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cxbridge_studio.agent.names import (
 
 
 def read_interface(path: str, text: str) -> SourceFile:
-    """Return the names of an interface definition; none of another XML file, or a broken one."""
+    """Read an interface definition. Other or broken XML files have no names."""
     if "<interface" not in text:
         return SourceFile(path, text, ())
     try:
@@ -32,18 +32,18 @@ def read_interface(path: str, text: str) -> SourceFile:
     owner = root.attributes.get("name", "")
     mentions: list[Mention] = []
 
-    def note(element: Element, kind: NameKind, of: str) -> None:
+    def add_definition(element: Element, kind: NameKind, owner_name: str) -> None:
         name = element.attributes.get("name", "")
         start = text.find(name, lines.place(*element.place_of("name")) + len("name")) if name else -1
         if start >= 0:
-            mentions.append(Mention(Name(kind, name, of), Use.DEFINED, start, start + len(name)))
+            mentions.append(Mention(Name(kind, name, owner_name), Use.DEFINED, start, start + len(name)))
 
-    note(root, NameKind.INTERFACE, "")
+    add_definition(root, NameKind.INTERFACE, "")
     for data in root.find_all("data"):
         for field in data.find_all("field"):
-            note(field, NameKind.FIELD, owner)
+            add_definition(field, NameKind.FIELD, owner)
     for message in root.find_all("message"):
-        note(message, NameKind.MESSAGE, owner)
+        add_definition(message, NameKind.MESSAGE, owner)
     found = tuple(sorted(mentions, key=lambda mention: mention.start))
     own = Name(NameKind.INTERFACE, owner) if owner else None
     return SourceFile(path, text, (PlacedPiece(0, Piece("interface", own, text, found)),))

@@ -1,7 +1,7 @@
-"""Lays CLIPS text out: indents its lines by their parentheses. White space changes, and nothing else.
+"""Formatter of CLIPS text: indents lines by their parentheses and changes nothing but white space.
 
-Within a line, blanks stay, so that aligned columns remain. Text whose parentheses or quotes
-do not match is not changed: the depth of its lines is unknown.
+White space within a line stays, so aligned columns remain. Text with unbalanced parentheses or quotes is not
+changed, since the depth of its lines is unknown.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from cxbridge_studio.agent.parts import parts
 _STEP: Final = 2
 _BLANKS: Final = frozenset(" \t\n\r\f\v")
 _MOST_LINE_ENDS: Final = 3
-"""Two empty lines one after the other."""
+"""Three line ends in a row: two empty lines."""
 
 _BLOCKS: Final = frozenset(
     {"defrule", "deffunction", "deftemplate", "deffacts", "defglobal", "defmethod", "defgeneric", "defclass"}
@@ -23,13 +23,16 @@ _BLOCKS: Final = frozenset(
     | {"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"}
     | {"any-factp", "return"}
 )
-"""Lists whose lines are indented by two blanks; in all further lists, they begin below the first argument."""
+"""Lists whose content is indented by two blanks.
+
+The content of other lists is aligned with the first argument.
+"""
 
 _WORDS_OF_IF: Final = frozenset({"then", "else"})
 
 
 def is_balanced(text: str) -> bool:
-    """Whether all parentheses and strings of a text close, and no parenthesis is too much."""
+    """Return whether all parentheses and strings of a text are closed, with no ``)`` too many."""
     if any(not part.closed for part in parts(text)):
         return False
     depth = 0
@@ -41,7 +44,7 @@ def is_balanced(text: str) -> bool:
 
 
 def layout(text: str) -> str:
-    """Return CLIPS text with its lines indented; the same text when its parentheses do not match."""
+    """Return CLIPS text with its lines indented, or the same text if it is not balanced."""
     if not is_balanced(text):
         return text
     ends = "\r\n" if "\r\n" in text else "\n"
@@ -52,10 +55,10 @@ def layout(text: str) -> str:
 
 
 class _Open:
-    """A list that is open.
+    """A list that is still open.
 
-    :ivar head: its first word; None before that.
-    :ivar argument: the column of its first argument, if that is in the line of the head.
+    :ivar head: its first word, None before that word is read.
+    :ivar argument: the column for further arguments, None before the first argument is read.
     """
 
     def __init__(self, column: int) -> None:
@@ -64,7 +67,7 @@ class _Open:
         self.argument: int | None = None
 
     def indent(self, token: str) -> int:
-        """Return the column of a line that begins within."""
+        """Return the column of a line that begins with this token inside the list."""
         if token == ")":
             return self.column
         if token in _WORDS_OF_IF and self.head == "if":
@@ -77,7 +80,7 @@ class _Open:
 
 
 class _Writer:
-    """Writes tokens one after the other."""
+    """Writer of indented tokens."""
 
     def __init__(self) -> None:
         self._parts: list[str] = []
@@ -86,7 +89,7 @@ class _Writer:
         self._begins_line = True
 
     def add(self, token: str, *, is_blank: bool) -> None:
-        """Write the next token of the text."""
+        """Write the next token."""
         if not is_blank:
             self._indent(token)
             self._code(token)
@@ -94,7 +97,7 @@ class _Writer:
             self._indent(token)
             self._write(token.rstrip("".join(_BLANKS)))
         elif not _BLANKS.issuperset(token):
-            self._write(token)  # a blank of Unicode is none for CLIPS
+            self._write(token)  # CLIPS treats Unicode blanks as text
         elif "\n" in token:
             if self._parts:
                 self._write("\n" * min(token.count("\n"), _MOST_LINE_ENDS))
@@ -103,7 +106,7 @@ class _Writer:
             self._write(token.replace("\t", " "))
 
     def text(self) -> str:
-        """Return the written text; it ends with one line end."""
+        """Return the written text, ending with one line end."""
         written = "".join(self._parts).rstrip("".join(_BLANKS))
         return written + "\n" if written else ""
 
@@ -122,18 +125,18 @@ class _Writer:
         self._write(token)
 
     def _note(self, token: str) -> None:
-        """Note the head of the innermost list, or its first argument."""
+        """Record a token as head or first argument of the innermost list."""
         if not self._open:
             return
         inner = self._open[-1]
         if inner.head is None:
             inner.head = token
         elif inner.argument is None and inner.head != "(":
-            same_line = not any("\n" in part for part in self._since(inner))
-            inner.argument = self._column if same_line else inner.column + _STEP
+            on_same_line = not any("\n" in part for part in self._since(inner))
+            inner.argument = self._column if on_same_line else inner.column + _STEP
 
     def _since(self, inner: _Open) -> list[str]:
-        """Return the text behind the head of a list: the blanks before its first argument."""
+        """Return the written tokens between the head of a list and its first argument."""
         found = []
         for part in reversed(self._parts):
             if part == inner.head:

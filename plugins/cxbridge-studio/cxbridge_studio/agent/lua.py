@@ -1,4 +1,4 @@
-"""Reads the names in Lua skills: the skill, the arguments it documents, skills and interfaces it needs."""
+"""Reader of Lua skills: the skill, its documented arguments, and the skills and interfaces it uses."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ _ARGUMENT: Final = re.compile(r"@param\s+(\w+)")
 
 
 def read_lua(path: str, text: str) -> SourceFile:
-    """Return the names of a Lua file."""
+    """Read the file of a Lua skill."""
     name = _NAME.search(text)
     skill = name[1] if name else ""
     found: list[Mention] = []
 
-    def note(kind: NameKind, use: Use, match: re.Match[str], owner: str = "") -> None:
+    def add_mention(kind: NameKind, use: Use, match: re.Match[str], owner: str = "") -> None:
         found.append(Mention(Name(kind, match[1], owner), use, *match.span(1)))
 
     if name:
-        note(NameKind.SKILL, Use.DEFINED, name)
+        add_mention(NameKind.SKILL, Use.DEFINED, name)
     for needs in _NEEDS.finditer(text):
         for match in _STRING.finditer(text, *needs.span(1)):
-            note(NameKind.SKILL, Use.NAMED, match)
+            add_mention(NameKind.SKILL, Use.NAMED, match)
     for match in _INTERFACE.finditer(text):
-        note(NameKind.INTERFACE, Use.NAMED, match)
+        add_mention(NameKind.INTERFACE, Use.NAMED, match)
     for match in _CALLED.finditer(text):
-        note(NameKind.SKILL, Use.CALLED, match)
+        add_mention(NameKind.SKILL, Use.CALLED, match)
     described = _DOCUMENTATION.search(text)
     if described and skill:
         for match in _ARGUMENT.finditer(text, *described.span(2)):
-            note(NameKind.ARGUMENT, Use.DEFINED, match, skill)
+            add_mention(NameKind.ARGUMENT, Use.DEFINED, match, skill)
     mentions = tuple(sorted(found, key=lambda mention: mention.start))
     own = Name(NameKind.SKILL, skill) if skill else None
     return SourceFile(path, text, (PlacedPiece(0, Piece("skill" if skill else "lua", own, text, mentions)),))
 
 
 def skill_documentation(text: str) -> str:
-    """Return the documentation of a skill; empty when there is none."""
+    """Return the documentation string of a skill, or an empty text."""
     found = _DOCUMENTATION.search(text)
     return found[2].strip() if found else ""

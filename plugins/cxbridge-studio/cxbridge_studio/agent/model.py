@@ -1,4 +1,4 @@
-"""The model of an agent: the names in its files, kept up to date one file at a time."""
+"""The names in all files of an agent, updated file by file."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ _READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
     ".proto": read_proto,
 }
 SUFFIXES: Final = (".clp", *_READERS)
-"""The endings of the files that an agent is made of."""
+"""Suffixes of the files of an agent."""
 
 _AS_TEMPLATE: Final = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: NameKind.FIELD}
 
 
 def read_source(path: str, text: str, before: SourceFile | None = None) -> SourceFile | None:
-    """Return the names of a file, by its ending; None for a file of another sort.
+    """Read a file by the reader for its suffix, or return None for an unknown suffix.
 
-    :param before: the earlier state of the file: unchanged parts are not read again.
+    :param before: the previous version of the file; its unchanged constructs are reused.
     """
     suffix = PurePath(path).suffix
     if suffix == ".clp":
@@ -41,31 +41,31 @@ def read_source(path: str, text: str, before: SourceFile | None = None) -> Sourc
 
 
 class Found(NamedTuple):
-    """A mention, and the file that it is in; its offsets are those of the file."""
+    """A mention, with offsets in its file."""
 
     file: SourceFile
     mention: Mention
 
 
 class AgentModel:
-    """The files of an agent and the names in them. Nothing is run; broken files are read as far as they go.
+    """The files of an agent and the names in them.
 
-    :meth:`update` costs only changes: in a CLIPS file, equal constructs are kept. A question
-    looks through all files, by a table that each file has.
+    Nothing of the agent is executed, and broken files are read as far as possible. :meth:`update` reuses
+    unchanged CLIPS constructs. Queries search the index of each file.
     """
 
     def __init__(self) -> None:
         self._files: dict[str, SourceFile] = {}
 
     def update(self, path: str, text: str) -> SourceFile | None:
-        """Take the text of a file, a new one or one that has changed; None when it is of another sort."""
+        """Read new text of a file and add the file; return None for an unknown suffix."""
         file = read_source(path, text, self._files.get(path))
         if file is not None:
             self.take(file)
         return file
 
     def read(self, path: Path) -> SourceFile | None:
-        """Take a file from the disk; None when it cannot be read."""
+        """Add a file from the disk; return None if it cannot be read or has an unknown suffix."""
         try:
             text = path.read_bytes().decode("utf-8", "surrogateescape")
         except OSError:
@@ -74,25 +74,24 @@ class AgentModel:
 
     @property
     def files(self) -> tuple[SourceFile, ...]:
-        """All files."""
         return tuple(self._files.values())
 
     def file(self, path: str) -> SourceFile | None:
-        """Return a file; None when it is not one of these."""
+        """Return the file at a path, or None if the model lacks it."""
         return self._files.get(path)
 
     def take(self, file: SourceFile) -> None:
-        """Take a file that was read already."""
+        """Add a file that is already parsed."""
         self._files[file.path] = file
 
     def remove(self, path: str) -> None:
-        """Forget a file."""
+        """Remove a file; unknown paths are ignored."""
         self._files.pop(path, None)
 
     def mentions(self, name: Name, *uses: Use) -> Iterator[Found]:
-        """Yield where a name is written, in the order of the files; all its spellings (:func:`same_as`).
+        """Yield the mentions of a name in all its spellings (see :func:`same_as`), in the order of the files.
 
-        :param uses: only where one of these is done with it; all when there is none.
+        :param uses: the uses to include; without uses, all mentions.
         """
         wanted = same_as(name)
         for file in self._files.values():
@@ -104,7 +103,7 @@ class AgentModel:
                     yield Found(file, mention.moved(start))
 
     def calls(self, function: str) -> Iterator[Found]:
-        """Yield where a function is called, in ordered facts, too, where a call looks like a slot."""
+        """Yield the calls of a function. In ordered facts, a call looks like a slot and is included."""
         yield from self.mentions(Name(NameKind.FUNCTION, function), Use.CALLED)
         for file in self._files.values():
             for start, piece in file.pieces:
@@ -113,17 +112,15 @@ class AgentModel:
                         yield Found(file, mention.moved(start))
 
     def definitions(self, name: Name) -> list[Found]:
-        """Return where a name is defined."""
         return list(self.mentions(name, Use.DEFINED))
 
     def is_defined(self, name: Name) -> bool:
-        """Whether a file defines a name."""
         return next(self.mentions(name, Use.DEFINED), None) is not None
 
     def defined(self, kind: NameKind, owner: str | None = None) -> Iterator[Found]:
         """Yield the definitions of all names of a kind.
 
-        :param owner: only of those that belong to this; None: of all.
+        :param owner: the owner of the names; None includes all owners.
         """
         for file in self._files.values():
             for start, piece in file.pieces:
@@ -148,7 +145,7 @@ def _start_of_piece(place: tuple[int, Mention]) -> int:
 
 
 def same_as(name: Name) -> tuple[Name, ...]:
-    """Return all spellings of a name: the template of an interface's facts has its name, slots are fields."""
+    """Return all spellings of a name: an interface is also a template, and its fields are slots."""
     if name.kind in _AS_TEMPLATE:
         return name, Name(_AS_TEMPLATE[name.kind], name.text, name.owner)
     for template, interface in _AS_TEMPLATE.items():

@@ -1,4 +1,4 @@
-"""The names of an agent: their kinds, their places, and their uses."""
+"""Names of an agent: their kinds, uses and positions."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from cxbridge.clipstext.syntax import Lines
 
 
 class NameKind(StrEnum):
-    """The kind of a name."""
-
     RULE = "rule"
     TEMPLATE = "template"
     SLOT = "slot"
@@ -42,29 +40,29 @@ class NameKind(StrEnum):
 
 
 class Use(StrEnum):
-    """The use of a name at a place."""
+    """The use of a name at a position."""
 
     DEFINED = "defined"
     MATCHED = "matched"
     """In a pattern of a rule."""
     ASSERTED = "asserted"
-    """In an ``assert`` or a deffacts."""
+    """In ``assert`` or ``deffacts``."""
     CHANGED = "changed"
-    """In a ``modify`` or a ``duplicate``."""
+    """In ``modify`` or ``duplicate``."""
     QUERIED = "queried"
-    """In ``do-for-all-facts`` and its like, or as ``?fact:slot``."""
+    """In a query such as ``do-for-all-facts``, or as ``?fact:slot``."""
     CALLED = "called"
     READ = "read"
     SET = "set"
     NAMED = "named"
-    """Anywhere else."""
+    """Any other use."""
 
 
 class Name(NamedTuple):
-    """A name.
+    """A name in the files of an agent.
 
-    :param owner: its owner: the template of a slot, the action of a parameter, the interface of a
-        interface; empty where that is not known, or there is none.
+    :param owner: the template of a slot, the action of a parameter, or the interface of a field or message;
+        empty if the owner is unknown.
     """
 
     kind: NameKind
@@ -73,12 +71,13 @@ class Name(NamedTuple):
 
 
 class Mention(Struct, frozen=True, gc=False):
-    """A place where a name is written.
+    """A position where a name is written.
 
-    The garbage collector passes it over: an agent has tens of thousands, and none is part of a cycle.
+    The class opts out of garbage collection: an agent has tens of thousands of mentions, and none is part of
+    a cycle.
 
-    :param start: offset of its first character; in a :class:`Piece` counted from the start of that.
-    :param end: offset behind its last.
+    :param start: offset of the first character; in a :class:`Piece`, relative to the piece.
+    :param end: offset after the last character.
     """
 
     name: Name
@@ -87,20 +86,20 @@ class Mention(Struct, frozen=True, gc=False):
     end: int
 
     def moved(self, offset: int) -> Mention:
-        """Return the same mention, moved by an offset."""
+        """Return the mention shifted by an offset."""
         return Mention(self.name, self.use, self.start + offset, self.end + offset)
 
 
 class Piece(Struct, frozen=True, dict=True):
-    """A construct of a file, or something else that is read as a whole.
+    """A construct of a file, or another unit that is read as a whole.
 
-    Nothing in it depends on where it is in the file, so that it is read again only when it changes.
+    A piece is independent of its position in the file, so that it is read again only after a change.
 
-    :param keyword: ``defrule``, ``:action``, ``skill``; the first word of a command.
-    :param name: the defined name; None when there is none, or none yet.
+    :param keyword: ``defrule``, ``:action``, ``skill``, or the first word of a command.
+    :param name: the name that the piece defines, None if it defines none.
     :param text: the source text.
-    :param mentions: the names in it, in the order of the text.
-    :param closed: whether its parentheses close.
+    :param mentions: the names, in the order of the text.
+    :param closed: whether all its parentheses are closed.
     """
 
     keyword: str
@@ -111,9 +110,9 @@ class Piece(Struct, frozen=True, dict=True):
 
     @cached_property
     def asserted_slots(self) -> dict[str, list[Mention]]:
-        """The mentions of slots of asserted facts, by the slots' names.
+        """Mentions of slots in asserted facts, by slot name.
 
-        Of a fact whose template is undefined, these are calls of functions: ``(assert (total (+ 1 2)))``.
+        For undefined templates, these are function calls in ordered facts: ``(assert (total (+ 1 2)))``.
         """
         found: dict[str, list[Mention]] = {}
         for mention in self.mentions:
@@ -123,14 +122,15 @@ class Piece(Struct, frozen=True, dict=True):
 
     @cached_property
     def defined(self) -> tuple[Mention, ...]:
-        """The mentions that define a name."""
+        """Mentions that define a name."""
         return tuple(mention for mention in self.mentions if mention.use is Use.DEFINED)
 
 
 class ParseProblem(Struct, frozen=True):
-    """Why a file could not be read as a whole.
+    """A syntax error that prevents reading the whole file.
 
-    :param line: from 1, as ``column``.
+    :param line: counted from 1.
+    :param column: counted from 1.
     """
 
     message: str
@@ -140,27 +140,27 @@ class ParseProblem(Struct, frozen=True):
 
 
 class PlacedPiece(NamedTuple):
-    """A piece, and the offset in its file where it begins."""
+    """A piece and its offset in the file."""
 
     start: int
     piece: Piece
 
     @property
     def end(self) -> int:
-        """The offset behind its last character."""
+        """The offset after the last character."""
         return self.start + len(self.piece.text)
 
     @property
     def mentions(self) -> tuple[Mention, ...]:
-        """Its mentions, with offsets in the file."""
+        """The mentions of the piece, with offsets in the file."""
         return tuple(mention.moved(self.start) for mention in self.piece.mentions)
 
 
 class SourceFile(Struct, frozen=True, dict=True):
     """A file of an agent, as far as it can be read.
 
-    :param path: absolute.
-    :param problem: why the rest of it cannot be read.
+    :param path: absolute path.
+    :param problem: the syntax error that prevents reading the rest.
     """
 
     path: str
@@ -170,12 +170,11 @@ class SourceFile(Struct, frozen=True, dict=True):
 
     @cached_property
     def lines(self) -> Lines:
-        """Its lines."""
         return Lines(self.text)
 
     @cached_property
     def by_name(self) -> dict[Name, list[tuple[int, Mention]]]:
-        """The mentions by their names, each with the start of its piece."""
+        """Mentions by name, each with the start of its piece."""
         found: dict[Name, list[tuple[int, Mention]]] = {}
         for start, piece in self.pieces:
             for mention in piece.mentions:
@@ -184,11 +183,11 @@ class SourceFile(Struct, frozen=True, dict=True):
 
     @property
     def mentions(self) -> tuple[Mention, ...]:
-        """All names in it, with offsets in the file."""
+        """All mentions, with offsets in the file."""
         return tuple(mention for placed in self.pieces for mention in placed.mentions)
 
     def piece_at(self, offset: int) -> PlacedPiece | None:
-        """Return the piece that a place is in, or ends at."""
+        """Return the piece that contains an offset or ends there."""
         found = None
         for placed in self.pieces:
             if placed.start > offset:
@@ -197,12 +196,14 @@ class SourceFile(Struct, frozen=True, dict=True):
         return found if found is not None and offset <= found.end else None
 
     def mention_at(self, offset: int) -> Mention | None:
-        """Return the name that a place is in, or right behind."""
+        """Return the mention that contains an offset or ends there."""
         placed = self.piece_at(offset)
         if placed is None:
             return None
-        at = offset - placed.start
-        found = [mention for mention in placed.piece.mentions if mention.start <= at <= mention.end]
-        # the shortest: the cursor means the name within another name
+        offset_in_piece = offset - placed.start
+        found = [
+            mention for mention in placed.piece.mentions if mention.start <= offset_in_piece <= mention.end
+        ]
+        # Of nested names, the cursor means the shortest: `f` in `m.f`.
         best = min(found, key=lambda mention: mention.end - mention.start, default=None)
         return None if best is None else best.moved(placed.start)

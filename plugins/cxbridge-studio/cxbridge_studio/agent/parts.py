@@ -1,4 +1,4 @@
-"""Cuts CLIPS text into its top-level lists, broken text too: a mistake in one construct loses no other."""
+"""Splits CLIPS text into top-level lists. An error in one construct leaves other constructs intact."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _BEGIN: Final = re.compile(
     r"message-handler))(?=[\s(]))",
     re.MULTILINE,
 )
-"""A line that begins a construct: none is ever inside of another one."""
+"""A line that begins a construct: CLIPS has no nested constructs."""
 
 
 class Part(Struct, frozen=True):
-    """A list at the top level of a text.
+    """A top-level list of a text.
 
-    :param start: where it begins.
-    :param text: the source text; of a list that never closes, the text before the next construct.
-    :param closed: whether it closes.
+    :param start: offset of its first character.
+    :param text: the source text; an unclosed list ends before the next construct.
+    :param closed: whether the list is closed.
     """
 
     start: int
@@ -33,9 +33,9 @@ class Part(Struct, frozen=True):
 
 
 def parts(text: str) -> tuple[Part, ...]:
-    """Return the lists at the top level of a text, in their order.
+    """Return the top-level lists of a text, in order.
 
-    Where parentheses or quotes do not match, each line that begins a construct begins a new part.
+    In text with unbalanced parentheses or quotes, each line that begins a construct begins a part.
     """
     code = blank(text)
     found = [Part(start, text[start:end], end is not None) for start, end in top_level(code)]
@@ -45,7 +45,7 @@ def parts(text: str) -> tuple[Part, ...]:
 
 
 def _is_clean(text: str, code: str, found: list[Part]) -> bool:
-    """Whether everything closes, and no construct begins within another one."""
+    """Return whether all lists are closed and no construct begins inside another."""
     if any(not part.closed for part in found) or code.count("(") != code.count(")"):
         return False
     starts = {part.start for part in found}
@@ -55,7 +55,7 @@ def _is_clean(text: str, code: str, found: list[Part]) -> bool:
 
 
 def _cut(text: str) -> Iterator[Part]:
-    """Yield the parts of a text that is broken."""
+    """Yield the parts of unbalanced text."""
     begins = [match.start(1) for match in _BEGIN.finditer(text)]
     edges = [0, *begins, len(text)]
     for begin, end in pairwise(edges):
@@ -70,11 +70,11 @@ def _parts_of(text: str, begin: int, end: int) -> Iterator[Part]:
 
 
 def open_lists(part: str) -> list[int]:
-    """Return where the lists begin that never close, the outermost first."""
-    opened: list[int] = []
+    """Return the offsets of the lists that are never closed, outermost first."""
+    open_starts: list[int] = []
     for match in PARENTHESIS.finditer(blank(part)):
         if match[0] == "(":
-            opened.append(match.start())
-        elif opened:
-            opened.pop()
-    return opened
+            open_starts.append(match.start())
+        elif open_starts:
+            open_starts.pop()
+    return open_starts

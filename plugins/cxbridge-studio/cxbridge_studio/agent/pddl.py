@@ -1,4 +1,4 @@
-"""Reads the names in PDDL text: types, constants, predicates, and actions with their parameters."""
+"""Reader of PDDL files: types, constants, predicates, and actions with their parameters."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _COMMENT: Final = re.compile(r";[^\n]*")
 
 
 def read_pddl(path: str, text: str) -> SourceFile:
-    """Return the names of a PDDL file; of a broken one, those of the sections that can be read."""
+    """Read a PDDL file; of a broken file, the sections that can be parsed."""
     lines = Lines(text)
     try:
         items, problem = read_items(text), None
@@ -48,7 +48,7 @@ def read_pddl(path: str, text: str) -> SourceFile:
         problem = ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
     if problem is None:
         sections = [
-            (section, _place(lines, section.position))
+            (section, _offset(lines, section.position))
             for define in items
             if isinstance(define, Group)
             for section in define.items[1:]
@@ -64,7 +64,7 @@ def read_pddl(path: str, text: str) -> SourceFile:
 
 
 def _as_declared(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
-    """Yield pieces whose names have the letters of their declaration: case does not matter in PDDL."""
+    """Yield pieces with each name in the spelling of its declaration: PDDL ignores case."""
     declared: dict[Name, str] = {}
     for _, piece in pieces:
         for mention in piece.mentions:
@@ -85,7 +85,7 @@ def _lower(name: Name) -> Name:
 
 
 def _broken(text: str) -> Iterator[PlacedPiece]:
-    """Yield the sections of a text whose brackets do not match, each read for itself."""
+    """Yield the sections of a text with unbalanced brackets; each is parsed alone."""
     starts = [match.start(1) for match in _SECTION.finditer(text)]
     for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
         code = _COMMENT.sub(lambda match: " " * len(match[0]), text[start:end])
@@ -101,18 +101,19 @@ def _broken(text: str) -> Iterator[PlacedPiece]:
             yield _piece(items[0], text, start, end, Lines(code))
 
 
-def _place(lines: Lines, position: Position) -> int:
+def _offset(lines: Lines, position: Position) -> int:
     return lines.place(position.line, position.column)
 
 
 def _piece(section: Group, text: str, start: int, end: int, lines: Lines | None = None) -> PlacedPiece:
     """Return the piece of a section.
 
-    :param lines: of the section's own text; of the whole file when it is None.
+    :param lines: the lines of the section's text; None if positions refer to the whole file.
     """
     reader = _Section(Lines(text) if lines is None else lines, start if lines is None else 0)
     reader.read(section)
     mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
+    # Blanks in place of comments keep the offsets.
     code = _COMMENT.sub(lambda match: " " * len(match[0]), text[start:end])
     own = next((m.name for m in mentions if m.use is Use.DEFINED), None)
     has_name = section.head.lower() in (*_ACTIONS, "domain")
@@ -123,9 +124,9 @@ def _piece(section: Group, text: str, start: int, end: int, lines: Lines | None 
 
 
 class _Section:
-    """Reads one section.
+    """Reader of one section.
 
-    :param start: where the piece begins in the text that the positions count in.
+    :param start: offset of the piece in the text that the positions refer to.
     """
 
     def __init__(self, lines: Lines, start: int) -> None:
@@ -134,7 +135,7 @@ class _Section:
         self._start = start
 
     def read(self, section: Group) -> None:
-        """Note the names of a section."""
+        """Record the names of a section."""
         head, rest = section.head.lower(), section.items[1:]
         if head in _ACTIONS:
             self._action(rest)
@@ -181,18 +182,18 @@ class _Section:
             is_type = False
 
     def _formula(self, item: Item, action: str) -> None:
-        waiting = [item]
-        while waiting:
-            each = waiting.pop()
+        pending = [item]
+        while pending:
+            each = pending.pop()
             if isinstance(each, Group):
-                waiting += self._parts(each)
+                pending += self._parts(each)
             elif each.text.startswith("?"):
                 self._words((each,), NameKind.PARAMETER, Use.READ, action)
             elif not each.text[0].isdigit():
                 self._words((each,), NameKind.CONSTANT, Use.NAMED)
 
     def _parts(self, group: Group) -> tuple[Item, ...]:
-        """Note the predicate of a group, and return its other parts."""
+        """Record the predicate of a group and return the remaining items."""
         words = tuple(item.text.lower() for item in group.items[:2] if isinstance(item, BracketWord))
         if words in _TIMES:
             return group.items[2:]
@@ -206,7 +207,7 @@ class _Section:
     def _words(self, items: Iterable[Item], kind: NameKind, use: Use, owner: str = "") -> None:
         for item in items:
             if isinstance(item, BracketWord):
-                start = _place(self._lines, item.position) - self._start
+                start = _offset(self._lines, item.position) - self._start
                 end = start + len(item.text)
                 name = Name(kind, item.text.removeprefix("?"), owner)
                 self.mentions.append(Mention(name, use, start + item.text.startswith("?"), end))

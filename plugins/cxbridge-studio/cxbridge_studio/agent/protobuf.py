@@ -1,4 +1,4 @@
-"""Reads the names in a .proto file: its messages, by their full names, and their fields."""
+"""Reader of .proto files: messages by their full names, and their fields."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ _SCOPES: Final = frozenset({"message", "enum", "oneof", "extend", "service", "gr
 
 
 def read_proto(path: str, text: str) -> SourceFile:
-    """Return the names of a .proto file; of a broken one, as far as it can be read."""
+    """Read a .proto file; a broken file is read as far as possible."""
     words = [match for match in _WORD.finditer(text) if match["word"]]
     mentions: list[Mention] = []
     package = ""
     scopes: list[tuple[str, str]] = []
-    """The blocks that are open: what each is, and the full name of its message."""
-    begin = 0  # of the statement
+    """The open blocks: keyword, and full name of the enclosing message."""
+    statement_start = 0  # index of the statement's first word
     for place, match in enumerate(words):
         word = match["word"]
         if word not in "{};":
             continue
-        statement, begin = words[begin:place], place + 1
+        statement, statement_start = words[statement_start:place], place + 1
         heads = [each["word"] for each in statement]
         if word == "}":
             if scopes:

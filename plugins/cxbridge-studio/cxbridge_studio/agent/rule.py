@@ -1,4 +1,4 @@
-"""Reads the condition of a rule, and its dependencies besides facts."""
+"""Parser of rule conditions, and their dependencies on functions and global variables."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from cxbridge.errors import ClipsError
 
 _GLOBAL = re.compile(r"\?\*(.+)\*\Z")
 _QUERIES = ("do-for-", "delayed-do-for-", "find-fact", "find-all-facts", "any-factp", "get-fact-list")
-"""How functions begin that ask for facts of any template."""
+"""Prefixes of functions that query facts of any template."""
 
 
 class Prefix:
-    """The CEs at the start of a condition; each pattern's fact has a variable.
+    """The conditional elements at the start of a condition, with a variable for the fact of each pattern.
 
-    :ivar texts: the CEs.
-    :ivar facts: the variables of the patterns' facts.
+    :ivar texts: the conditional elements.
+    :ivar facts: the fact variables of the patterns.
     """
 
     def __init__(self, ces: Sequence[CE]) -> None:
@@ -38,11 +38,11 @@ class Prefix:
 
     @property
     def binds(self) -> frozenset[str]:
-        """The variables that have a value after them."""
+        """The variables bound by these conditional elements."""
         return frozenset(self._first)
 
     def origin(self, name: str) -> int:
-        """Return the number of the CE that binds a variable."""
+        """Return the number of the conditional element that binds a variable, from 1."""
         return self._first[name]
 
 
@@ -50,9 +50,9 @@ class Prefix:
 class Condition:
     """The left-hand side of a rule.
 
-    :param salience: the expression of its salience, empty when it has none.
-    :param functions: the functions that it calls.
-    :param globals: the global variables in it, without ``?*`` and ``*``.
+    :param salience: the salience expression, or an empty text.
+    :param functions: the functions that the condition calls.
+    :param globals: the global variables it reads, without ``?*`` and ``*``.
     """
 
     rule: str
@@ -65,7 +65,7 @@ class Condition:
 def parse_rule(text: str) -> Condition:
     """Parse a defrule.
 
-    :raises ClipsError: when it is none.
+    :raises ClipsError: if the text is not a defrule.
     """
     nodes = read(text)
     if len(nodes) != 1 or nodes[0].head != "defrule" or not nodes[0].arguments:
@@ -93,11 +93,11 @@ def parse_rule(text: str) -> Condition:
 
 @dataclass(frozen=True, slots=True)
 class Dependencies:
-    """The dependencies of a condition besides facts.
+    """The dependencies of a condition on definitions other than templates.
 
-    :param functions: the deffunctions that it calls, and those that these call, as text; callees first.
+    :param functions: texts of the called deffunctions, direct or indirect; callees first.
     :param globals: the global variables in the condition and in the functions.
-    :param all_facts: whether it may ask for facts of any template, by a function.
+    :param all_facts: whether a function may query facts of any template.
     """
 
     functions: tuple[str, ...]
@@ -108,40 +108,39 @@ class Dependencies:
 def dependencies(condition: Condition, text_of: Callable[[str], str | None]) -> Dependencies:
     """Return the dependencies of a condition.
 
-    :param text_of: gives the text of a deffunction; None when there is none of that name.
-    :raises ClipsError: when the functions call one another too deep.
+    :param text_of: returns the text of a deffunction, or None if it is undefined.
+    :raises ClipsError: if the calls are nested too deep.
     """
     texts: dict[str, str] = {}
-    words, global_names = set(condition.functions), set(condition.globals)
+    function_names, global_names = set(condition.functions), set(condition.globals)
 
     def visit(names: frozenset[str]) -> None:
         for name in sorted(names):
             text = None if name in texts else text_of(name)
             if text is None:
                 continue
-            texts[name] = ""  # it may call itself
+            texts[name] = ""  # marks the function as visited: it may be recursive
             nodes = tuple(read(text))
             inner = called(nodes)
-            words.update(inner)
+            function_names.update(inner)
             global_names.update(named_globals(nodes))
             visit(inner)
-            del texts[name]  # called functions come first
+            del texts[name]  # insert again at the end: callees come first
             texts[name] = text
 
     try:
         visit(condition.functions)
     except RecursionError:
         raise ClipsError(f"the functions of '{condition.rule}' call one another too deep") from None
-    queries = any(word.startswith(_QUERIES) for word in words)
+    queries = any(word.startswith(_QUERIES) for word in function_names)
     return Dependencies(tuple(filter(None, texts.values())), frozenset(global_names), queries)
 
 
 def called(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
-    """Return all words that stand first in a list, functions among them."""
+    """Return the first words of all lists; functions are among them."""
     return frozenset(node.head for top in nodes for node in top.walk() if node.head)
 
 
 def named_globals(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
-    """Return the names of the global variables in some nodes."""
     found = (_GLOBAL.match(node.text) for top in nodes for node in top.walk() if node.items is None)
     return frozenset(match[1] for match in found if match)

@@ -1,9 +1,9 @@
-"""Finds the list of a construct that was not closed, by its indentation and by what lists are made of.
+"""Finds the unclosed list of a construct from its indentation and from the syntax of CLIPS.
 
-A reader knows only that the construct is still open at its end: the parenthesis that is missing may belong
-to any list in it. Here each place is tried where one could be missing, and the text that then fits best is
-taken: lines that are indented no deeper than the list they are in, slots within slots, an arrow within a
-pattern and the like count against it.
+A parser notices the missing parenthesis only at the end of the construct, but it may belong to any list. This
+module tries each possible position of a ``)`` and takes the text with the lowest cost. Costs are added for
+lines that are indented no deeper than their list, slots within slots, an arrow within a pattern, and similar
+oddities.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from cxbridge.clipstext.syntax import HIDDEN, TOKEN, Lines, read
 _TAB: Final = 2
 """Fawkes' files count a tab as two columns."""
 _MOST_TRIED: Final = 1500
-"""Of a longer construct only the ends of its lines are tried."""
+"""In longer constructs, only positions at line ends are tried, to bound the time."""
 _MOST_MISSING: Final = 3
 
+# Costs of oddities, from certain mistakes to mere style.
 _HARD: Final = 3.0
 _STRUCTURE: Final = 2.0
 _SOFT: Final = 1.0
@@ -45,7 +46,7 @@ _ARGUMENTS: Final = {
     **dict.fromkeys(("nth$", "member$", "subsetp", "fact-slot-value", "str-index", "mod"), 2),
     **dict.fromkeys(("subseq$", "sub-string"), 3),
 }
-"""Functions of CLIPS that take exactly this many arguments."""
+"""Functions of CLIPS with a fixed number of arguments."""
 _FACETS: Final = frozenset({"type", "default", "default-dynamic", "range", "cardinality", "allowed-values"})
 _KEYWORDS: Final = {"then": "if", "else": "if"}
 _SLOT: Final = frozenset({"slot", "multislot", "field", "multifield"})
@@ -58,8 +59,9 @@ _BEGINNING: Final = re.compile(r"\((def\w+)\s+([^\s()\";]+)")
 class _Token(Struct, frozen=True):
     """A token of a construct.
 
-    :param column: counted with tabs; ``indent`` is the column of the first token of its line.
-    :param is_first: whether it is that one.
+    :param column: counted with tabs expanded.
+    :param indent: the column of the first token in its line.
+    :param is_first: whether the token is the first in its line.
     """
 
     text: str
@@ -71,9 +73,9 @@ class _Token(Struct, frozen=True):
 
 
 class _List(Struct, frozen=True):
-    """A list that is open.
+    """An open list.
 
-    :param children: how many things are in it so far, its head not counted.
+    :param children: the number of elements so far, without the head.
     """
 
     token: _Token
@@ -82,10 +84,10 @@ class _List(Struct, frozen=True):
 
 
 def unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None = None) -> list[int]:
-    """Return where the lists begin that were not closed, in the order of the text; empty when all are.
+    """Return the offsets of the unclosed lists of a construct, in the order of the text.
 
-    :param text: of one construct, up to where the next one begins.
-    :param slots: those of the deftemplates that are known.
+    :param text: the construct, up to the start of the next.
+    :param slots: slot names by deftemplate.
     """
     tokens = list(_tokens(text))
     missing = sum((token.text == "(") - (token.text == ")") for token in tokens)
@@ -100,16 +102,16 @@ def unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None = None
 
 
 def _best(tokens: list[_Token], names: _Names) -> tuple[int, _Token]:
-    """Return before which token a parenthesis is missing, and the list that it closes.
+    """Return the token index where a ``)`` is missing, and the list that it closes.
 
-    Of places that fit as well, it is the last: the outermost of the lists that could end there.
+    Of equal positions, the last is returned: it closes the outermost list.
     """
     places, states = set(_places(tokens)), list[tuple[int, _Reading]]()
     reading = _Reading(tokens, names)
-    for at in range(len(tokens)):
-        if at in places and reading.stack:
-            states.append((at, reading.copy()))
-        reading.step(at)
+    for index in range(len(tokens)):
+        if index in places and reading.stack:
+            states.append((index, reading.copy()))
+        reading.step(index)
     states.append((len(tokens), reading))
     best, least = (len(tokens), tokens[0]), float("inf")
     for place, state in reversed(states):
@@ -138,23 +140,23 @@ def _tokens(text: str) -> Iterator[_Token]:
 
 
 def _places(tokens: list[_Token]) -> list[int]:
-    """Return before which tokens a parenthesis may be missing: never within a run of them."""
+    """Return the token indices where a ``)`` may be missing: never between two closing parentheses."""
     ends = range(2, len(tokens) + 1)
-    found = [at for at in ends if at == len(tokens) or tokens[at].text != ")"]
+    found = [index for index in ends if index == len(tokens) or tokens[index].text != ")"]
     if len(found) > _MOST_TRIED:
-        found = [at for at in found if at == len(tokens) or tokens[at].is_first]
+        found = [index for index in found if index == len(tokens) or tokens[index].is_first]
     return found
 
 
 class _Names:
-    """The deftemplates that are known."""
+    """Slot names of the known deftemplates."""
 
     def __init__(self, slots: Mapping[str, Collection[str]]) -> None:
         self.slots = slots
         self.all = frozenset(name for names in slots.values() for name in names)
 
     def opening(self, stack: list[_List], head: str) -> float:
-        """Return the cost of a list where it begins."""
+        """Return the cost of opening a list with this head."""
         parent = stack[-1].head
         above = stack[-2].head if len(stack) > 1 else ""
         slots = self.slots.get(parent, ())
@@ -170,7 +172,7 @@ class _Names:
 
 
 class _Reading:
-    """Reads a construct and counts what does not fit."""
+    """Parser state of a construct, with the cost of its oddities so far."""
 
     def __init__(self, tokens: list[_Token], names: _Names) -> None:
         self.stack: list[_List] = []
@@ -179,43 +181,42 @@ class _Reading:
         self._names = names
 
     def copy(self) -> _Reading:
-        """Return a reading in the same place."""
         other = _Reading(self._tokens, self._names)
         other.stack, other.cost = [*self.stack], self.cost
         return other
 
     def cost_with(self, place: int, limit: float) -> float:
-        """Return the cost of the whole construct with a parenthesis more in this place.
+        """Return the cost of the whole construct with a ``)`` inserted before this token.
 
-        :param limit: a higher cost is not counted to its end.
+        :param limit: stop at this cost.
         """
         if self.cost < limit:
             self._close()
-            for at in range(place, len(self._tokens)):
-                self.step(at)
+            for index in range(place, len(self._tokens)):
+                self.step(index)
                 if self.cost >= limit:
                     break
         return self.cost + _BROKEN * len(self.stack)
 
-    def step(self, at: int) -> None:
-        """Read a token."""
-        token = self._tokens[at]
+    def step(self, index: int) -> None:
+        """Read one token."""
+        token = self._tokens[index]
         if token.text == ")":
             if token.is_first:
-                self.cost += self._layout_of_end(at)
+                self.cost += self._layout_of_end(index)
             self._close()
             return
-        if not self.stack and at:
+        if not self.stack and index:
             self.cost += _BROKEN
         if token.is_first:
             self.cost += _layout(token, self.stack)
         if token.text == "(":
-            self._open(token, at)
+            self._open(token, index)
         elif self.stack:
-            self._word(token, is_head=self._tokens[at - 1].text == "(")
+            self._word(token, is_head=self._tokens[index - 1].text == "(")
 
-    def _open(self, token: _Token, at: int) -> None:
-        head = self._tokens[at + 1].text if at + 1 < len(self._tokens) else ""
+    def _open(self, token: _Token, index: int) -> None:
+        head = self._tokens[index + 1].text if index + 1 < len(self._tokens) else ""
         if self.stack:
             self.cost += self._names.opening(self.stack, head)
             self._count()
@@ -249,10 +250,10 @@ class _Reading:
         ):
             self.cost += _SOFT
 
-    def _layout_of_end(self, at: int) -> float:
-        """Return the cost of parentheses that begin a line: they should be below the head of their list."""
-        token, closed = self._tokens[at], 0
-        while at + closed < len(self._tokens) and self._tokens[at + closed].text == ")":
+    def _layout_of_end(self, index: int) -> float:
+        """Return the cost of closing parentheses at a line start that are not below their list's head."""
+        token, closed = self._tokens[index], 0
+        while index + closed < len(self._tokens) and self._tokens[index + closed].text == ")":
             closed += 1
         lists = [each.token for each in self.stack[-closed:]]
         below = {each.indent for each in lists} | {each.column for each in lists}
@@ -260,7 +261,7 @@ class _Reading:
 
 
 def _layout(token: _Token, stack: list[_List]) -> float:
-    """Return the cost of a line that begins in lists that are open: it should be deeper than they are."""
+    """Return the cost of a line that is not indented deeper than its open lists."""
     cost = 0.0
     for each in stack[1:]:
         if token.column <= each.token.indent:
@@ -271,9 +272,9 @@ def _layout(token: _Token, stack: list[_List]) -> float:
 
 
 class Unclosed(Struct, frozen=True):
-    """A construct that never closes.
+    """An unclosed construct.
 
-    :param start: where the list begins that is open; of a string that is open, the construct.
+    :param start: offset of the unclosed list, or of the construct if a string is unclosed.
     """
 
     start: int
@@ -284,12 +285,12 @@ class Unclosed(Struct, frozen=True):
 def describe_unclosed(
     part: str, start: int, lines: Lines, text: str, slots: Mapping[str, Collection[str]]
 ) -> Unclosed:
-    """Return the mistake of a construct that never closes.
+    """Describe the mistake in an unclosed construct.
 
-    :param part: its text, up to where the next one begins.
-    :param start: where it begins in the file.
-    :param text: of the file.
-    :param slots: those of the deftemplates that are known.
+    :param part: the construct, up to the start of the next.
+    :param start: offset of the construct in the file.
+    :param text: the whole file.
+    :param slots: slot names by deftemplate.
     """
     line = lines.at(start)
     beginning = _BEGINNING.match(part)
@@ -297,7 +298,7 @@ def describe_unclosed(
     if any(match["unclosed"] for match in HIDDEN.finditer(part)):
         return Unclosed(start, message, "a string in it never closes")
     rows = text.splitlines()[line:]
-    after = next((n for n, row in enumerate(rows, line + 1) if row.lstrip().startswith("(def")), 0)
+    after = next((number for number, row in enumerate(rows, line + 1) if row.lstrip().startswith("(def")), 0)
     hint = f"a ) is missing before {f'line {after}' if after else 'the end of the file'}"
     if inner := next(iter(unclosed_lists(part, slots)), 0):
         start += inner

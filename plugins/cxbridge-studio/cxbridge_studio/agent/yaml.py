@@ -1,4 +1,4 @@
-"""Reads the names in YAML configurations: files, features, interfaces, actions and the skills they map to."""
+"""Reader of YAML configurations: files, features, interfaces, actions and their skills."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _KEY: Final = re.compile(r"\n[ \t]*[\w-]+:(?=\s)")
 
 
 def read_yaml(path: str, text: str) -> SourceFile:
-    """Return the names of a configuration; none of one that is not valid YAML."""
+    """Read a configuration. A file with invalid YAML has no names."""
     try:
         documents = parse_documents(text, path)
     except ConfigError as error:
@@ -43,7 +43,7 @@ def read_yaml(path: str, text: str) -> SourceFile:
 
 
 class _Reader:
-    """Reads the documents of one file."""
+    """Reader of the documents of a file."""
 
     def __init__(self, text: str) -> None:
         self.mentions: list[Mention] = []
@@ -51,9 +51,9 @@ class _Reader:
         self._lines = Lines(text)
 
     def node(self, node: YamlNode, path: tuple[str, ...]) -> None:
-        """Note the names in a node.
+        """Record the names in a node.
 
-        :param path: the keys above it; of a list of maps, the number of the element is one of them.
+        :param path: the keys above the node; for maps in a list, the index is part of the path.
         """
         if isinstance(node, YamlMap):
             for key, value in node.pairs:
@@ -95,8 +95,8 @@ class _Reader:
                 self._add(NameKind.FEATURE, value.mark, value.text, Use.NAMED)
 
     def _template(self, value: YamlScalar, action: str) -> None:
-        """Note skill, arguments and parameters in the skill string of an action."""
-        start = self._place(value.mark)
+        """Record the skill, arguments and parameters in the skill string of an action."""
+        start = self._offset(value.mark)
         key = _KEY.search(self._text, start)
         end = key.start() if key else len(self._text)
         skill = _SKILL.search(self._text, start, end)
@@ -110,13 +110,13 @@ class _Reader:
                 Mention(Name(NameKind.PARAMETER, match[1], action), Use.READ, *match.span(1))
             )
 
-    def _place(self, mark: Mark) -> int:
+    def _offset(self, mark: Mark) -> int:
         return self._lines.place(mark.line, mark.column)
 
     def _add(self, kind: NameKind, mark: Mark, text: str, use: Use) -> None:
-        start = self._place(mark)
+        start = self._offset(mark)
         start += self._text.startswith(('"', "'"), start)
-        if kind is NameKind.FILE and "|" in text:  # BATCH|FILE
+        if kind is NameKind.FILE and "|" in text:  # BATCH|FILE: the file follows the bar
             start += text.index("|") + 1
             text = text.rpartition("|")[2]
         if self._text.startswith(text, start):
@@ -124,7 +124,7 @@ class _Reader:
 
 
 def parents(file: SourceFile, offset: int) -> Iterator[str]:
-    """Yield the keys above a line, the innermost first, by its indentation alone."""
+    """Yield the keys above a line, innermost first, judged by indentation alone."""
     rows = file.text[: file.text.find("\n", offset) if "\n" in file.text[offset:] else None].split("\n")
     indent = len(rows[-1]) - len(rows[-1].lstrip(" "))
     if not rows[-1].strip():

@@ -1,5 +1,5 @@
-"""Checks an agent without running it: its configuration, CLIPS files, PDDL domain, action mapping and skills.
+"""Static checks of an agent: configuration, CLIPS files, PDDL domain, action mapping and skills.
 
-:mod:`.agent` loads a spec's files and lets CLIPS read them, :mod:`.checks` has the checks, one file each,
-:mod:`.findings` has their results, and :mod:`.formats` prints them.
+:mod:`.agent` loads the files of a spec into CLIPS without running them. :mod:`.checks` has one module per
+group of checks, :mod:`.findings` their results, and :mod:`.formats` the output formats.
 """

@@ -1,9 +1,9 @@
-"""The agent under check: its configuration, and the CLIPS files that it loads, read by CLIPS, not run.
+"""The agent under check: its configuration and its CLIPS files, loaded into CLIPS without running rules.
 
-CLIPS itself reads the constructs, in the order in which the executive loads the files, in an environment with
-the features that the agent asks for: a construct is wrong exactly when a run would drop it. No rule fires.
-What rules do while the executive starts, as far as it matters for files that come later, is taken from their
-text: files that they load, interfaces that they open (each brings a deftemplate), features that they request.
+CLIPS reads the constructs in the order of a run, in an environment with the features that the agent requests.
+A construct is wrong exactly when a run would drop it. Since no rule fires, actions that affect later files
+are taken from the text of the rules: loaded files, opened interfaces (each adds a deftemplate), and requested
+features.
 """
 
 from __future__ import annotations
@@ -51,17 +51,15 @@ _FIRST_FILES: Final = "BATCH|blackboard-init.clp"
 _FROM_CORE: Final = "the core"
 _MAIN: Final = Symbol("MAIN")
 MOST_FOLDERS: Final = 4
-"""How many folders around a file may have its scenario, and the files that it loads."""
+"""The number of parent folders of a CLIPS file to search for its scenario and its loaded files."""
 
 
 @dataclass(frozen=True)
 class ClipsFile:
     """A CLIPS file of the agent.
 
-    :param path: where it is.
-    :param text: its content.
-    :param diagnostics: CLIPS' messages when it read the file.
-    :param is_core: whether it belongs to the executive's core.
+    :param diagnostics: CLIPS' messages about the file.
+    :param is_core: whether the file belongs to the built-in core.
     """
 
     path: Path
@@ -71,56 +69,55 @@ class ClipsFile:
 
     @cached_property
     def constructs(self) -> tuple[Definition, ...]:
-        """The constructs that are closed, in their order."""
+        """The closed constructs, in order."""
         return tuple(definitions(self.text))
 
     @cached_property
     def lines(self) -> Lines:
-        """Its lines."""
         return Lines(self.text)
 
     def place(self, node: SyntaxNode) -> SourcePlace:
-        """Return where a node of it begins."""
+        """Return the position of a node."""
         return self.place_at(node.start)
 
     def place_at(self, offset: int) -> SourcePlace:
-        """Return a place by its offset."""
+        """Return the position of an offset."""
         return SourcePlace(str(self.path), self.lines.at(offset), self.lines.column(offset))
 
     def calls(self, *names: str) -> Iterator[SyntaxNode]:
-        """Yield the lists of the file that begin with one of these words."""
+        """Yield the lists that begin with one of these words."""
         for head, node in self._lists:
             if head in names:
                 yield node
 
     @cached_property
     def _lists(self) -> tuple[tuple[str, SyntaxNode], ...]:
-        """The lists in the constructs that begin with a word, each with that."""
+        """All lists in the constructs, each with its first word."""
         nodes = (node for construct in self.constructs for node in construct.node.walk())
         return tuple((node.head, node) for node in nodes if node.head)
 
     @cached_property
     def names(self) -> SourceFile | None:
-        """The names in it."""
+        """The names in the file; None for an unknown suffix."""
         return read_source(str(self.path), self.text)
 
     @cached_property
     def used(self) -> tuple[Construct, ...]:
-        """Its constructs, with their uses; those that never close, too."""
+        """The constructs with their uses, unclosed constructs included."""
         return () if self.names is None else constructs_of(self.names)
 
 
 @cache
 def _file_of_core(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
-    """Return a file of the built-in core: the result is the same for all checked agents."""
+    """Return a file of the built-in core; the cache shares the file between agents."""
     return ClipsFile(path, text, diagnostics, is_core=True)
 
 
 @dataclass(frozen=True, slots=True)
 class AskedFile:
-    """A file that the agent wants to load.
+    """A file that the agent loads.
 
-    :param place: what asks for it.
+    :param place: the position of the load command or configuration entry.
     """
 
     name: str
@@ -129,11 +126,11 @@ class AskedFile:
 
 @dataclass
 class Agent(Closing):
-    """An agent that is checked. A context manager.
+    """An agent under check. A context manager.
 
-    :param options: as those of a run.
-    :param sources: gets the source files, when they are read.
-    :raises CxbridgeError: when the configuration cannot be read, or names no spec.
+    :param options: the options of a run.
+    :param sources: receives each source file when it is read.
+    :raises CxbridgeError: if the configuration cannot be read or names no spec.
     """
 
     options: RunOptions
@@ -170,32 +167,31 @@ class Agent(Closing):
 
     @property
     def is_lenient(self) -> bool:
-        """Whether a run would start the agent with its mistakes."""
+        """Whether a run starts the agent despite errors."""
         return source_of(self.options).is_lenient
 
     @property
     def config(self) -> Configuration:
-        """The configuration."""
         return self.context.config
 
     @property
     def spec(self) -> str:
-        """The spec that is checked."""
+        """The name of the checked spec."""
         return self.context.spec
 
     @property
     def env(self) -> ClipsEnvironment:
-        """The environment that has all constructs and no facts of the agent."""
+        """The CLIPS environment, with all constructs and without the agent's facts."""
         return self.executive.env
 
     @property
     def own_files(self) -> list[ClipsFile]:
-        """The files that are not the core's."""
+        """The files that are not part of the built-in core."""
         return [file for file in self.files if not file.is_core]
 
     @cached_property
     def model(self) -> AgentModel:
-        """The names in the files."""
+        """The names in all files."""
         model = AgentModel()
         for file in self.files:
             if file.names is not None:
@@ -204,7 +200,7 @@ class Agent(Closing):
 
     @cached_property
     def usage(self) -> Usage:
-        """The uses of the constructs."""
+        """The uses of all constructs."""
         values = list(self.config.walk("/"))
         words = {word for each in values for text in (each.text, *each.items) for word in text.split()}
         functions = (each.mention.name.text for each in self.model.defined(NameKind.FUNCTION))
@@ -221,7 +217,7 @@ class Agent(Closing):
 
     @cached_property
     def dropped(self) -> frozenset[tuple[str, str, str]]:
-        """The constructs that CLIPS drops: file, keyword and name."""
+        """The constructs that CLIPS drops, as (file, keyword, name)."""
         return frozenset(
             (str(file.path), kind, without_module(name))
             for file in self.files
@@ -230,13 +226,13 @@ class Agent(Closing):
         )
 
     def is_of_core(self, file: str) -> bool:
-        """Whether a file is one of the core's, ours or Fawkes'."""
+        """Return whether a file belongs to the built-in core or to Fawkes' core."""
         folders = (self.context.paths.cx, *self.context.paths.before)
         return any(Path(file).is_relative_to(folder) for folder in folders)
 
     @cached_property
     def deftemplates(self) -> frozenset[str]:
-        """The names of the deftemplates with slots that CLIPS has, in any module."""
+        """The names of CLIPS' deftemplates with slots, in any module."""
         return frozenset(self._slots_of_clips)
 
     @cached_property
@@ -252,14 +248,14 @@ class Agent(Closing):
 
     @cached_property
     def slots(self) -> dict[str, set[str]]:
-        """The slots of all deftemplates: those that CLIPS has, and those that files define."""
+        """The slots by deftemplate, of deftemplates in CLIPS and in dropped constructs."""
         slots = {name: set(names) for name, names in self._slots_of_clips.items()}
         for each in self.model.defined(NameKind.SLOT):
             slots.setdefault(each.mention.name.owner, set()).add(each.mention.name.text)
         return slots
 
     def allowed(self, template: str, slot: str) -> frozenset[str]:
-        """Return the values that a slot allows; none when it allows any, or they are unknown."""
+        """Return the allowed values of a slot; empty if any value is allowed or the slot is unknown."""
         key = template, slot
         if key not in self._allowed:
             found = ()
@@ -271,31 +267,32 @@ class Agent(Closing):
 
     @property
     def time_fields(self) -> int:
-        """How many fields the executive's facts (time ...) have."""
+        """The number of fields in the executive's (time ...) facts."""
         now = self.env.call("now")
         return len(now) if isinstance(now, tuple) else 1
 
     @property
     def domains(self) -> list[Path]:
-        """The existing PDDL domains that its files parse."""
+        """The existing PDDL domains that the files parse."""
         calls = (call for file in self.files for call in file.calls("parse-pddl-domain") if call.arguments)
         paths = (self.find(name) for call in calls if (name := self.text_of(call.arguments[0])))
         return [*dict.fromkeys(path for path in paths if path is not None)]
 
     def find(self, name: str) -> Path | None:
-        """Return the file that the agent finds by a name; None when no folder has it."""
-        module = self._enter(_MAIN)  # a file may have entered another one
+        """Resolve a file name as the agent does; return None if no folder has the file."""
+        module = self._enter(_MAIN)  # a loaded file may have left another module current
         found = self.env.call("path-resolve", name) if self.env.has_deffunction("path-resolve") else None
         self._enter(module)
         if isinstance(found, str) and found != "FALSE":
             return Path(found)
         paths = [*((Path(name),) if found is None else ()), *(folder / name for folder in self._around)]
-        return next(filter(is_readable_file, paths), None)  # None: an agent without our library
+        # `path-resolve` is missing: a CLIPS program without our library
+        return next(filter(is_readable_file, paths), None)
 
     def feature_with(self, function: str) -> str:
-        """Return the feature that has a function and that the agent has not requested; empty when none has.
+        """Return the first unrequested feature that provides a function; empty if none does.
 
-        It is to be asked when everything is loaded: the environment has the features afterwards.
+        Call this after loading all files: the features tried stay in the environment.
         """
         for feature in self.manager.features:
             if feature not in self._requested:
@@ -305,7 +302,7 @@ class Agent(Closing):
         return ""
 
     def text_of(self, node: SyntaxNode) -> str:
-        """Return what an expression is when that is written out; empty when it is computed."""
+        """Return the value of a literal expression; empty for a computed value."""
         return _written_text(node)
 
     # ---- loading
@@ -339,7 +336,7 @@ class Agent(Closing):
             return ()
         try:
             files = self.env.call("cx-stage2-files")
-        except ClipsError:  # Fawkes' core has a global only
+        except ClipsError:  # Fawkes' core has a global variable instead of the function
             files = self.env.eval("?*CX-STAGE2-FILES*")
         return tuple(map(str, files)) if isinstance(files, tuple) else ()
 
@@ -358,15 +355,15 @@ class Agent(Closing):
             for file in value.items if value.is_list else (value.text,):
                 is_batch = bool(self._around) and has_commands(self._around[0] / file)
                 self._load(f"BATCH|{file}" if is_batch else file, place_of(value))
-                self._enter(_MAIN)  # as in a run, where functions of MAIN load each file
+                self._enter(_MAIN)  # In a run, functions of MAIN load each file.
 
     def _enter(self, module: Value) -> Value:
-        """Make a module the current one, in which names are found; return the one before."""
+        """Make a module current and return the previous one."""
         return self.env.call("set-current-module", module)
 
     def _load(self, name: str, place: SourcePlace) -> None:
-        """Load a file and those that it loads, each once."""
-        how, _, bare = name.rpartition("|")
+        """Load a file and its loaded files, each once."""
+        loader_prefix, _, bare = name.rpartition("|")
         found = self.find(bare)
         asked = AskedFile(bare, place)
         if place.file != _FROM_CORE:
@@ -374,19 +371,19 @@ class Agent(Closing):
         if found is None:
             self.missing.append(asked)
         else:
-            self._load_found(found, batch=how.startswith("BATCH"))
+            self._load_found(found, batch=loader_prefix.startswith("BATCH"))
 
     def _load_found(self, found: Path, *, batch: bool) -> None:
-        """Load an existing file, and those that it loads."""
+        """Load an existing file and its loaded files."""
         if any(file.path == found for file in self.files):
             return
         loader = self.env.loader
-        before, loaded = len(loader.diagnostics), len(loader.files)
+        known_diagnostics, known_files = len(loader.diagnostics), len(loader.files)
         (loader.batch if batch else loader.load)(str(found))
-        said = loader.diagnostics[before:]
-        paths = dict.fromkeys((found, *loader.files[loaded:]))  # a batch loads files, too
+        new_diagnostics = loader.diagnostics[known_diagnostics:]
+        paths = dict.fromkeys((found, *loader.files[known_files:]))  # a batch file loads further files
         files = [
-            self._note(path, tuple(each for each in said if each.file == str(path)))
+            self._note(path, tuple(each for each in new_diagnostics if each.file == str(path)))
             for path in paths
             if all(file.path != path for file in self.files)
         ]
@@ -401,8 +398,8 @@ class Agent(Closing):
             self._preload(_literal(call))
         for call in file.calls(*_LOADERS, *_BATCHES):
             if literal := _literal(call):
-                how = "BATCH|" if call.head in _BATCHES else ""
-                self._load(f"{how}{literal}", file.place(call))
+                prefix = "BATCH|" if call.head in _BATCHES else ""
+                self._load(f"{prefix}{literal}", file.place(call))
 
     def _note(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
         text = path.read_text("utf-8", "surrogateescape")
@@ -420,46 +417,45 @@ class Agent(Closing):
             self.manager.request(self.env.name, feature)
 
     def _preload(self, interface: str) -> None:
-        """Give the environment the deftemplate of an interface, as opening it does."""
+        """Add the deftemplate of an interface to the environment, as opening the interface does."""
         if interface:
             self.env.call("blackboard-preload", interface)
 
-    # ---- the end
+    # ---- closing
 
     def close(self) -> None:
-        """Release everything."""
         self.executive.close()
         self.manager.close()
         self.context.close()
 
 
 class _VolatileMemory(RobotMemory):
-    """A robot memory that opens neither a file nor a database."""
+    """A robot memory in process memory: the check must not open the agent's file or database."""
 
     def _open_store(self) -> Store:
         return EmbeddedStore(self.clock)
 
 
 def place_of(value: ConfigValue) -> SourcePlace:
-    """Return where a value of the configuration was read."""
+    """Return the position of a configuration value."""
     return SourcePlace(value.file, value.line, value.mark.column or 0)
 
 
 def folders_around(program: Path | None) -> tuple[Path, ...]:
-    """Return the folders where a program finds the files that its commands load; none for an agent."""
+    """Return the folders to search for files that a CLIPS program loads; empty for an agent."""
     is_program = program is not None and program.suffix == CLIPS_SUFFIX and program.is_file()
     return tuple(program.resolve().parents[:MOST_FOLDERS]) if program is not None and is_program else ()
 
 
 def has_commands(file: Path) -> bool:
-    """Whether a file is to be executed by CLIPS' ``batch``, since it has commands at its top level."""
+    """Return whether a file has top-level commands, so that CLIPS must load it with ``batch``."""
     return is_readable_file(file) and syntax.has_commands(file.read_text("utf-8", "surrogateescape"))
 
 
 def agents(options: RunOptions) -> list[str | None]:
-    """Return the names of the agents of a scenario, None for the only one.
+    """Return the names of a scenario's agents; ``[None]`` for a single agent.
 
-    :raises CxbridgeError: when the configuration cannot be read.
+    :raises CxbridgeError: if the configuration cannot be read.
     """
     if options.agent:
         return [options.agent]
@@ -467,7 +463,7 @@ def agents(options: RunOptions) -> list[str | None]:
 
 
 def _literal(call: SyntaxNode) -> str:
-    """Return the text of the first argument of a call when it is written out; empty else."""
+    """Return the literal first argument of a call; empty for a computed argument."""
     if not call.arguments:
         return ""
     return _written_text(call.arguments[0])

@@ -1,4 +1,4 @@
-"""Describes the mistakes of an agent that was not started in the words of the check."""
+"""Replaces the errors of a failed start by the findings of the check."""
 
 from __future__ import annotations
 
@@ -21,11 +21,9 @@ _UNKNOWN_NAMES: Final = frozenset({"CX202", "CX203", "CX204", "CX205"})
 
 
 def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
-    """Return an error with the findings of the check, and with the mistakes that the check does not see.
+    """Return the error with the check's findings, and with the mistakes that the check misses.
 
-    Of a lenient run the error is not changed: the check would add the known defects of a checkout.
-
-    :param options: of the run.
+    The error of a lenient run stays unchanged: the check would add known defects of a Fawkes checkout.
     """
     if source_of(options).is_lenient:
         return error

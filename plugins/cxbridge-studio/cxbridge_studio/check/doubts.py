@@ -1,4 +1,4 @@
-"""Statements of a domain that cannot be meant: actions that can never be done, objects without a type."""
+"""Doubts about a domain: statements that are valid PDDL but useless, such as an impossible action."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ from cxbridge.executive.pddl.printer import format_formula
 
 
 class DoubtKind(Enum):
-    """A doubtful part."""
-
     PREDICATE = "predicate"
     ACTION = "action"
     EFFECT = "effect"
@@ -32,7 +30,7 @@ class DoubtKind(Enum):
 
 
 class Doubt(NamedTuple):
-    """Something that cannot be meant."""
+    """A useless statement and its position."""
 
     kind: DoubtKind
     message: str
@@ -40,9 +38,9 @@ class Doubt(NamedTuple):
 
 
 def doubts(domain: Domain, made: Collection[str] | None = None) -> Iterator[Doubt]:
-    """Yield the doubtful parts of a domain.
+    """Yield the doubts about a domain.
 
-    :param made: the predicates of facts that come from elsewhere, such as rules and problems; None: any may.
+    :param made: the predicates of facts from rules and problems; None if any predicate is possible.
     """
     yield from untyped_objects(domain, domain.constants)
     for action in domain.actions:
@@ -60,7 +58,7 @@ def doubts(domain: Domain, made: Collection[str] | None = None) -> Iterator[Doub
 
 
 def untyped_objects(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
-    """Yield the objects without a type, when parameters of all actions have one."""
+    """Yield the objects without a type, if all parameters of actions have one."""
     groups = [group for action in domain.actions for group in action.parameters]
     if not groups or not all(group.types for group in groups):
         return
@@ -73,9 +71,9 @@ def untyped_objects(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
 
 
 def unachieved(domain: Domain, goal: Formula, made: Collection[str]) -> Iterator[Doubt]:
-    """Yield the atoms of a goal that no action achieves; those of unknown predicates are no matter of this.
+    """Yield the atoms of a goal that no action achieves, except atoms of undeclared predicates.
 
-    :param made: as of :func:`doubts`.
+    :param made: the predicates of facts from rules and problems.
     """
     known = {predicate.name for predicate in domain.predicates}
     changed = {name for action in domain.actions for name in _added(action)}
@@ -85,7 +83,7 @@ def unachieved(domain: Domain, goal: Formula, made: Collection[str]) -> Iterator
 
 
 def _unreachable(domain: Domain, made: Collection[str]) -> Iterator[Doubt]:
-    """Yield the actions whose precondition needs a predicate that is true after no actions at all."""
+    """Yield the actions whose precondition needs a predicate that no sequence of actions makes true."""
     possible = set(made)
     waiting = list(domain.actions)
     while ready := [each for each in waiting if _needs(each) <= possible]:
@@ -102,7 +100,7 @@ def _needs(action: ActionSchema) -> set[str]:
 
 
 def _required(formula: Formula | None) -> Iterator[Atom]:
-    """Yield the atoms that must be true wherever a condition is."""
+    """Yield the atoms that are true whenever the condition holds."""
     match formula:
         case Atom():
             yield formula
@@ -123,7 +121,7 @@ def _added(action: ActionSchema) -> Iterator[str]:
 def _literals(
     effect: Formula | None, context: tuple[object, ...]
 ) -> Iterator[tuple[Atom, bool, tuple[object, ...]]]:
-    """Yield each atom of an effect, whether it becomes true, and the time and conditions around it."""
+    """Yield each atom of an effect, its truth value, and the enclosing times and conditions."""
     match effect:
         case Atom():
             yield effect, True, context
@@ -140,7 +138,7 @@ def _literals(
 
 
 def _undone(action: ActionSchema) -> Iterator[Doubt]:
-    """Yield the effects of an action that it takes back at the same time."""
+    """Yield the effects of an action that the same action also negates."""
     found = list(_literals(action.effect, ()))
     added = {(atom, context) for atom, is_true, context in found if is_true}
     for atom, is_true, context in found:

@@ -1,4 +1,4 @@
-"""Findings of a check: a mistake or a doubt, with its place and what to do about it."""
+"""Findings of a check, with code, position, message and hint."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from cxbridge.printing import one_line
 
 
 class Severity(StrEnum):
-    """How bad a finding is."""
-
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
@@ -20,11 +18,11 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """A sort of finding.
+    """A kind of finding.
 
-    :param name: e.g. ``CX201``; stable, so that it can be silenced.
+    :param name: a stable name such as ``CX201``, for comments that silence it.
     :param title: the mistake, in a few words.
-    :param explanation: why it matters, and how to mend it.
+    :param explanation: the consequence and the remedy.
     """
 
     name: str
@@ -35,9 +33,10 @@ class Code:
 
 @dataclass(frozen=True, slots=True)
 class SourcePlace:
-    """A place in a file.
+    """A position in a file.
 
-    :param line: from 1; 0: the file as a whole. ``column`` likewise.
+    :param line: from 1; 0 for the whole file.
+    :param column: from 1; 0 for the whole line.
     """
 
     file: str
@@ -50,7 +49,7 @@ class Finding:
     """A finding of a check.
 
     :param message: the mistake, in one sentence.
-    :param hint: how to mend it; may be empty.
+    :param hint: the remedy; may be empty.
     """
 
     code: Code
@@ -59,7 +58,7 @@ class Finding:
     hint: str = ""
 
     def plain(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the finding as JSON values."""
         return {
             "code": self.code.name,
             "severity": self.code.severity.value,
@@ -81,7 +80,7 @@ class Finding:
 
 
 def _line(text: str) -> str:
-    """Return a text on one line: line ends with their blanks become one blank."""
+    """Return a text on one line; line ends become blanks."""
     return one_line(" ".join(part.strip() for part in text.splitlines()))
 
 
@@ -105,6 +104,5 @@ PROGRAM: Final = Code(
 
 
 def of_error(error: CxbridgeError, code: Code = INPUT) -> Finding:
-    """Return the finding for an error."""
     place = SourcePlace(error.file or "", error.line or 0, error.column or 0)
     return Finding(code, place, error.message, error.hint or "")

@@ -1,4 +1,4 @@
-"""Formats findings: as text for people, as JSON, as SARIF for code scanning, as annotations for GitHub."""
+"""Output formats of findings: text, JSON, SARIF for code scanning, annotations for GitHub."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ _GITHUB: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity
 
 
 def as_text(findings: Sequence[Finding]) -> str:
-    """Return one entry a finding, and a line with the counts."""
+    """Return one entry per finding, and a line with the counts."""
     return "\n".join([*map(str, findings), summary(findings)])
 
 
 def summary(findings: Sequence[Finding]) -> str:
-    """Return how many findings of each severity there are."""
+    """Return the number of findings of each severity, as text."""
     counts = [(severity, sum(f.code.severity is severity for f in findings)) for severity in Severity]
     parts = [f"{count} {severity.value}{'' if count == 1 else 's'}" for severity, count in counts if count]
     return ", ".join(parts) or "no findings"
 
 
 def as_json(findings: Sequence[Finding]) -> str:
-    """Return a list of objects."""
+    """Return the findings as a JSON list of objects."""
     return json.dumps([finding.plain() for finding in findings], indent=2)
 
 
@@ -88,7 +88,10 @@ def _annotation(finding: Finding) -> str:
 
 
 def _escaped(text: str, more: str = "") -> str:
-    """Return a text as workflow commands have it."""
+    """Percent-encode the characters that are special in workflow commands.
+
+    :param more: further characters to encode.
+    """
     for character in f"%\r\n{more}":
         text = text.replace(character, f"%{ord(character):02X}")
     return text
@@ -100,4 +103,3 @@ FORMATS: Final[dict[str, Callable[[Sequence[Finding]], str]]] = {
     "sarif": as_sarif,
     "github": as_github,
 }
-"""The printers, by name."""

@@ -1,4 +1,4 @@
-"""The keys of a configuration that the program reads, as docs/configuration.md lists them."""
+"""The configuration keys that the program reads, as listed in docs/configuration.md."""
 
 from __future__ import annotations
 
@@ -43,23 +43,23 @@ skiller/instances/NAME: kind skillspace mode
 
 
 def known_keys() -> tuple[tuple[str, ...], ...]:
-    """Return all keys, as their parts: a part in capitals is any name, ``...`` is anything below."""
+    """Return all keys, split into parts; a part in capitals is any name, ``...`` is any key below."""
     lines = (line.partition(": ") for line in _KEYS.split("\n") if line)
     return tuple(tuple(f"{base}/{key}".split("/")) for base, _, keys in lines for key in keys.split())
 
 
 class KeyCheck:
-    """Finds in a path the first part that is never read."""
+    """Finder of unknown keys."""
 
     def __init__(self) -> None:
         self._known = known_keys()
 
     def sections(self) -> set[str]:
-        """Return the keys at the top."""
+        """Return the top-level keys."""
         return {key[0] for key in self._known}
 
     def first_unknown(self, path: tuple[str, ...]) -> tuple[int, set[str]] | None:
-        """Return the place of the first unknown part, and the known names there; None if all are known."""
+        """Return the index of the first unknown part and the known names there, or None."""
         keys = list(self._known)
         for index, part in enumerate(path):
             if any(key[index] == "..." for key in keys):
@@ -69,7 +69,7 @@ class KeyCheck:
                 return index, {key[index] for key in keys if not _is_any(key[index])}
             keys = [key for key in after if len(key) > index + 1]
             if not keys:
-                return None  # a value of the program; values below it have another type
+                return None  # a value with keys below it is an error of type, not of name
         return None
 
 
@@ -82,11 +82,10 @@ def _fits(part: str, name: str) -> bool:
 
 
 def parts_of(path: str) -> tuple[str, ...]:
-    """Return the parts of a path."""
     return tuple(part for part in path.split("/") if part)
 
 
 def prefixes(path: tuple[str, ...]) -> Iterator[str]:
-    """Yield a path and all above it."""
+    """Yield a path and its parents, longest first."""
     for end in range(len(path), 0, -1):
         yield "/" + "/".join(path[:end])

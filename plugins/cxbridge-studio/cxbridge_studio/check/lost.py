@@ -1,4 +1,4 @@
-"""What dies with constructs that CLIPS drops: those that need them, goals and actions that only they make."""
+"""The consequences of dropped constructs: constructs that need them, and goals and actions only they make."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.usage import Construct, Usage
 
 _LISTED: Final = 5
-"""How many names of a sort a message has."""
+"""The maximum number of names in a message."""
 _NEEDS: Final = {
     "deffunction": NameKind.FUNCTION,
     "defgeneric": NameKind.FUNCTION,
@@ -21,11 +21,11 @@ _MAKES: Final = (Use.ASSERTED, Use.NAMED)
 
 @dataclass
 class Lost:
-    """A lost construct.
+    """The losses caused by dropped constructs.
 
-    :param constructs: but those that were dropped first.
-    :param goals: classes of goals that nothing else formulates.
-    :param actions: that nothing else plans.
+    :param constructs: further constructs that depend on them.
+    :param goals: goal classes that nothing else formulates.
+    :param actions: actions that nothing else plans.
     """
 
     constructs: list[str] = field(default_factory=list)
@@ -47,16 +47,15 @@ class Lost:
 
 
 def _some(names: list[str], prefix: str) -> str:
-    """Return the first of some names, and how many more there are."""
+    """Return the first names, and the number of the remaining ones."""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return ", ".join(f"{prefix}{name}" for name in names[:_LISTED]) + more
 
 
 class Losses:
-    """Finds lost constructs.
+    """Finder of the losses caused by dropped constructs.
 
-    :param usage: the uses of the agent's constructs.
-    :param is_of_core: returns whether a file is one of the core's: none of its constructs is lost.
+    :param is_of_core: returns whether a file belongs to the core, whose constructs are never lost.
     """
 
     def __init__(self, usage: Usage, is_of_core: Callable[[str], bool]) -> None:
@@ -65,7 +64,7 @@ class Losses:
         self._classes = usage.model.names(NameKind.GOAL_CLASS, Use.MATCHED)
 
     def swallowed(self, file: str, start: int) -> Lost:
-        """Return the losses with a construct of a file that never closes: all constructs behind it, too."""
+        """Return the losses of an unclosed construct, including all constructs after it."""
         dropped = [
             each for each in self._usage.constructs if each.file.path == file and each.placed.start >= start
         ]
@@ -74,11 +73,11 @@ class Losses:
         return lost
 
     def of(self, dropped: Iterable[Construct]) -> Lost:
-        """Return the losses with dropped constructs."""
         first = list(dropped)
         dead = {id(each): each for each in first}
         goals: dict[str, None] = {}
         grows = True
+        # Losses cause further losses: repeat until nothing is added.
         while grows:
             before = len(dead), len(goals)
             goals |= dict.fromkeys(self._goals_of(dead))
@@ -94,7 +93,7 @@ class Losses:
     def _dies(
         self, construct: Construct, names: set[tuple[NameKind, str]], facts: set[str], goals: dict[str, None]
     ) -> bool:
-        """Whether a construct needs a function, a template, a fact or a goal that is lost."""
+        """Return whether a construct needs a lost function, template, fact or goal."""
         defined: set[Name] = set()
         for mention in construct.placed.piece.mentions:
             name = mention.name
@@ -111,7 +110,7 @@ class Losses:
         return False
 
     def _names_of(self, dead: dict[int, Construct]) -> set[tuple[NameKind, str]]:
-        """Return the functions and templates that no other construct defines."""
+        """Return the functions and templates that no remaining construct defines."""
         gone = {(_NEEDS[each.keyword], each.name) for each in dead.values() if each.keyword in _NEEDS}
         for each in self._usage.constructs if gone else ():
             if each.keyword in _NEEDS and id(each) not in dead:
@@ -119,7 +118,7 @@ class Losses:
         return gone
 
     def _facts_of(self, dead: dict[int, Construct]) -> set[str]:
-        """Return the templates of which no fact is made any more."""
+        """Return the templates whose facts no remaining construct asserts."""
         return {
             template
             for template, makers in self._usage.made.items()

@@ -1,4 +1,4 @@
-"""Checks one PDDL file without an agent: a domain, or a problem with the domain in its folder."""
+"""Check of a PDDL file without an agent: a domain, or a problem with a domain in the same folder."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _COMMENT: Final = re.compile(r";[^\n]*")
 def findings_of(file: Path, text: str | None = None, *, fawkes_compat: bool = False) -> list[Finding]:
     """Return the mistakes of a PDDL file.
 
-    :param text: of the file, when it is not the one on the disk.
-    :param fawkes_compat: as of :func:`~cxbridge.executive.pddl.parse_domain`.
+    :param text: the text to check instead of the file's content.
+    :param fawkes_compat: see :func:`~cxbridge.executive.pddl.parse_domain`.
     """
     found: list[Finding] = []
 
@@ -63,7 +63,7 @@ def _findings(file: Path, found: Iterator[Doubt]) -> Iterator[Finding]:
 
 
 def _find_domain(problem: Path, name: str) -> Path | None:
-    """Return the file with the domain of a name in a problem's folder."""
+    """Return the domain file for a problem from the same folder."""
     for path in sorted(problem.parent.glob(f"*{SUFFIX}")):
         try:
             found = _NAME_OF.search(_code(path))

@@ -1,4 +1,4 @@
-"""The actions that an agent puts into plans: asserted as facts, or by functions that it has for that."""
+"""The actions that an agent puts into plans: as asserted facts, or by functions of the agent."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Values = tuple[SyntaxNode, ...]
 
 @dataclass(frozen=True, slots=True)
 class WrittenAction:
-    """An action of a plan, in the source text.
+    """A plan-action in the source text.
 
-    :param name: the word that names the action.
-    :param names: names of parameters; None when none are given, or they are not written out. ``values``
-        likewise.
-    :param node: where it is made.
+    :param name: the node with the action's name.
+    :param node: the assertion or call.
+    :param names: names of parameters; None if they are missing or computed.
+    :param values: values of parameters; None if they are missing or computed.
     """
 
     file: ClipsFile
@@ -33,11 +33,12 @@ class WrittenAction:
 
 @dataclass(frozen=True, slots=True)
 class _Builder:
-    """A function that asserts a plan-action of its arguments.
+    """A function that asserts a plan-action from its arguments.
 
-    :param action: the number of the argument that names the action; ``names`` and ``values`` likewise, None
-        when the function has no such argument.
-    :param rest: the number of the argument that takes all further ones; None when there is none.
+    :param action: index of the argument with the action's name.
+    :param names: index of the argument with the parameters' names, or None.
+    :param values: index of the argument with the parameters' values, or None.
+    :param rest: index of the wildcard parameter, or None.
     """
 
     action: int
@@ -46,7 +47,7 @@ class _Builder:
     rest: int | None
 
     def argument(self, call: SyntaxNode, number: int | None) -> Values | None:
-        """Return what an argument of a call is."""
+        """Return the values of an argument of a call; None if they are missing or computed."""
         if number is None or number >= len(call.arguments):
             return () if number is not None and number == self.rest else None
         if number == self.rest:
@@ -55,7 +56,7 @@ class _Builder:
 
 
 def planned_actions(files: Iterable[ClipsFile]) -> Iterator[WrittenAction]:
-    """Yield the actions whose names are written out."""
+    """Yield the actions with literal names."""
     files = list(files)
     builders = dict(pair for file in files for pair in _builders(file))
     for file in files:
@@ -70,7 +71,8 @@ def planned_actions(files: Iterable[ClipsFile]) -> Iterator[WrittenAction]:
                     file,
                     call.arguments[builder.action],
                     call,
-                    builder.argument(call, builder.names) or None,  # an empty list: the operator has them
+                    # An empty list: the names come from the operator.
+                    builder.argument(call, builder.names) or None,
                     builder.argument(call, builder.values),
                 )
 
@@ -90,7 +92,7 @@ def _of_fact(file: ClipsFile, fact: SyntaxNode) -> Iterator[WrittenAction]:
 
 
 def _builders(file: ClipsFile) -> Iterator[tuple[str, _Builder]]:
-    """Yield the functions that assert a plan-action whose name is one of their arguments."""
+    """Yield the functions that assert a plan-action with a name from an argument."""
     for construct in file.constructs:
         if construct.kind != "deffunction":
             continue
@@ -106,13 +108,13 @@ def _builders(file: ClipsFile) -> Iterator[tuple[str, _Builder]]:
         for fact in construct.node.walk():
             action = number(fact, "action-name") if fact.head == _FACT else None
             if action is not None:
-                rest = next((n for n, text in enumerate(parameters) if text.startswith("$")), None)
+                rest = next((index for index, text in enumerate(parameters) if text.startswith("$")), None)
                 names, values = number(fact, "param-names"), number(fact, "param-values")
                 yield construct.name, _Builder(action, names, values, rest)
 
 
 def written(values: Values) -> Values | None:
-    """Return the single values of a slot or an argument; None when some of them may be any number."""
+    """Return the values of a slot or an argument; None if a variable may hold any number of values."""
     if len(values) == 1 and values[0].head == "create$":
         values = values[0].arguments
     elif len(values) == 1 and values[0].text.startswith("?"):
@@ -121,6 +123,6 @@ def written(values: Values) -> Values | None:
 
 
 def count(values: Values) -> int | None:
-    """Return how many values there are; None when one of them may be any number."""
+    """Return the number of values; None if one of them may be any number."""
     is_open = any(value.items is not None or value.text.startswith("$?") for value in values)
     return None if is_open else len(values)

@@ -1,4 +1,4 @@
-"""Checks the agents that the options of a run name."""
+"""Runs the checks on a scenario, a CLIPS file or a PDDL file."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from cxbridge_studio.check.table import findings
 
 
 def check(options: RunOptions, *, errors_only: bool = False, portable: bool = False) -> list[Finding]:
-    """Return the mistakes of a scenario's agents, each finding once.
+    """Return the mistakes in a scenario's agents, each once.
 
-    :param options: as those of a run; what concerns recording and time is ignored.
-    :param errors_only: no warnings and notes, and no work for them.
-    :param portable: also code that runs here and not in Fawkes.
-    :raises CxbridgeError: when the options themselves are invalid.
+    :param options: the options of a run; recording and time are ignored.
+    :param errors_only: skip warnings and notes.
+    :param portable: also report code that Fawkes does not accept.
+    :raises CxbridgeError: if the options are invalid.
     """
     options.check()
     file = options.scenario
@@ -49,7 +49,7 @@ def _found(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Fi
 
 
 def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
-    """Return the mistakes of one CLIPS file: as a part of the agent around it, or else as an agent alone."""
+    """Return the mistakes in a CLIPS file, as part of the surrounding agent or as an agent alone."""
     for folder in file.parents[:MOST_FOLDERS]:
         scenario = folder / SCENARIO_FILE
         if scenario.is_file():
@@ -68,7 +68,7 @@ def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bo
 
 
 def _is_program(file: Path) -> bool:
-    """Whether CLIPS alone takes a file, without the executive's core."""
+    """Return whether CLIPS loads a file without the executive's core."""
     env = LookEnvironment("program", EventBus(VirtualClock()))
     try:
         env.folders = folders_around(file)

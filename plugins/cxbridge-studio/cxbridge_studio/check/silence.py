@@ -1,4 +1,4 @@
-"""Comments that silence a finding: ``cx-check: ignore CODE REASON``, in its line or in the line above."""
+"""Comments that silence a finding in the same or the next line: ``cx-check: ignore CODE REASON``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _COMMENT: Final = re.compile(r"[;#-]\s*cx-check: ignore (?P<codes>CX\d+(?:, ?CX\
 
 
 def without_silenced(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings that no comment with a reason silences."""
+    """Return the findings that no comment silences. A comment without a reason has no effect."""
     rows = cache(_rows)
     return [finding for finding in findings if not _is_silenced(finding, rows(finding.place.file))]
 
@@ -29,7 +29,7 @@ def _is_silenced(finding: Finding, rows: list[str]) -> bool:
 
 
 def _rows(file: str) -> list[str]:
-    """Return the lines of a file; none of one that cannot be read."""
+    """Return the lines of a file; an empty list if it cannot be read."""
     try:
         return Path(file).read_text("utf-8", "surrogateescape").splitlines()
     except (OSError, ValueError):

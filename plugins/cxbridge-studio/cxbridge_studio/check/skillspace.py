@@ -1,4 +1,4 @@
-"""The skills that a skill space loads, read from the texts of its Lua files: none of them is executed."""
+"""The skills that a skill space loads, read from the text of its Lua files without executing them."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _TEXT: Final = re.compile(r"""["']([^"'\\]*)["']""")
 
 
 def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
-    """Return the files of a space's skills by their names; None when the space computes its list.
+    """Return the file of each skill in a skill space; None if the space computes its list.
 
-    :raises SkillError: when one of its files is missing, or does not compile; with file and line.
+    :raises SkillError: if a file is missing or does not compile.
     """
     try:
         return _Space(ModulePath(folders), compiler).skills(f"skills.{space}")
@@ -36,7 +36,7 @@ def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) ->
 
 
 class _Space:
-    """The reading of one skill space."""
+    """Reader of one skill space."""
 
     def __init__(self, modules: ModulePath, compiler: LuaCompiler) -> None:
         self._modules = modules
@@ -60,7 +60,7 @@ class _Space:
         return found
 
     def _skill(self, module: str, space: Path, line: int) -> tuple[str, Path] | None:
-        """Return the name of the skill of a module, and its file; None when the name is computed."""
+        """Return the name and file of a module's skill; None if the name is computed."""
         try:
             path, text = self._read(module)
         except SkillError as error:
@@ -80,7 +80,7 @@ class _Space:
 
 
 def _loaded(code: str) -> Iterator[tuple[int, int, list[str]]]:
-    """Yield calls of ``use_skill``: how many, the offset of the first, and the modules that they load."""
+    """Yield calls of ``use_skill``: their number, the offset of the first, and the modules they load."""
     for match in _USE_ONE.finditer(code):
         if not code.startswith("..", match.end()):
             yield 1, match.start(), [match[1]]
@@ -89,11 +89,11 @@ def _loaded(code: str) -> Iterator[tuple[int, int, list[str]]]:
 
 
 def _without_comments(text: str) -> str:
-    """Return Lua that compiles with blanks in place of its comments."""
-    kept, at = [], 0
-    while (match := _LEXEME.search(text, at)) is not None:
+    """Return Lua code with its comments blanked out, so that offsets stay the same."""
+    kept, offset = [], 0
+    while (match := _LEXEME.search(text, offset)) is not None:
         start, end = match.span()
-        kept.append(text[at:start])
+        kept.append(text[offset:start])
         is_comment = match[0] == "--"
         opened = _LONG.match(text, end if is_comment else start)
         if opened is not None:
@@ -104,5 +104,5 @@ def _without_comments(text: str) -> str:
             end = len(text) if close < 0 else close
         piece = text[start:end]
         kept.append(re.sub(r"[^\n]", " ", piece) if is_comment else piece)
-        at = end
-    return "".join(kept) + text[at:]
+        offset = end
+    return "".join(kept) + text[offset:]

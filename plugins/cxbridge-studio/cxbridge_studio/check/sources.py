@@ -1,4 +1,4 @@
-"""The sources of a scenario, without running it, and its rules for facts of a recording."""
+"""The source files of a scenario, and the scenario's rules to explain a recording with."""
 
 from __future__ import annotations
 
@@ -22,21 +22,20 @@ from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 class WrittenRules:
     """The rules of a scenario's files.
 
-    :param env: the environment that has read them.
+    :param env: the environment that has loaded the files.
     """
 
     def __init__(self, env: ClipsEnvironment, folders: tuple[object, ...]) -> None:
         self._env = env
         self._folders = folders
-        # the values of global variables are not known: functions that give them are not called
+        # Values of global variables are unknown, so the functions that return them are not called.
         self._globals = Constructs(_texts(env.loader.files)).global_texts
 
     def rulebook(self) -> Rulebook:
-        """Return which rules there are."""
         return rulebook(self._env, self._folders)
 
     def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
-        """Return a rule without facts."""
+        """Return a snapshot of a rule, without facts."""
         found = take(self._env, rule, most_facts=0)
         return replace(
             found,
@@ -52,16 +51,16 @@ class WrittenRules:
         )
 
     def rule_texts(self) -> Mapping[str, str]:
-        """Return all defrules by name."""
+        """Return the text of all defrules by name."""
         return as_written(rule_texts(self._env))
 
 
 @contextmanager
 def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[WrittenRules]:
-    """Read the files of a scenario, and yield its rules; nothing of it is executed.
+    """Load a scenario without running it and yield its rules.
 
-    :param env: whose rules, of several agents.
-    :raises CxbridgeError: when the input is bad.
+    :param env: the agent, if the scenario has several.
+    :raises CxbridgeError: if the input is invalid.
     """
     options.check()
     if env is not None and options.agent is None and env in agents(options):
@@ -71,11 +70,11 @@ def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[Writ
 
 
 def scenario_sources(options: RunOptions) -> list[SourceRead]:
-    """Read the files of a scenario, and return them in the order in which they were read.
+    """Return the source files of a scenario in the order of reading.
 
-    Files whose names are computed by rules are not among them: no rule fires.
+    Files whose names rules compute are missing, since no rule fires.
 
-    :raises CxbridgeError: when the input is bad.
+    :raises CxbridgeError: if the input is invalid.
     """
     options.check()
     sources: list[SourceRead] = []

@@ -1,4 +1,4 @@
-"""The table of checks: modules with ``CODES`` and ``check(agent)``, those of the studio and of plug-ins."""
+"""The table of check modules, from the studio and from plug-ins."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ CHECKS: Final[Table[ModuleType]] = Table(
     "a module with CODES and check(agent)",
     *rows_of_modules(checks),
 )
-"""The checks of agents. A plug-in adds a module; docs/plugins.md describes it."""
+"""The check modules. Plug-ins add rows; docs/plugins.md describes how."""
 
 _PORTABLE: Final = ".portable"
-"""The module whose findings are made on demand."""
+"""Suffix of the module that runs only with ``--portable``."""
 
 
 def modules() -> list[ModuleType]:
-    """Return the modules with checks: those of the studio, then those of plug-ins."""
+    """Return the check modules: those of the studio, then those of plug-ins."""
     return [CHECKS.load(row) for row in CHECKS.rows]
 
 
 def codes() -> dict[str, Code]:
-    """Return all codes by their names."""
+    """Return all codes by name."""
     found = [INPUT, PROGRAM, *(code for module in modules() for code in module.CODES)]
     return {code.name: code for code in sorted(found, key=lambda code: code.name)}
 
 
 def findings(agent: Agent, *, errors_only: bool = False, portable: bool = False) -> Iterator[Finding]:
-    """Yield what all checks find in an agent, in the order of files and lines.
+    """Yield the findings of all checks, in the order of files and lines.
 
-    :param errors_only: no warnings and notes, and no work for them.
-    :param portable: also what Fawkes does not take.
+    :param errors_only: skip warnings and notes.
+    :param portable: include the check for Fawkes.
     """
     needed = [
         module

@@ -1,4 +1,4 @@
-"""The uses of an agent's constructs: patterns with their constraints, facts, words."""
+"""The uses of an agent's constructs: patterns with constraints, asserted facts, words."""
 
 from __future__ import annotations
 
@@ -19,28 +19,27 @@ from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile,
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 _FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
 _NEARLY: Final = 0.93
-"""How alike two names are of which one is misspelt."""
+"""Similarity above which one name is taken as a misspelling of the other."""
 _COMPARISONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
 OF_PROGRAM: Final = re.compile(
     r"(init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
     r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
 )
-"""Templates of facts that the program makes, or a feature of it."""
+"""Templates of facts that the program or its features assert."""
 
 Slots = Mapping[str, frozenset[str]]
-"""The words that a slot can have; a slot that is not in it can have any."""
+"""Possible words by slot; a missing slot can have any word."""
 
 
 @dataclass(frozen=True, slots=True)
 class FactUse:
-    """A pattern of a rule, or a fact that is made.
+    """A pattern of a rule, or an asserted fact.
 
-    :param start: where it begins in its piece.
-    :param slots: of a pattern, its constraints; of a fact, the one literal word.
-    :param named: the slots that are written at all.
-    :param count: the least and the greatest number of fields, if the pattern or the fact is ordered; None:
-        a pattern with slots.
+    :param start: offset in the piece.
+    :param slots: the constraints of a pattern, or the literal words of a fact.
+    :param named: the slots that are written.
+    :param count: minimum and maximum number of fields if ordered; None for a pattern with slots.
     """
 
     template: str
@@ -50,9 +49,9 @@ class FactUse:
     count: tuple[int, float] | None = None
 
     def fits(self, made: FactUse, defaults: Mapping[str, str]) -> bool:
-        """Whether this pattern can match a fact that is made so.
+        """Return whether this pattern can match an asserted fact.
 
-        :param defaults: of the slots that the fact may leave out; any word for the rest.
+        :param defaults: default words of slots that the fact may omit; other omitted slots match any word.
         """
         for slot, words in self.slots.items():
             have = made.slots.get(slot)
@@ -65,50 +64,45 @@ class FactUse:
 
 @dataclass(frozen=True)
 class Construct:
-    """A construct, or a command of a batch file.
-
-    :param patterns: those that must match a fact: none below ``not``.
-    """
+    """A construct, or a command of a batch file."""
 
     file: SourceFile
     placed: PlacedPiece
 
     @property
     def keyword(self) -> str:
-        """``defrule`` and its like."""
         return self.placed.piece.keyword
 
     @property
     def name(self) -> str:
-        """Its name; empty when it has none."""
+        """The defined name; empty if there is none."""
         name = self.placed.piece.name
         return "" if name is None else name.text
 
     @property
     def module(self) -> str:
-        """The module that it names, or defines; empty when it does neither."""
+        """The module that the construct names or defines; empty if it has none."""
         is_construct = self.keyword.startswith("def") and self.node.arguments
         written = self.node.arguments[0].text if is_construct else ""
         return written if self.keyword == "defmodule" else written.rpartition("::")[0]
 
     @cached_property
     def node(self) -> SyntaxNode:
-        """Its text, read."""
         return read(self.placed.piece.text, close=True)[0]
 
     @cached_property
     def patterns(self) -> tuple[FactUse, ...]:
-        """The patterns that a rule needs a fact for."""
+        """The patterns that must match a fact, without those below ``not``."""
         return tuple(_pattern(ce) for ce in needed(self.condition) if ce.template != OBJECT)
 
     @cached_property
     def condition(self) -> tuple[CE, ...]:
-        """The condition of a rule; empty for anything else."""
+        """The condition of a rule; empty for other constructs."""
         return condition_of(self.node)
 
     @cached_property
     def actions(self) -> tuple[SyntaxNode, ...]:
-        """Its commands: of a rule the part behind the arrow, of any other or unclosed construct, all."""
+        """The right-hand side of a rule, the body of another construct, or all of an unclosed construct."""
         items = self.node.arguments
         if not self.placed.piece.closed:
             return items
@@ -118,7 +112,7 @@ class Construct:
 
     @cached_property
     def facts(self) -> tuple[FactUse, ...]:
-        """The facts that it makes, if they are literal."""
+        """The literal facts that the construct asserts."""
         made: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
         for action in self.actions:
             made += (fact for node in action.walk() if node.head == "assert" for fact in node.arguments)
@@ -127,25 +121,29 @@ class Construct:
 
     @cached_property
     def _single(self) -> frozenset[str]:
-        """The variables of a rule that have one value each: those of its condition, as ``?x``."""
+        """The single-valued variables in the condition of a rule, as ``?x``."""
         if self.keyword != "defrule":
             return frozenset()
         words = [node.text for node in self.node.walk() if node.items is None]
-        before = set(words[: words.index("=>")] if "=>" in words else ())
+        condition_words = set(words[: words.index("=>")] if "=>" in words else ())
         bound = {
             node.arguments[0].text for node in self.node.walk() if node.head == "bind" and node.arguments
         }
-        return frozenset(word for word in before - bound if word.startswith("?") and f"${word}" not in before)
+        return frozenset(
+            word
+            for word in condition_words - bound
+            if word.startswith("?") and f"${word}" not in condition_words
+        )
 
     @cached_property
     def symbols(self) -> frozenset[str]:
-        """The words in its commands, and the texts, each as a whole."""
+        """The words and strings in the commands."""
         nodes = (node for action in self.actions for node in action.walk() if node.items is None)
         return frozenset(map(literal, nodes))
 
     @cached_property
     def compared(self) -> frozenset[str]:
-        """The words that something is compared with, in conditions, tests and queries."""
+        """The words in comparisons, in conditions, tests and queries."""
         return frozenset(
             literal(value)
             for node in self.node.walk()
@@ -154,7 +152,7 @@ class Construct:
         )
 
     def sets_mode(self, mode: str) -> bool:
-        """Whether it may give a goal a mode: that one, or one that is computed."""
+        """Return whether the construct may set a goal to this mode, or to a computed mode."""
         return any(
             node.head == "mode" and any(literal(value) in (mode, "") for value in node.arguments)
             for action in self.actions
@@ -163,7 +161,7 @@ class Construct:
 
     @cached_property
     def words(self) -> frozenset[str]:
-        """All words in its commands, in the conditions of tests, and in its texts."""
+        """All words in the commands, including the words within strings."""
         return frozenset(
             word
             for action in self.actions
@@ -174,7 +172,6 @@ class Construct:
 
 
 def constructs_of(file: SourceFile) -> tuple[Construct, ...]:
-    """Return the constructs of a file."""
     return tuple(Construct(file, placed) for placed in file.pieces if placed.piece.keyword)
 
 
@@ -185,9 +182,9 @@ def _pattern(ce: PatternCE) -> FactUse:
 
 
 def _fact(node: SyntaxNode, single: frozenset[str]) -> FactUse:
-    """Read a fact that is made.
+    """Return an asserted fact.
 
-    :param single: variables that have one value each.
+    :param single: the single-valued variables.
     """
     named = [item for item in node.arguments if item.head]
     slots = {
@@ -204,12 +201,12 @@ def _fact(node: SyntaxNode, single: frozenset[str]) -> FactUse:
 
 @dataclass
 class Usage:
-    """All that the files of an agent match and make.
+    """All facts that an agent's files match and assert.
 
-    :param others: words that reach rules from outside: values of the configuration.
-    :param deftemplates: those with slots that CLIPS has.
-    :param of_core: the templates that files of the core name.
-    :param constructs: those of all files, in their order.
+    :param others: words that reach rules from the configuration.
+    :param deftemplates: CLIPS' deftemplates with slots.
+    :param of_core: templates that files of the core name.
+    :param constructs: the constructs of all files, in order.
     """
 
     model: AgentModel
@@ -220,7 +217,7 @@ class Usage:
 
     @cached_property
     def made(self) -> dict[str, list[tuple[Construct, FactUse]]]:
-        """The facts that constructs make, by their templates."""
+        """The asserted facts by template, with their constructs."""
         found: dict[str, list[tuple[Construct, FactUse]]] = {}
         for construct in self.constructs:
             for fact in construct.facts:
@@ -229,7 +226,7 @@ class Usage:
 
     @cached_property
     def templates_in_texts(self) -> frozenset[str]:
-        """Words behind a parenthesis in texts: templates of facts that ``assert-string`` or ``eval`` make."""
+        """Words after a parenthesis in strings: ``assert-string`` or ``eval`` may assert such facts."""
         texts = (
             node.text
             for construct in self.constructs
@@ -241,11 +238,11 @@ class Usage:
 
     @cached_property
     def symbols(self) -> Counter[str]:
-        """The number of constructs whose commands contain a word, or a text of one word."""
+        """The number of constructs whose commands contain a word."""
         return Counter(word for construct in self.constructs for word in construct.symbols)
 
-    def changed(self, template: str) -> bool:
-        """Whether a fact of a template is duplicated, which makes one."""
+    def is_duplicated(self, template: str) -> bool:
+        """Return whether a rule duplicates a fact of a template, which asserts another fact."""
         return any(
             node.head == "duplicate"
             for construct in self.constructs
@@ -255,21 +252,21 @@ class Usage:
         )
 
     def is_made_elsewhere(self, template: str) -> bool:
-        """Whether anybody may make a fact of a template in a way that is not an assertion of a construct."""
+        """Return whether facts of a template may come from elsewhere than assertions in the files."""
         if template in self.templates_in_texts or self._is_of_program(template) or self._loads_facts:
             return True
         is_defined = self.model.is_defined(Name(NameKind.TEMPLATE, template))
-        # a template that no file defines and that has slots is one of an interface or of a feature
-        return (not is_defined and template in self.deftemplates) or self.changed(template)
+        # A template with slots that no file defines belongs to an interface or a feature.
+        return (not is_defined and template in self.deftemplates) or self.is_duplicated(template)
 
     @cached_property
     def _loads_facts(self) -> bool:
-        """Whether facts come from files that were not read here."""
+        """Whether facts are loaded from files that the check does not read."""
         called = self.model.names(NameKind.FUNCTION, Use.CALLED)
         return not called.isdisjoint(("load-facts", "bload-facts", "bload"))
 
     def _is_of_program(self, template: str) -> bool:
-        """Whether a template may be one of the program's: not if it is nearly one that is known."""
+        """Return whether the program may assert a template, unless the name resembles a known template."""
         if not OF_PROGRAM.fullmatch(template) or template in self.of_core:
             return bool(OF_PROGRAM.fullmatch(template))
         return not nearest(template, self.of_core | self.made.keys(), _NEARLY)
@@ -284,5 +281,5 @@ class Usage:
         return found[-1] if found else None
 
     def read_templates(self) -> set[str]:
-        """Return the templates that a pattern or a query asks for."""
+        """Return the templates in patterns and queries."""
         return self.model.names(NameKind.TEMPLATE, Use.MATCHED, Use.QUERIED)

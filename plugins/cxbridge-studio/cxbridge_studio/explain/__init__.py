@@ -1,4 +1,4 @@
-"""Why a rule has not fired, how a goal came to its outcome, which parts of an agent a set of runs has used.
+"""Explanations of runs: why a rule has not fired, how a goal came to its outcome, the coverage of runs.
 
-docs/explain.md lists the reports, and how the reasons are found.
+docs/explain.md describes the reports and how the reasons are found.
 """

@@ -1,4 +1,4 @@
-"""Looks at a plan-action at one moment: the facts about why it is not executed, or has failed."""
+"""The facts about a plan-action at one moment: why it is not executed, or why it has failed."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ LOOK_TEMPLATES: Final = (
     "skill-action-mapping",
     "skiller-control",
 )
-"""The facts that are looked at."""
+"""The templates whose facts are inspected."""
 
 _NO_NAMES: Final = ("", "nil")
 
 
 @dataclass(frozen=True, slots=True)
 class ActionLook:
-    """The facts about an action.
+    """The state of an action.
 
-    :param name: of its operator.
-    :param plan_type: of its plan: ``SEQUENTIAL`` ...; empty when it is not known.
-    :param wrong: the certain reason why it is not executed, or has failed; may be empty.
-    :param mappings: the actions that are mapped to skills.
-    :param operators: of the domain.
-    :param held_up: the cause that keeps the Skiller from it; may be empty.
+    :param name: the name of its operator.
+    :param plan_type: the type of its plan, such as ``SEQUENTIAL``; empty if unknown.
+    :param wrong: the certain reason why the action waits or has failed; may be empty.
+    :param mappings: the names of the actions mapped to skills.
+    :param operators: the names of the domain's operators.
+    :param held_up: why the Skiller cannot execute the action; may be empty.
     :param error: the slot ``error-msg``; may be empty.
     """
 
@@ -52,7 +52,7 @@ class ActionLook:
 
 
 def look_at_action(facts_of: FactsOf, key: ActionKey) -> ActionLook | None:
-    """Return what facts say about an action; None when there is no fact of it.
+    """Return the state of an action, or None if the action has no fact.
 
     :param key: ids of goal, plan and action.
     """
@@ -98,7 +98,7 @@ def _failed_skill(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) 
 
 
 def _bad_operator(facts_of: FactsOf, action: Mapping[str, str]) -> str:
-    """Return what does not fit between an action and its operator."""
+    """Return the mismatch between an action and its operator."""
     operators = {slots.get("name", ""): slots for slots in facts_of("domain-operator")}
     name = action.get("action-name", "")
     if name not in operators:
@@ -119,7 +119,7 @@ def _bad_operator(facts_of: FactsOf, action: Mapping[str, str]) -> str:
 
 
 def _missing_effect(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
-    """Return which sensed effects of an action have not been seen."""
+    """Return the sensed effects that an action still waits for."""
     if action.get("state") != "SENSED-EFFECTS-WAIT":
         return ""
     atoms = [
@@ -132,7 +132,7 @@ def _missing_effect(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey
 
 
 def _held_up(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
-    """Return what keeps the Skiller of an action from executing it."""
+    """Return why the Skiller of an action does not execute the action."""
     skiller = unquote(action.get("skiller", ""))
     if skiller in _NO_NAMES:
         return ""

@@ -17,10 +17,10 @@ _NO_GOAL = "there is no goal"
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """The report.
+    """A report.
 
-    :param lines: to people.
-    :param plain: to programs, as JSON can have it.
+    :param lines: the report as text.
+    :param plain: the report as JSON values.
     """
 
     lines: tuple[str, ...]
@@ -30,10 +30,9 @@ class Explanation:
 def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Explanation:
     """Explain a rule or a goal.
 
-    :param kind: ``rule``, ``goal``, or empty: a rule, if there is one of that name, else a goal, else a
-        missing rule.
-    :param rules: how many rules are listed of those that fired just before each step of a goal.
-    :raises CxbridgeError: when there is nothing of that name, or it cannot be explained.
+    :param kind: ``rule``, ``goal``, or empty to try in order: an existing rule, a goal, a missing rule.
+    :param rules: the number of rules to list before each step of a goal.
+    :raises CxbridgeError: if the name is unknown, or its state cannot be explained.
     """
     if kind == "goal":
         return _goal(evidence, name, rules)
@@ -56,9 +55,9 @@ def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Ex
 
 
 def _goal_without_rules(evidence: Evidence, name: str, rules: int, no_rules: CxbridgeError) -> Explanation:
-    """Explain a goal where it is not known which rules there are.
+    """Explain a goal of an environment whose rules are unknown.
 
-    :param no_rules: why not.
+    :param no_rules: why the rules are unknown.
     """
     try:
         return _goal(evidence, name, rules)
@@ -88,7 +87,7 @@ def _goal(evidence: Evidence, name: str, rules: int) -> Explanation:
 
 
 def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:
-    """Explain why a rule has not fired that makes goals of a class without goals; None without any."""
+    """Explain why the formulating rule of a goal class has not fired; None without such a rule."""
     try:
         book, texts = evidence.rulebook(), evidence.rule_texts()
     except CxbridgeError:
@@ -113,7 +112,7 @@ def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:
 
 
 def _neither(name: str, no_rule: CxbridgeError, no_goal: CxbridgeError) -> CxbridgeError:
-    """Return the one error for a name that is neither."""
+    """Return the error for a name that is neither a rule nor a goal."""
     if not no_goal.message.startswith(_NO_GOAL):
         return no_goal
     hints = [error.hint for error in (no_rule, no_goal) if error.hint]

@@ -1,4 +1,4 @@
-"""Answers clients why: the loop takes the question and copies the evidence, a thread looks."""
+"""The component that answers questions of clients: the loop copies the evidence, a thread explains it."""
 
 from __future__ import annotations
 
@@ -31,23 +31,24 @@ if TYPE_CHECKING:
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 MOST_QUESTIONS: Final = 4
-"""Questions that may wait."""
+"""The length of the message queue."""
 
 MOST_STEPS: Final = 10_000
-"""Transitions, and firings, that are kept to explain goals."""
+"""The number of transitions, and of firings, kept to explain goals."""
 
+# The interface's string field, without the final zero byte.
 _ANSWER_BYTES: Final = 262_143
 
 
 class Explainer(Component):
-    """Takes questions of clients and answers them, one at a time."""
+    """Component that answers one question at a time."""
 
     hooks = (Hook.PRE_LOOP,)
     steady = True
     description = "Explains rules and goals"
 
     def __init__(self, context: Run) -> None:
-        # The fields of the interface come from its XML definition: there is no static type for them here.
+        # The interface's class is made from its XML definition at run time, so it has no static type.
         self._interface: Any = context.board.open_for_writing(
             EXPLAIN_TYPE, EXPLAIN_ID, owner=OWNER, queue_limit=MOST_QUESTIONS
         )
@@ -55,7 +56,7 @@ class Explainer(Component):
         self._is_daemon = isinstance(context, Daemon)
         self._start_us = context.clock.start_us
         self._history = History(context.name or ENVIRONMENT, MOST_STEPS, MOST_STEPS, self._facts_of)
-        # whether firings are recorded, so that to receive them costs nothing more
+        # Subscribe to firings only if a recording produces them anyway.
         options = context.options
         recorded = options.trace is not None and options.trace_level != "transitions"
         self._history.rules_known = recorded or options.log is not None
@@ -71,7 +72,7 @@ class Explainer(Component):
         return None if thinking is None else thinking.executive.env
 
     def loop(self) -> None:
-        """Publish an answer that is ready, and take the next question."""
+        """Publish a finished answer and take the next question."""
         if self._thread is None and self._interface.msgq_empty():
             return
         if self._thread is not None:
@@ -85,7 +86,7 @@ class Explainer(Component):
             self._begin(message)
 
     def close(self) -> None:
-        """Wait for the answer that is being made."""
+        """Wait for the answer in progress."""
         self._context.bus.unsubscribe(self._history.take)
         if self._thread is not None:
             self._thread.join()
@@ -107,7 +108,7 @@ class Explainer(Component):
         self._thread.start()
 
     def _copy(self, env: ClipsEnvironment, name: str, kind: str) -> Evidence:
-        """Copy the evidence about a rule, or about goals, so that the loop can continue."""
+        """Copy the evidence about a rule or about goals, so that the loop can continue."""
         now_us = self._context.clock.now_us()
         agent = f"{self._context.spec} in the daemon" if self._is_daemon else self._context.spec
         where = f"{agent}, {(now_us - self._start_us) / MICROSECONDS:.3f} s after its start"
@@ -123,7 +124,7 @@ class Explainer(Component):
         return copied
 
     def _facts_of(self, template: str) -> list[Mapping[str, str]]:
-        """Return facts while the rules fire, in their thread."""
+        """Return facts while rules fire; called in the thread of the rules."""
         env = self._environment
         return [] if env is None else fact_slots(env, template, MOST_FACTS)
 
@@ -132,7 +133,7 @@ class Explainer(Component):
             text = _answer(evidence, name, kind, rules)
         except CxbridgeError as error:
             text = _refusal(error)
-        except Exception as error:  # noqa: BLE001  nothing that is asked may end a daemon
+        except Exception as error:  # noqa: BLE001 - no question may end a daemon
             text = _refusal(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
         self._answer = text
 
@@ -152,11 +153,11 @@ def copy_evidence(
     times_us: tuple[int, int],
     history: History,
 ) -> CopiedEvidence:
-    """Copy the evidence about a rule, or about goals, from an environment.
+    """Copy the evidence about a rule or about goals from an environment.
 
-    :param folders: where the agent's CLIPS files are.
-    :param name: the name in the question.
-    :param kind: ``rule``, ``goal``, or empty when it may be either.
+    :param folders: the folders of the agent's CLIPS files.
+    :param name: the rule, goal or goal class in the question.
+    :param kind: ``rule``, ``goal``, or empty for either.
     """
     snapshots: dict[str, Snapshot | ClipsError] = {}
     facts: dict[str, list[Mapping[str, str]]] = {}
@@ -167,7 +168,7 @@ def copy_evidence(
             snapshots[name] = _take(env, name)
         else:
             texts = rule_texts(env)
-            # when there is no such goal: why the rule that makes it has not fired
+            # If the goal does not exist, the report explains the rule that formulates it.
             snapshots = {rule: _take(env, rule) for rule in makers(texts, name)[:1]}
             for template in FACT_TEMPLATES:
                 facts[template] = fact_slots(env, template, MOST_FACTS)
@@ -175,7 +176,7 @@ def copy_evidence(
 
 
 def _take(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
-    """Copy the evidence about a rule, or return why that is impossible."""
+    """Copy the snapshot of a rule, or return the error."""
     try:
         return take(env, rule, MOST_FACTS)
     except ClipsError as error:
@@ -183,9 +184,9 @@ def _take(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
 
 
 def _answer(evidence: Evidence, name: str, kind: str, rules: int) -> str:
-    """Return an answer as JSON.
+    """Return the report as JSON.
 
-    :raises CxbridgeError: when there is none, or it is too long.
+    :raises CxbridgeError: if there is no report, or the report is too long.
     """
     from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - not in the loop, and only when asked
 

@@ -38,19 +38,19 @@ STORY_TYPES: Final = (
     InterfaceWrite,
     InterfaceMessage,
 )
-"""The events that show how goals came about."""
+"""The events that explain goals."""
 
 MOST_FIRINGS: Final = 200_000
-"""Firings that are remembered, the last ones."""
+"""The number of latest firings to keep."""
 
 MOST_STEPS: Final = 500_000
-"""Transitions that are remembered, the last ones."""
+"""The number of latest transitions to keep."""
 
 RULES_BEFORE: Final = 3
-"""Firings that are remembered of those just before a transition."""
+"""The number of firings to keep before each transition."""
 
 MOST_LOOKS: Final = 100
-"""Actions that are looked at when they fail; each look goes through the facts of the domain."""
+"""The limit of looks at failed actions: each look searches the facts of the domain."""
 
 _SKILLER = "SkillerInterface"
 _FEEDBACK = "FeedbackMessage"
@@ -59,10 +59,10 @@ _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
 @dataclass(frozen=True, slots=True)
 class EvidenceStep:
-    """A transition, a planner's call, the fact of a plan-action, or another error of a Skiller than before.
+    """A transition, a planner call, the fact of a plan-action, or a new error of a Skiller.
 
-    :param rules: the rules that fired just before it, the last one last: that one made it.
-    :param look: of a plan-action that fails: what facts say about it then; they may be gone later.
+    :param rules: the rules that fired just before; the last one caused the step.
+    :param look: for a failed plan-action, its state at that time, since the facts may be retracted later.
     """
 
     event: Event
@@ -71,13 +71,13 @@ class EvidenceStep:
 
 
 class History:
-    """What happened up to the moment. A sink for an event bus.
+    """The events up to the moment. A sink for an event bus.
 
-    :param env: the environment it is about.
-    :param most_steps: transitions that are remembered.
-    :param most_firings: firings that are remembered.
-    :param facts_of: reads the present facts of the environment while an event is taken; None: impossible.
-    :ivar rules_known: whether firings were recorded at all.
+    :param env: the environment whose events are kept.
+    :param most_steps: number of transitions to keep.
+    :param most_firings: number of firings to keep.
+    :param facts_of: returns the current facts while an event is taken; None if facts are unavailable.
+    :ivar rules_known: whether firings are recorded.
     """
 
     def __init__(
@@ -98,13 +98,13 @@ class History:
         self._rules: deque[str] = deque(maxlen=RULES_BEFORE)
 
     def take(self, event: Event) -> None:
-        """Remember an event, if it says how goals came about."""
+        """Keep an event if it explains goals."""
         if isinstance(event, InterfaceWrite):
             kind, _, skiller = event.uid.partition("::")
             if kind == _SKILLER:
                 self._skill_error(event, skiller, str(event.values.get("error", "")))
         elif isinstance(event, InterfaceMessage):
-            # an execution reports its progress many times, and that explains nothing
+            # An execution reports its progress many times, which explains nothing.
             if is_exchanged(event) and event.message != _FEEDBACK and agent_of(event) in ("", self.env):
                 self.steps.append(EvidenceStep(event, ()))
         elif isinstance(event, _OF_ENVIRONMENT) and event.env == self.env:
@@ -124,13 +124,13 @@ class History:
             elif event.template == PLAN_ACTION and event.asserted:
                 self.steps.append(
                     EvidenceStep(event, ())
-                )  # it has who is to execute the action, and with what
+                )  # The fact has the Skiller and the arguments of the action.
         else:
             look = self._look(event) if isinstance(event, PlanActionTransition) else None
             self.steps.append(EvidenceStep(event, tuple(self._rules), look))
 
     def _look(self, event: PlanActionTransition) -> ActionLook | None:
-        """Look at an action that fails, once: later changes are its consequences."""
+        """Look at an action when it fails first: later changes are consequences."""
         key = event.goal, event.plan, event.action_id
         if event.state not in _FAILED_STATES:
             self._failed.discard(key)
@@ -141,8 +141,8 @@ class History:
         return None
 
     def _skill_error(self, event: Event, skiller: str, text: str) -> None:
-        before, self._errors[skiller] = self._errors.get(skiller, ""), text
-        if text != before:
+        previous, self._errors[skiller] = self._errors.get(skiller, ""), text
+        if text != previous:
             self.steps.append(EvidenceStep(event, ()))
 
 
@@ -152,12 +152,11 @@ _OF_ENVIRONMENT = (RuleFired, FactChange, GoalTransition, PlanActionTransition, 
 class Evidence(ABC):
     """The evidence about a moment.
 
-    :param where: its source and time, for people: ``test-scenario at 3.0 s``.
-    :param start_us: when the run began.
+    :param where: source and time in words: ``test-scenario at 3.0 s``.
+    :param start_us: the start of the run.
     :param now_us: the moment.
-    :param history: the events before it; None without a record.
-    :ivar is_moment: whether the user asked for a time: of several lives of a goal's id
-        the one at that time counts.
+    :param history: the events before the moment; None without a recording.
+    :ivar is_moment: whether the user asked for a time, so that a reused goal id means the goal at that time.
     """
 
     is_moment = False
@@ -171,36 +170,36 @@ class Evidence(ABC):
 
     @abstractmethod
     def rulebook(self) -> Rulebook:
-        """Return which rules there are.
+        """Return the rules of the environment.
 
-        :raises CxbridgeError: when that is not known, with what to do about it.
+        :raises CxbridgeError: if the rules are unknown; the hint says how to provide them.
         """
 
     @abstractmethod
     def snapshot(self, rule: str) -> Snapshot:
-        """Return the snapshot of a rule.
+        """Return a rule with its facts.
 
-        :raises CxbridgeError: when there is no such rule, or facts are not known.
+        :raises CxbridgeError: if there is no such rule, or facts are unknown.
         """
 
     @abstractmethod
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
-        """Return the facts of a deftemplate: slots, as CLIPS prints their values. None when not known."""
+        """Return the slots of a deftemplate's facts, as CLIPS prints the values; empty if unknown."""
 
-    def has_facts_of(self, template: str) -> bool:  # noqa: ARG002 - of an environment all facts are known
-        """Whether :meth:`slots_of` is all there is of a deftemplate."""
+    def has_facts_of(self, template: str) -> bool:  # noqa: ARG002 - all facts of an environment are known
+        """Return whether :meth:`slots_of` returns all facts of a deftemplate."""
         return True
 
     def rule_texts(self) -> Mapping[str, str]:
-        """Return all defrules by name; nothing where they are not known."""
+        """Return the text of all defrules by name; empty if they are unknown."""
         return {}
 
     def seconds(self, time_us: int) -> float:
-        """Return a time as seconds since the start of the run."""
+        """Return the seconds from the start of the run to a time."""
         return (time_us - self.start_us) / MICROSECONDS
 
     def firings(self, rule: str) -> Sequence[RuleFired] | None:
-        """Return the firings of a rule before the moment; None when firings are not known."""
+        """Return the firings of a rule before the moment; None if firings are unknown."""
         if self.history is None or not self.history.rules_known:
             return None
         return [event for event in self.history.firings if event.rule == rule]

@@ -1,4 +1,4 @@
-"""The last step of why a goal waits, or has failed: a planner, a rule that is lost, what an action lacks."""
+"""Root causes of goals that wait or have failed: planners, lost rules, unmet needs of actions."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ _LOCKS: Final = re.compile(r"\(acquired-resources\s")
 
 
 class RootCauses:
-    """Finds where it begins that a goal waits or fails, as far as that is known.
+    """Finder of root causes.
 
-    :param facts: the facts of some deftemplates.
+    :param facts: slots of facts by deftemplate.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class RootCauses:
     # --- goals --------------------------------------------------------------------------------------------
 
     def of_waiting(self, goal: GoalRecord) -> Iterator[str]:
-        """Yield what keeps a goal in its mode, the surest first."""
+        """Yield the reasons why a goal stays in its mode, the most certain first."""
         if goal.mode == "SELECTED":
             yield from self.of_planner(goal)
         book, texts = self._rules()
@@ -68,7 +68,7 @@ class RootCauses:
             yield f"rule {lost.name} {lost.why}"
 
     def of_planner(self, goal: GoalRecord) -> Iterator[str]:
-        """Yield why the planner has found no plan for a goal."""
+        """Yield the reason why the planner found no plan for a goal."""
         for last in list(self._goals.planner_calls(goal))[-1:]:
             if last.status not in _NO_PLAN:
                 continue
@@ -76,11 +76,13 @@ class RootCauses:
             yield f"the planner has no plan for {last.problem}: {reason or last.status}"
 
     def _resources(self, goal: GoalRecord) -> Iterator[str]:
-        """Yield the resources that a goal needs and has not, and who has them."""
+        """Yield the resources that a goal still needs, with their holders."""
         facts = {slots.get("id", ""): slots for slots in self._facts_of("goal")}
         own = facts.get(goal.id, {})
-        needed, got = (own.get(slot, "").split() for slot in ("required-resources", "acquired-resources"))
-        for resource in sorted(set(needed) - set(got)):
+        needed, acquired = (
+            own.get(slot, "").split() for slot in ("required-resources", "acquired-resources")
+        )
+        for resource in sorted(set(needed) - set(acquired)):
             holders = [
                 other
                 for other, slots in facts.items()
@@ -96,19 +98,19 @@ class RootCauses:
             elif locks and locks[0]:
                 yield f"resource {resource}: {locks[0]} has locked it"
             else:
-                yield f"resource {resource}{self._nobody_has()}"
+                yield f"resource {resource}{self._no_holder()}"
 
-    def _nobody_has(self) -> str:
-        """Return why no goal has a resource."""
+    def _no_holder(self) -> str:
+        """Return why no goal holds a resource."""
         _, texts = self._rules()
         if not texts or any(_LOCKS.search(text.partition("=>")[2]) for text in texts.values()):
-            return ", which nobody is known to have"
+            return ", whose holder is unknown"
         return ": no rule acquires resources: add resource-locks.clp to the files of the spec"
 
     # --- actions ------------------------------------------------------------------------------------------
 
     def of_action(self, goal: GoalRecord, action: PlanActionRecord) -> str:
-        """Return why an action is not executed, or has failed; empty when that is not known."""
+        """Return why an action is not executed or has failed; empty if unknown."""
         key = goal.id, action.plan, action.id
         failed = action.state in _FAILED_STATES
         look = self._goals.look(action) if failed else look_at_action(self._facts_of, key)
@@ -123,7 +125,7 @@ class RootCauses:
         return self._facts.get(template, [])
 
     def _rules(self) -> tuple[Rulebook, Mapping[str, str]]:
-        """Return the rules; none when the source does not know any."""
+        """Return the rules; empty if the source knows none."""
         if self._read is None:
             try:
                 self._read = self._evidence.rulebook(), self._evidence.rule_texts()
@@ -138,9 +140,9 @@ class RootCauses:
 
 
 def _rules_of_actions(texts: Mapping[str, str], state: str, sets: re.Pattern[str]) -> dict[str, list[str]]:
-    """Return the rules for actions in a state that set another, with the actions that they name.
+    """Return the rules that move actions out of a state, with the actions they name.
 
-    :param sets: matches the modification of the right-hand side.
+    :param sets: matches the change of state in the right-hand side.
     """
     found: dict[str, list[str]] = {}
     for name, text in texts.items():
@@ -158,9 +160,9 @@ def _rules_of_actions(texts: Mapping[str, str], state: str, sets: re.Pattern[str
 
 
 def _of_rules(texts: Mapping[str, str], look: ActionLook, state: str) -> str:
-    """Return the unmet conditions of the rules that an action needs in its state; empty when unknown.
+    """Return which rule an action in its state lacks; empty if unknown.
 
-    When something else is wrong, it is put behind that.
+    The text follows the reason in ``look.wrong``, if there is one.
     """
     if not texts:
         return ""
@@ -176,7 +178,7 @@ def _of_rules(texts: Mapping[str, str], look: ActionLook, state: str) -> str:
 
 
 def _for_similar(rules: Mapping[str, list[str]], look: ActionLook) -> tuple[str, str] | None:
-    """Return a rule that names what looks like the action misspelt, and that name; None without any."""
+    """Return a rule for an action of a similar name, and that name; None if there is none."""
     for rule, names in rules.items():
         like = nearest(look.name, [name for name in names if name not in look.operators])
         if look.name not in names and like:
@@ -185,7 +187,7 @@ def _for_similar(rules: Mapping[str, list[str]], look: ActionLook) -> tuple[str,
 
 
 def _selection(texts: Mapping[str, str], look: ActionLook) -> str:
-    """Return that no rule selects the actions of such a plan; empty when one does."""
+    """Return the missing action selection for the plan's type; empty if a rule selects the action."""
     rules = _rules_of_actions(texts, "FORMULATED", _SELECTS)
     kind = look.plan_type.lower() or "sequential"
     hint = f"add action-selection/{kind}.clp to the files of the spec"
@@ -199,13 +201,13 @@ def _selection(texts: Mapping[str, str], look: ActionLook) -> str:
 
 
 def _plan_types(text: str) -> list[str]:
-    """Return the types of plans that a rule names; none when it is for all."""
+    """Return the plan types that a rule names; empty if the rule applies to all types."""
     plans = (pattern for pattern in patterns(parse_rule(text).ces) if pattern.template == "plan")
     return [kind for pattern in plans for kind in sorted(pattern.slots.get("type", ()))]
 
 
 def _execution(texts: Mapping[str, str], look: ActionLook) -> str:
-    """Return that nothing executes an action; empty when something does."""
+    """Return the missing executor of an action; empty if the action has an executor."""
     rules = _rules_of_actions(texts, "PENDING", _EXECUTES)
     with_skills = [name for name in rules if _MAPPING in texts[name]]
     if look.name in look.mappings and with_skills:

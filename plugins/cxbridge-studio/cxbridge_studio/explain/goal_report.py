@@ -1,4 +1,4 @@
-"""Goals explained, as text for people and as values for programs."""
+"""Explanations of goals, as text and as JSON values."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _WIDEST = 90
 _COMPLETED = "COMPLETED"
 _WAITS = ", and waits"
 _MOST_STEPS = 3
-"""Causes that the first line has, the last ones."""
+"""The number of causes in the first line, the last of the chain."""
 
 
 def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
-    """Report the goals that a name stands for.
+    """Return the stories of the goals with a name.
 
-    :raises CxbridgeError: when there is none, or the source knows no goals.
+    :raises CxbridgeError: if there is no such goal, or the source has no goals.
     """
     if evidence.history is None:
         raise CxbridgeError("goals are not known here")
@@ -33,7 +33,7 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
 
 
 def plain(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:
-    """Return the stories as values that JSON knows."""
+    """Return the stories as JSON values."""
     return {
         "headline": headline(stories, evidence),
         "where": evidence.where,
@@ -43,14 +43,14 @@ def plain(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:
 
 
 def _without_roots(value: Any) -> Any:
-    """Return a value of JSON without the marks of root causes."""
+    """Return a JSON value without the key ``root``."""
     if isinstance(value, dict):
         return {name: _without_roots(inner) for name, inner in value.items() if name != "root"}
     return [_without_roots(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
 def headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
-    """Return the answer in one line: how it stands with the goal, and the true cause."""
+    """Return the answer in one line: the state of the goal and the root cause."""
     if len(stories) == 1:
         return _headline(stories[0])
     count = f"{len(stories)} goals of class {stories[0].goal_class} in {evidence.where}"
@@ -59,7 +59,7 @@ def headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
 
 
 def story_name(story: GoalStory) -> str:
-    """Return the class of a goal and its number among those of it."""
+    """Return the class of a goal and its number within the class."""
     return f"{story.goal_class}#{story.number}"
 
 
@@ -72,7 +72,7 @@ def _headline(story: GoalStory) -> str:
 
 
 def _to_root(cause: Cause) -> list[str]:
-    """Return the causes on the way to the first root cause; none without one."""
+    """Return the causes up to the first root cause; empty if there is none."""
     for inner in cause.because:
         rest = _to_root(inner)
         if rest or inner.root:
@@ -85,9 +85,9 @@ def _first(cause: Cause) -> list[str]:
 
 
 def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> Iterator[str]:
-    """Yield the report for people.
+    """Yield the text of the report.
 
-    :param rules: how many rules are shown of those that fired just before each step.
+    :param rules: the number of rules to show before each step.
     """
     yield headline(stories, evidence)
     yield ""

@@ -1,4 +1,4 @@
-"""The rules that could move a goal on: those that match goals like it, and those that would if they could."""
+"""Finds the rules that can change a goal's mode, and rules that could if they were loaded or spelt right."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.lost import LostRule
 
 MOST_RULES: Final = 5
-"""Rules that are named."""
+"""The limit of listed rules."""
 
 _SPECIFIC: Final = {"class": 4, "sub-type": 2, "mode": 1}
 _NAMES_MODE: Final = "(mode "
 _LIKE: Final = 0.7
-"""How similar a class must be to that of the goal, of 1, to be taken for a misspelt one."""
+"""Similarity above which a class is taken as a misspelling."""
 
 _GOAL: Final = "goal"
 
 
 def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
-    """Return the rules that could set another mode for a goal, the most specific first.
+    """Return the rules that can change a goal's mode, the most specific first.
 
     :param texts: defrules by name.
-    :param slots: of the goal: class, sub-type, mode.
+    :param slots: class, sub-type and mode of the goal.
     """
     found = []
     for name, text in texts.items():
@@ -45,9 +45,9 @@ def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
 
 
 def lost_rule_for(rules: Iterable[LostRule], slots: Mapping[str, str]) -> LostRule | None:
-    """Return the first lost rule that is about goals of this class in this mode; None without any.
+    """Return the first lost rule for goals of this class in this mode, or None.
 
-    :param slots: of the goal: class, mode.
+    :param slots: class and mode of the goal.
     """
     for rule in rules:
         if slots["class"] in rule.text and any(
@@ -61,11 +61,11 @@ def lost_rule_for(rules: Iterable[LostRule], slots: Mapping[str, str]) -> LostRu
 def misspelt_for(
     texts: Mapping[str, str], slots: Mapping[str, str], classes: Collection[str]
 ) -> tuple[str, str] | None:
-    """Return a rule for goals in this mode that names a class like this one, and that class; None: none.
+    """Return a rule for goals in this mode that misspells the class, and the misspelt class; or None.
 
     :param texts: defrules by name.
-    :param slots: of the goal: class, mode.
-    :param classes: those of the goals there are: these are not misspelt.
+    :param slots: class and mode of the goal.
+    :param classes: the classes of existing goals, which are not misspelt.
     """
     for name, text in texts.items():
         if _GOAL not in text or slots["mode"] not in text.partition("=>")[0]:
@@ -79,7 +79,7 @@ def misspelt_for(
 
 
 def makers(texts: Mapping[str, str], name: str) -> list[str]:
-    """Return the rules whose actions make goals of a class, or of this id.
+    """Return the rules that formulate goals of a class, or a goal with this id.
 
     :param texts: defrules by name.
     """
@@ -95,12 +95,12 @@ def _names(pattern: PatternCE, slot: str, value: str) -> bool:
     return value in pattern.slots.get(slot, ())
 
 
-def _is_like(one: str, other: str) -> bool:
-    return one != other and likeness(one, other) >= _LIKE
+def _is_like(first_class: str, second_class: str) -> bool:
+    return first_class != second_class and likeness(first_class, second_class) >= _LIKE
 
 
 def _patterns(text: str) -> Iterator[PatternCE]:
-    """Yield the patterns of a rule that are about goals; none when it cannot be read."""
+    """Yield the patterns of a rule that match goals; none if the rule cannot be parsed."""
     try:
         ces = parse_rule(text).ces
     except ClipsError:
@@ -109,7 +109,7 @@ def _patterns(text: str) -> Iterator[PatternCE]:
 
 
 def _score(pattern: PatternCE, slots: Mapping[str, str]) -> int:
-    """Return how closely a pattern is about a goal; 0 when it is not, or not for its mode."""
+    """Return how specifically a pattern matches a goal; 0 if it does not match, or names no mode."""
     if pattern.template != "goal" or not pattern.variable:
         return 0
     total = 0
@@ -127,7 +127,7 @@ def _score(pattern: PatternCE, slots: Mapping[str, str]) -> int:
 
 
 def _allows(field: FieldConstraint, value: str) -> tuple[bool, bool]:
-    """Return whether a constraint names a value, and whether it can fit; of functions the latter is hoped."""
+    """Return whether a constraint names a value, and whether it can match. Functions are taken to match."""
     named = False
     fits = not field.alternatives
     for terms in field.alternatives:

@@ -19,21 +19,21 @@ _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 _DEEPEST: Final = 20
 
 MOST_FACTS: Final = 10_000
-"""Facts of a deftemplate that are copied: the loop stops for about 10 us each."""
+"""The limit of facts copied per deftemplate: copying a fact stops the loop for about 10 us."""
 
 Facts = Mapping[str, list[Mapping[str, str]]]
-"""The facts of some deftemplates: slots, as CLIPS prints their values."""
+"""Slots of facts by deftemplate, as CLIPS prints the values."""
 
 FACT_TEMPLATES: Final = ("goal", "mutex", *LOOK_TEMPLATES)
-"""The facts that show the cause of a goal's wait."""
+"""The templates whose facts explain why a goal waits."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoalMoment:
-    """Something that happened to a goal.
+    """An event of a goal's life.
 
     :param seconds: since the start of the run.
-    :param rules: the rules that fired just before, the last one last.
+    :param rules: the rules that fired just before, the latest last.
     """
 
     seconds: float
@@ -43,9 +43,9 @@ class GoalMoment:
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """A reason; ``because`` is the next link of the chain.
+    """A reason, with the reasons behind it in ``because``.
 
-    :param root: whether it is the known root cause, where a change is needed.
+    :param root: whether this is the root cause, the place to change.
     """
 
     text: str
@@ -57,9 +57,9 @@ class Cause:
 class GoalStory:
     """The report about a goal.
 
-    :param number: among those of its class, from 1.
-    :param cause: of its outcome, or of its wait.
-    :param waits: whether it has not ended.
+    :param number: within its class, from 1.
+    :param cause: why the goal has its outcome, or why it waits.
+    :param waits: whether the goal has no outcome yet.
     """
 
     goal: str
@@ -76,9 +76,9 @@ class GoalStory:
 
 
 class GoalReporter:
-    """Reports the goals of a run.
+    """Reporter of the goals of a run.
 
-    :param evidence: with a history.
+    :param evidence: must have a history.
     """
 
     def __init__(self, evidence: Evidence, goals: Goals, facts: Facts) -> None:
@@ -91,7 +91,6 @@ class GoalReporter:
         self._depth = 0
 
     def report(self, goal: GoalRecord) -> GoalStory:
-        """Return the story of a goal."""
         waits = goal.ended is None and not self._is_gone(goal)
         parent = self._goals.parent(goal)
         return GoalStory(
@@ -111,44 +110,44 @@ class GoalReporter:
         )
 
     def _is_gone(self, goal: GoalRecord) -> bool:
-        """Whether the fact of a goal is not there any more, as far as facts are known."""
+        """Return whether the fact of a goal is retracted, as far as facts are known."""
         facts = self._facts.get("goal")
         if goal.replaced is not None or facts is None or not self._evidence.has_facts_of("goal"):
             return goal.replaced is not None
         return len(facts) < MOST_FACTS and all(slots.get("id") != goal.id for slots in facts)
 
-    # --- what happened ------------------------------------------------------------------------------------
+    # --- the life of a goal
 
     def _moments(self, goal: GoalRecord) -> Iterator[GoalMoment]:
-        """Yield what happened to a goal, its actions and its sub-goals, in order."""
+        """Yield the events of a goal, its actions and its sub-goals, in order."""
         found: list[tuple[GoalChange | ActionChange, str]] = [
-            (change, self._goal_text(goal, place)) for place, change in enumerate(goal.changes)
+            (change, self._goal_text(goal, index)) for index, change in enumerate(goal.changes)
         ]
         for action in goal.actions:
             found += [
-                (change, self._action_text(action, place)) for place, change in enumerate(action.changes)
+                (change, self._action_text(action, index)) for index, change in enumerate(action.changes)
             ]
         for child in self._goals.children(goal):
-            found += [(each, self._child_text(child, place)) for place, each in enumerate(child.changes)]
+            found += [(each, self._child_text(child, index)) for index, each in enumerate(child.changes)]
         for change, text in sorted(found, key=lambda item: item[0].seq):
             if text:
                 yield GoalMoment(self._seconds(change), text, self._goals.rules(change))
 
     @staticmethod
-    def _goal_text(goal: GoalRecord, place: int) -> str:
-        change = goal.changes[place]
-        if place:
-            before = goal.changes[place - 1]
-            if before.mode == change.mode and before.parent != change.parent:
+    def _goal_text(goal: GoalRecord, index: int) -> str:
+        change = goal.changes[index]
+        if index:
+            previous = goal.changes[index - 1]
+            if previous.mode == change.mode and previous.parent != change.parent:
                 return f"becomes a sub-goal of {change.parent}"
         outcome = "" if change.outcome == "UNKNOWN" or change.mode != "FINISHED" else f" {change.outcome}"
         error = f", error: {change.error}" if change.error and change.mode == "FINISHED" else ""
         return f"{change.mode}{outcome}{error}"
 
-    def _action_text(self, action: PlanActionRecord, place: int) -> str:
-        state = action.changes[place].state
-        last = place == len(action.changes) - 1
-        if state not in _SHOWN_STATES and not (last and state != "FORMULATED"):
+    def _action_text(self, action: PlanActionRecord, index: int) -> str:
+        state = action.changes[index].state
+        is_last = index == len(action.changes) - 1
+        if state not in _SHOWN_STATES and not (is_last and state != "FORMULATED"):
             return ""
         text, link = "", self._goals.skill(action)
         if link is not None:
@@ -159,16 +158,16 @@ class GoalReporter:
         return f"  action {action.id} {action.name} {state}{text}"
 
     @staticmethod
-    def _child_text(child: GoalRecord, place: int) -> str:
-        change = child.changes[place]
-        if place and child.changes[place - 1].mode == change.mode:
+    def _child_text(child: GoalRecord, index: int) -> str:
+        change = child.changes[index]
+        if index and child.changes[index - 1].mode == change.mode:
             return ""
         if change.mode == "FINISHED":
             error = f", error: {change.error}" if change.error else ""
             return f"  sub-goal {child.title} {change.outcome}{error}"
         return f"  sub-goal {child.title} {change.mode}" if change.mode in ("SELECTED", "DISPATCHED") else ""
 
-    # --- why it ended so ----------------------------------------------------------------------------------
+    # --- the cause of an outcome
 
     def _seconds(self, change: GoalChange | ActionChange) -> float:
         return self._evidence.seconds(self._goals.time_us(change.seq))
@@ -184,12 +183,12 @@ class GoalReporter:
         return f"{goal.title} {change.outcome} at {self._at(change)}{error}{self._formerly(goal)}"
 
     def _formerly(self, goal: GoalRecord) -> str:
-        """Return the outcomes that a goal had before it was formulated again."""
+        """Return the outcomes of the goal before it was formulated again."""
         ends = [f"{change.outcome} at {self._at(change)}" for change in goal.former_ends]
         return f"; before, it was {', '.join(ends)}" if ends else ""
 
     def _because(self, goal: GoalRecord, reported: set[str]) -> Iterator[Cause]:
-        """Yield what made a goal end as it did."""
+        """Yield the causes of a goal's outcome."""
         change = goal.ended
         if change is None:
             return
@@ -219,7 +218,7 @@ class GoalReporter:
         return tuple(self._because(goal, reported | {goal.name}))
 
     def _decision(self, change: GoalChange, goal: GoalRecord) -> Cause:
-        """Return which rule ended a goal."""
+        """Return the rule that ended a goal."""
         rules = self._goals.rules(change)
         if rules:
             return Cause(f"rule {rules[-1]} set {goal.name} to {change.outcome}")
@@ -251,23 +250,23 @@ class GoalReporter:
 
     @staticmethod
     def _root(text: str) -> Iterator[Cause]:
-        """Yield the last step to the mistake, if it is known."""
+        """Yield the root cause, if it is known."""
         if text:
             yield Cause(text, root=True)
 
     def _left_over(self, goal: GoalRecord) -> Iterator[Cause]:
-        """Yield that a goal with an outcome has not been retracted, and the rule that could continue."""
+        """Yield why a goal with an outcome has not been retracted, with the rules that could retract it."""
         if goal.mode != "RETRACTED" and not self._is_gone(goal):
             yield Cause(self._waits_for(goal), tuple(self._rules_for(goal)))
 
     def _rules_for(self, goal: GoalRecord) -> Iterator[Cause]:
-        """Yield which rules could move a goal on."""
+        """Yield the rules that can change the goal's mode."""
         slots = {"class": goal.goal_class, "sub-type": goal.sub_type, "mode": goal.mode}
         names = rules_for(self._evidence.rule_texts(), slots)
         if names:
             yield Cause(f"rules that could do it ('cxbridge why RULE' tells more): {', '.join(names)}")
 
-    # --- the cause of a wait ------------------------------------------------------------------------------
+    # --- the cause of a wait
 
     def _since(self, goal: GoalRecord) -> str:
         mode = goal.mode
@@ -282,7 +281,7 @@ class GoalReporter:
         return f"{self._since(goal)}, and waits {_WAITS.get(goal.mode, 'for a rule')}"
 
     def _holdups(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
-        """Yield the cause of a goal's wait in particular."""
+        """Yield the specific causes of a goal's wait."""
         mode = goal.mode
         parent = self._goals.parent(goal)
         if mode == "FORMULATED" and parent is not None and depth == 0:
@@ -297,7 +296,7 @@ class GoalReporter:
         yield from self._open_parts(goal, depth)
 
     def _open_parts(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
-        """Yield the action and the sub-goals of a goal that are not over."""
+        """Yield the unfinished action and sub-goals of a goal."""
         mode = goal.mode
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
             open_actions = [action for action in goal.actions if action.state not in DONE_STATES]
@@ -308,7 +307,7 @@ class GoalReporter:
                     yield self._open_child(child, depth)
 
     def _above(self, goal: GoalRecord) -> Iterator[Cause]:
-        """Yield the cause of the wait of a goal that has not been selected: it is about its parents."""
+        """Yield why a parent goal has not been selected."""
         if goal.mode == "FORMULATED" and self._depth < _DEEPEST:
             self._depth += 1
             yield from self._holdups(goal, 0)
@@ -319,7 +318,7 @@ class GoalReporter:
             return Cause(f"{self._outcome(child)}, but it is {child.mode}, not RETRACTED")
         return Cause(self._since(child), tuple(self._holdups(child, depth + 1)))
 
-    def _open_action(self, goal: GoalRecord, action: PlanActionRecord, more: int) -> Cause:
+    def _open_action(self, goal: GoalRecord, action: PlanActionRecord, count_after: int) -> Cause:
         text = f"action {action.id} {action.name} is {action.state} since {self._at(action.changes[-1])}"
         because = []
         link = self._goals.skill(action)
@@ -333,7 +332,7 @@ class GoalReporter:
         fact = self._action_fact(goal, action)
         if not because and action.state in ("FORMULATED", "PENDING") and fact.get("executable") == "FALSE":
             because.append(Cause("it is not executable: its precondition does not hold"))
-        rest = f", {more} more after it" if more else ""
+        rest = f", {count_after} more after it" if count_after else ""
         return Cause(text + rest, tuple(because))
 
     def _action_fact(self, goal: GoalRecord, action: PlanActionRecord) -> Mapping[str, str]:
@@ -361,4 +360,4 @@ _WAITS: Final = {
     "FINISHED": "for a rule that evaluates it",
     "EVALUATED": "for a rule that retracts it",
 }
-"""The usual cause of a goal's wait in a mode."""
+"""The usual cause of a wait, by mode."""

@@ -1,4 +1,4 @@
-"""Finds goals of a run by their names, and what their histories do not have: rules, and sub-goals."""
+"""The goals of a history by name, with their rules, skills and sub-goals."""
 
 from __future__ import annotations
 
@@ -32,29 +32,29 @@ class Goals:
         self._skills = {link.action.number: link for link in links(run)}
 
     def parent(self, goal: GoalRecord) -> GoalRecord | None:
-        """Return the goal above a goal; None when there is none."""
-        above = self._forest.parents[goal.number]
-        return None if above is None else self.all[above]
+        """Return the parent of a goal, or None."""
+        parent_number = self._forest.parents[goal.number]
+        return None if parent_number is None else self.all[parent_number]
 
     def children(self, goal: GoalRecord) -> Sequence[GoalRecord]:
-        """Return the goals below a goal."""
+        """Return the sub-goals of a goal."""
         return [self.all[number] for number in self._forest.children.get(goal.number, ())]
 
     def skill(self, action: PlanActionRecord) -> SkillLink | None:
-        """Return the link to the last skill that executed an action; None when it is not known."""
+        """Return the link to the last skill that executed an action, or None if it is unknown."""
         return self._skills.get(action.number)
 
     def rules(self, change: GoalChange | ActionChange) -> tuple[str, ...]:
-        """Return the rules that fired just before a change, the last one last."""
+        """Return the rules that fired just before a change, the latest last."""
         return self._steps[change.seq].rules
 
     def look(self, action: PlanActionRecord) -> ActionLook | None:
-        """Return what facts said about an action when it failed; None when that is not known."""
+        """Return the state of an action when it failed, or None if it is unknown."""
         looks = (self._steps[change.seq].look for change in reversed(action.changes))
         return next((look for look in looks if look is not None), None)
 
     def planner_calls(self, goal: GoalRecord) -> Iterator[PlannerCall]:
-        """Yield the answers of planners that were called for a goal, in order."""
+        """Yield the results of planner calls for a goal, in order."""
         begin, end = goal.changes[0].seq, len(self._steps) if goal.replaced is None else goal.replaced
         for step in self._steps[begin:end]:
             event = step.event
@@ -66,10 +66,10 @@ class Goals:
         return self._steps[seq].event.time_us
 
     def find(self, name: str, *, now: bool = False) -> list[GoalRecord]:
-        """Return the goals that a name stands for; see :func:`~cxbridge.history.model.goals_named`.
+        """Return the goals with a name; see :func:`~cxbridge.history.model.goals_named`.
 
-        :param now: only the last life of an id.
-        :raises CxbridgeError: when there is none, or several ids begin so.
+        :param now: return only the latest goal of an id.
+        :raises CxbridgeError: if there is no such goal, or several ids have this prefix.
         """
         found = goals_named(self.all, name)
         if not found:
@@ -83,15 +83,14 @@ class Goals:
         return found[-1:] if now and found[0].id == name else found
 
     def of_class(self, goal_class: str) -> list[GoalRecord]:
-        """Return the goals of a class, in the order they appeared."""
+        """Return the goals of a class, in order of appearance."""
         return [goal for goal in self.all if goal.goal_class == goal_class]
 
     def named_in(self, change: GoalChange, but: GoalRecord) -> list[GoalRecord]:
-        """Return the goals whose ids are words of the error of a change, of each id the life at that time."""
+        """Return the goals whose ids are words in the error of a change and that existed at that time."""
         last = {goal.id: goal for goal in self.all if goal.changes[0].seq <= change.seq}
         return [last[word] for word in change.error.split() if word in last and word != but.id]
 
 
 def failed_actions(actions: Sequence[PlanActionRecord]) -> list[PlanActionRecord]:
-    """Return the actions that have failed."""
     return [action for action in actions if action.state in ("FAILED", "EXECUTION-FAILED")]

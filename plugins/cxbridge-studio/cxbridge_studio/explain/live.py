@@ -1,4 +1,4 @@
-"""Evidence that was copied while the run stood still, to be looked into while it continues."""
+"""Evidence that is copied between loops and explained while the run continues."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 class CopiedEvidence(Evidence):
-    """The copied evidence.
+    """A copy of the evidence.
 
-    :param times_us: when the run began, and the moment.
-    :param snapshots: the rules in the question, each with its state or why it could not be copied.
-    :param facts: the facts of some deftemplates.
-    :param texts: the defrules by name, as the environment has them.
+    :param times_us: start of the run, and the moment.
+    :param snapshots: the rules in question, or the errors when copying them.
+    :param facts: slots of facts by deftemplate.
+    :param texts: defrules by name, as the environment prints them.
     """
 
     def __init__(
@@ -37,22 +37,18 @@ class CopiedEvidence(Evidence):
         self._written: Mapping[str, str] | None = None
 
     def rulebook(self) -> Rulebook:
-        """Return which rules there are."""
         return self._book
 
     def snapshot(self, rule: str) -> Snapshot:
-        """Return the snapshot of the rule."""
         found = self._snapshots.get(rule)
         if isinstance(found, Snapshot):
             return found
         raise found or ClipsError(f"the rule '{rule}' was not copied")
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
-        """Return the facts of a deftemplate."""
         return self._facts.get(template, [])
 
     def rule_texts(self) -> Mapping[str, str]:
-        """Return all defrules by name."""
         if self._written is None:
             self._written = as_written(self._texts)
         return self._written

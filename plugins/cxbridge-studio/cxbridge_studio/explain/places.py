@@ -1,4 +1,4 @@
-"""The places in an agent's files for the complaints of a run."""
+"""Positions in an agent's files, for reports about a run."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from cxbridge_studio.agent.names import Name, NameKind, Use
 
 
 class WrittenPlaces(Places):
-    """Finds names in CLIPS files.
+    """Finder of names in CLIPS files.
 
-    :param files: those of the agent.
+    :param files: the agent's files.
     """
 
     def __init__(self, files: Sequence[Path]) -> None:
@@ -24,11 +24,11 @@ class WrittenPlaces(Places):
             self._model.read(file)
 
     def of_action(self, action: str) -> str:
-        """Return where plans get an action."""
+        """Return the position where an action is put into a plan."""
         return _first(self._model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED))
 
     def of_goal(self, goal_class: str, mode: str) -> str:
-        """Return where a rule has brought goals of a class into a mode, or has made them."""
+        """Return the position where a rule sets a goal of a class to a mode, or asserts the goal."""
         of_class = Name(NameKind.GOAL_CLASS, goal_class)
         changed = re.compile(rf"\s+{re.escape(mode)}\s*\)")
         others = ""
@@ -44,7 +44,7 @@ class WrittenPlaces(Places):
         return others or _first(self._model.mentions(of_class, Use.ASSERTED))
 
     def of_interface(self, kind: str, name: str) -> str:
-        """Return where rules open an interface."""
+        """Return the position where rules open an interface."""
         for found in self._model.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
             line = found.file.text[found.mention.end :].partition("\n")[0]
             if name in line:
@@ -52,7 +52,7 @@ class WrittenPlaces(Places):
         return ""
 
     def of_similar_fact(self, template: str) -> str:
-        """Return where a fact is asserted whose name may be a misspelt one: ``NAME, which PLACE asserts``."""
+        """Return the question whether an asserted fact of a similar name is meant, with its position."""
         names = self._model.names(NameKind.TEMPLATE, Use.ASSERTED) - self._model.names(
             NameKind.TEMPLATE, Use.MATCHED
         )
@@ -62,7 +62,6 @@ class WrittenPlaces(Places):
         return ""
 
     def rules_that_make_goals(self) -> list[str]:
-        """Return the names of the rules that assert goals."""
         wanted = Name(NameKind.TEMPLATE, "goal")
         return [
             piece.name.text

@@ -1,7 +1,7 @@
-"""The questions to planners in a recorded run and their answers, as PlanSys2's terminal prints them.
+"""Planner calls of a recorded run, printed like PlanSys2's terminal.
 
-The terminal's four commands are ``get problem instances``, ``get problem predicates``, ``get problem goal``
-and ``get plan``. It puts a tab between columns; here blanks fill them up, as in the thesis' figure 9.
+The terminal's commands are ``get problem instances``, ``get problem predicates``, ``get problem goal`` and
+``get plan``. The terminal separates columns by tabs; here blanks align them, as in figure 9 of the thesis.
 Source: plansys2_terminal/src/plansys2_terminal/Terminal.cpp.
 """
 
@@ -20,10 +20,10 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import sources_of
 
 PARTS: Final = ("instances", "predicates", "goal", "plan")
-"""What can be printed of a call, in the order of the figure."""
+"""The printable parts of a call, in the order of the figure."""
 
 EPSILON_S: Final = 0.001
-"""Seconds between two actions of a plan that is just an order, and the duration of each: as POPF's."""
+"""Distance and duration in seconds of actions in a plan without times, as POPF prints them."""
 
 _ROOT_TYPE: Final = "object"
 _STARTED: Final = "started"
@@ -31,9 +31,9 @@ _STARTED: Final = "started"
 
 @dataclass(frozen=True, slots=True)
 class PlannerAnswer:
-    """A call of a planner: its problem, and the result.
+    """A planner call: problem and result.
 
-    :param ended: the last event of the call; None when the recording ends before.
+    :param ended: the last event of the call; None if the recording ends before.
     """
 
     call: str
@@ -70,7 +70,7 @@ class PlannerAnswer:
         return ["plan:", *(f"{start:{widths[0]}} {step:{widths[1]}} {took}" for start, step, took in rows)]
 
     def as_terminal(self) -> list[str]:
-        """Return all sections, each below the command that PlanSys2's terminal has for it."""
+        """Return all parts, each below the command of PlanSys2's terminal."""
         lines: list[str] = []
         for part in PARTS:
             command = "get plan" if part == "plan" else f"get problem {part}"
@@ -79,7 +79,7 @@ class PlannerAnswer:
 
 
 def _with_times(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
-    """Return begin, action and duration of each; a plan that is just an order gets POPF's thousandths."""
+    """Return start, action and duration of each action; plans without times get POPF's steps of 0.001 s."""
     rows = []
     for number, action in enumerate(actions):
         begin = number * EPSILON_S if action.start is None else action.start
@@ -89,10 +89,10 @@ def _with_times(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
 
 
 def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
-    """Yield the calls of planners whose problem was recorded, in order.
+    """Yield the planner calls with a recorded problem, in order.
 
-    :raises TraceError: when the recording, or a problem in it, cannot be read.
-    :raises PddlError: when domain and problem in it do not fit.
+    :raises TraceError: if the recording or a problem cannot be read.
+    :raises PddlError: if a problem does not fit its domain.
     """
     ended = {
         (event.env, event.call): event
@@ -104,23 +104,23 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
         kind, call = source.details.get("kind"), source.details.get("call", "")
         if source.data is None or (kind == "problem" and not call):
             continue
-        text, where = source.data.decode("utf-8", "replace"), f"{run.path}: {source.name}"
+        text, source_name = source.data.decode("utf-8", "replace"), f"{run.path}: {source.name}"
         if kind == "domain":
-            domains[source.owner] = parse_domain(text, where)
+            domains[source.owner] = parse_domain(text, source_name)
         elif kind == "problem":
             if source.owner not in domains:
                 raise TraceError(
                     f"the recording has the problem of {call}, but not its domain", file=run.path
                 )
-            problem = parse_problem(text, domains[source.owner], where)
-            end = ended.get((source.owner, call))
-            yield PlannerAnswer(call, "" if end is None else end.goal, problem, end)
+            problem = parse_problem(text, domains[source.owner], source_name)
+            final_event = ended.get((source.owner, call))
+            yield PlannerAnswer(call, "" if final_event is None else final_event.goal, problem, final_event)
 
 
 def choose_answer(run: Run, wanted: str = "") -> PlannerAnswer:
-    """Return the call with this id, or the last one for this goal; the last of all, when none is wanted.
+    """Return the call with this id, or the last call for this goal; without an id, the last call.
 
-    :raises TraceError: when there is none.
+    :raises TraceError: if there is no such call.
     """
     answers = list(planner_answers(run))
     for answer in reversed(answers):

@@ -1,4 +1,4 @@
-"""Finds the atoms that make the precondition of an action false, from the facts of the domain."""
+"""Finds the atoms that make the precondition of an action false."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cxbridge.executive.problem.truth import Blamed, KnownState, to_blame
 from cxbridge.suggestions import LIKE, likeness
 
 FactsOf = Callable[[str], Sequence[Mapping[str, str]]]
-"""Returns the facts of a deftemplate: slots, as CLIPS prints their values."""
+"""Returns the slots of a deftemplate's facts, as CLIPS prints the values."""
 
 _EQUALITY: Final = "EQUALITY"
 
@@ -28,19 +28,19 @@ Atom = tuple[str, ...]
 
 
 def fields(text: str) -> tuple[str, ...]:
-    """Return the fields of a multislot as CLIPS prints them one by one."""
+    """Return the fields of a printed multislot."""
     return tuple(show_alone(value) for value in parse_values(text))
 
 
 def atom_text(atom: Atom) -> str:
-    """Return an atom as PDDL has it."""
+    """Return an atom in PDDL."""
     return f"({' '.join(atom)})"
 
 
 class Preconditions:
-    """The conditions of a domain, and its facts at a moment.
+    """The conditions of a domain, and its facts at one moment.
 
-    :param facts_of: gives the facts of ``pddl-formula``, ``pddl-predicate`` and ``domain-fact``.
+    :param facts_of: returns the facts of ``pddl-formula``, ``pddl-predicate`` and ``domain-fact``.
     """
 
     def __init__(self, facts_of: FactsOf) -> None:
@@ -49,16 +49,16 @@ class Preconditions:
 
     @cached_property
     def _true(self) -> list[Atom]:
-        """The atoms that are true; read when they are first needed."""
+        """The true atoms, read on first use."""
         return [
             (slots.get("name", ""), *fields(slots.get("param-values", "")))
             for slots in self._facts_of("domain-fact")
         ]
 
     def blame(self, operator: str, arguments: Mapping[str, str]) -> list[str]:
-        """Return in words which atoms make the precondition of an operator false; none when it holds.
+        """Return the atoms that make the precondition of an operator false, in words; empty if it holds.
 
-        :param arguments: the values of its parameters.
+        :param arguments: values by parameter.
         """
         condition = self._conditions.of(operator)
         if condition is None:
@@ -97,7 +97,7 @@ def _ground(blamed: Blamed) -> Atom:
 
 
 def ground(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:
-    """Return an atom with the values of parameters in it; ``?NAME`` for one that has no value."""
+    """Return the ground atom of a predicate; parameters without a value become ``?NAME``."""
     name = predicate.get("predicate", "")
     names = fields(predicate.get("param-names", ""))
     constants = constants_of(names, fields(predicate.get("param-constants", "")))
@@ -109,6 +109,6 @@ def ground(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:
 
 
 def _likeness(one: Atom, other: Atom) -> float:
-    """Return how similar the arguments of two atoms are, where at most one differs."""
+    """Return the similarity of two atoms that differ in one argument; 0 if they differ in more."""
     pairs = [pair for pair in zip(one, other, strict=True) if pair[0] != pair[1]]
     return likeness(*pairs[0]) if len(pairs) == 1 else 0.0

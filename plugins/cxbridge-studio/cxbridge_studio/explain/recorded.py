@@ -1,4 +1,4 @@
-"""Evidence from a recording: events up to a time, the facts of that time, constructs from files."""
+"""Evidence from a recording: events up to a time, facts at that time, and constructs from files."""
 
 from __future__ import annotations
 
@@ -40,24 +40,24 @@ EXECUTIVE = "executive"
 
 
 class RuleSource(Protocol):
-    """Knows rules without facts: files, or an environment that was only initialised."""
+    """A source of rules without facts: files, or an environment that has not run."""
 
     def rulebook(self) -> Rulebook:
-        """Return which rules there are."""
+        """Return the rules of the source."""
 
     def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a rule without facts."""
 
     def rule_texts(self) -> Mapping[str, str]:
-        """Return all defrules by name."""
+        """Return the text of all defrules by name."""
 
 
-class _Passed:
-    """What happened in a recording up to a moment.
+class _PastEvents:
+    """The events of a recording up to a moment.
 
     :param at_s: seconds since the start of the run; None for its end.
-    :ivar cut: whether there is more behind it.
-    :raises TraceError: when the recording cannot be read, or has no events.
+    :ivar cut: whether the recording continues after the moment.
+    :raises TraceError: if the recording cannot be read, or has no events.
     """
 
     def __init__(self, run: Run, at_s: float | None) -> None:
@@ -90,25 +90,26 @@ class _Passed:
         elif isinstance(event, LogLine):
             self.refusals.take(event)
         elif isinstance(event, InterfaceWrite | InterfaceMessage):
-            for each in self.histories.values():  # the transitions show which Skiller is whose
+            # The transitions show which environment a Skiller serves, so every history gets the event.
+            for each in self.histories.values():
                 each.take(event)
 
 
 class RecordedEvidence(Evidence):
     """The evidence of a recording about a moment.
 
-    :param run: the recording; read once, up to the moment.
+    :param run: the recording, read once up to the moment.
     :param at_s: seconds since the start of the run; None for its end.
-    :param env: the CLIPS environment; the executive's, or the only one, for None.
-    :param rules: where the rules are; the files attached to the recording for None.
-    :raises TraceError: when the recording cannot be read, or has no such environment.
+    :param env: the CLIPS environment; None for the executive's, or the only one.
+    :param rules: the source of rules; None for the files attached to the recording.
+    :raises TraceError: if the recording cannot be read, or has no such environment.
     """
 
     def __init__(
         self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None
     ) -> None:
-        passed = _Passed(run, at_s)
-        start_us, now_us, facts, histories = passed.start_us, passed.now_us, passed.facts, passed.histories
+        past = _PastEvents(run, at_s)
+        start_us, now_us, facts, histories = past.start_us, past.now_us, past.facts, past.histories
         chosen = _choose(env, set(histories), run.path)
         self.env = chosen
         self._tables = facts
@@ -117,11 +118,11 @@ class RecordedEvidence(Evidence):
         self._path = run.path
         self._rules = rules
         self._run = run
-        self._refusals = passed.refusals
+        self._refusals = past.refusals
         history = histories.setdefault(chosen, History(chosen))
         seconds = (now_us - start_us) / MICROSECONDS if at_s is None else at_s
         when = (
-            f"at {seconds:.3f} s" if passed.cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
+            f"at {seconds:.3f} s" if past.cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
         )
         super().__init__(f"{short_path(run.path)} {when}", start_us, now_us, history)
         self.is_moment = at_s is not None
@@ -147,7 +148,6 @@ class RecordedEvidence(Evidence):
         return self._rules
 
     def rulebook(self) -> Rulebook:
-        """Return which rules there are."""
         return self._source().rulebook()
 
     def snapshot(self, rule: str) -> Snapshot:
@@ -173,18 +173,16 @@ class RecordedEvidence(Evidence):
         return replace(bare, templates=templates, facts=tuple(rows))
 
     def rule_texts(self) -> Mapping[str, str]:
-        """Return all defrules by name; nothing where they are not known."""
         try:
             return self._source().rule_texts()
         except TraceError:
             return {}
 
     def has_facts_of(self, template: str) -> bool:
-        """Whether facts of a deftemplate were recorded."""
+        """Return whether facts of a deftemplate were recorded."""
         return template in self._seen
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
-        """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
         return self._tables.slots(self.env, template)
 
 

@@ -1,4 +1,4 @@
-"""The mistakes of a recorded agent: refused constructs, and folders with files that were not loaded."""
+"""Refused constructs in a recording, and folders with files that were not loaded."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from cxbridge.events import Level, LogLine
 from cxbridge.executive.host.loading import Diagnostic
 
 MOST_DIAGNOSTICS: Final = 1000
-"""Mistakes that are remembered, the first ones."""
+"""The number of first mistakes to keep."""
 
 _CORE = Path(cxbridge.executive.__file__).parent / "clips"
 _COMPONENT = re.compile(r"CLIPS \((.+)\)")
-# The end is looked for first: without it each colon would be tried as the one after the file.
+# Look for the end first: otherwise each colon is tried as the one after the file, in quadratic time.
 _DIAGNOSTIC = re.compile(
     r"(?=.* \[\w+\]\Z)(.+?)(?::(\d{1,9}))?: (?:(def\w+ \S++) is not defined: )?(.*) \[(\w+)\]", re.DOTALL
 )
 
 
 class Refusals:
-    """Reads the mistakes in the CLIPS files of each environment from log lines."""
+    """Reader of loader diagnostics from log lines, by environment."""
 
     def __init__(self) -> None:
         self._found: dict[str, list[Diagnostic]] = {}
 
     def take(self, event: LogLine) -> None:
-        """Remember a line, if it is a diagnostic of the loader."""
+        """Keep a log line if it is a diagnostic of the loader."""
         env = _COMPONENT.fullmatch(event.component)
         if env is None or event.level not in (Level.WARN, Level.ERROR):
             return
@@ -45,9 +45,10 @@ class Refusals:
 
 
 def agent_folders(files: Iterable[tuple[str, str]]) -> list[str]:
-    """Return the folders of an agent's files, where these equal the recorded ones.
+    """Return the folders of an agent's files whose content equals the recorded content.
 
-    :param files: paths and texts. A path alone does not open a folder: it may come from a stranger.
+    :param files: paths and texts. A path alone does not open a folder: the recording may come from a
+        stranger.
     """
     folders: dict[str, None] = {}
     for name, text in files:

@@ -1,4 +1,4 @@
-"""Evidence from a scenario: run on the virtual clock up to a time, and looked at there."""
+"""Evidence from a scenario that runs on the virtual clock up to a time."""
 
 from __future__ import annotations
 
@@ -22,10 +22,9 @@ from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 class EnvironmentEvidence(Evidence):
-    """Evidence from a living environment.
+    """Evidence from an existing environment.
 
-    :param env: the environment.
-    :param folders: where the agent's CLIPS files are.
+    :param folders: the folders of the agent's CLIPS files.
     """
 
     def __init__(
@@ -41,38 +40,34 @@ class EnvironmentEvidence(Evidence):
         self.folders = folders
 
     def rulebook(self) -> Rulebook:
-        """Return which rules there are."""
         with self.env.lock:
             return rulebook(self.env, self.folders)
 
     def snapshot(self, rule: str) -> Snapshot:
-        """Return the snapshot of a rule."""
         with self.env.lock:
             return take(self.env, rule)
 
     def rule_texts(self) -> Mapping[str, str]:
-        """Return all defrules by name."""
         with self.env.lock:
             texts = rule_texts(self.env)
         return as_written(texts)
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
-        """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
         with self.env.lock:
             return fact_slots(self.env, template)
 
 
 @contextmanager
 def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None = None) -> Iterator[Evidence]:
-    """Run a scenario up to a time, or to its end, and yield the evidence of that moment.
+    """Run a scenario up to a time or to its end, and yield the evidence of that moment.
 
     :param at_s: seconds since the start; None for the end.
-    :param env: the CLIPS environment that is asked: of several agents one's name; the executive's for None.
-    :raises CxbridgeError: when the input is bad.
+    :param env: the CLIPS environment, or the agent if there are several; None for the executive's.
+    :raises CxbridgeError: if the input is invalid.
     """
     options.check()
     with make_run(options) as run:
-        agent = _asked(run, env)
+        agent = _agent_named(run, env)
         name = agent.executive.env.name if env is None else env
         history = History(name, facts_of=partial(fact_slots, agent.executive.env))
         agent.bus.subscribe(history.take, *STORY_TYPES)
@@ -83,7 +78,7 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
         with Interrupt(run.loop.stop, run.interrupt) as interrupt:
             watched.set((), on=True)
             run.start()
-            watched.set((), on=True)  # the configuration may have turned some off
+            watched.set((), on=True)  # the configuration may have switched some off
             interrupt.check()
             run.loop.run(lambda: _is_done(run, interrupt, limit_us))
             interrupt.check()
@@ -104,10 +99,10 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
         yield evidence
 
 
-def _asked(run: Run | Team, env: str | None) -> Run:
-    """Return the agent whose environment is asked.
+def _agent_named(run: Run | Team, env: str | None) -> Run:
+    """Return the agent of an environment.
 
-    :raises CxbridgeError: when it is not clear which.
+    :raises CxbridgeError: if the scenario has several agents and none is named.
     """
     if len(run.agents) == 1:
         return run.agents[0]
@@ -130,9 +125,9 @@ def _is_done(run: Run | Team, interrupt: Interrupt, limit_us: int) -> bool:
 
 
 def environment_named(assembly: Run, env: str | None) -> ClipsEnvironment:
-    """Return the environment of that name; the executive's for None.
+    """Return an environment by name; None for the executive's.
 
-    :raises CxbridgeError: when there is none.
+    :raises CxbridgeError: if there is no such environment.
     """
     if env is None:
         return assembly.executive.env

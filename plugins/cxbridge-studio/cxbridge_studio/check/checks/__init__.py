@@ -1,1 +1,1 @@
-"""The checks of the studio. Each module has ``CODES`` and ``check(agent)``: a row of the table of checks."""
+"""Check modules. Each has ``CODES`` and ``check(agent)`` and is a row of the table of checks."""

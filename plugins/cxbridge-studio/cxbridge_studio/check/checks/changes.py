@@ -1,4 +1,4 @@
-"""Finds slots and values in changes of facts that CLIPS refuses, or never looks at, only while rules fire."""
+"""Check for slots and values in changes of facts that CLIPS itself checks too late or not at all."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ VALUE: Final = Code(
     "CX211",
     Severity.ERROR,
     "a value that the slot does not allow",
-    "A modify or a duplicate gives a slot a value that is none of those that its deftemplate allows. CLIPS "
-    "looks at such values only in assert and in patterns: the fact gets the value, and no rule knows it.",
+    "A modify or a duplicate gives a slot a value that its deftemplate does not allow. CLIPS "
+    "checks values only in assert and in patterns: the fact gets the value, and no rule matches it.",
 )
 
 CODES: Final = (SLOT, VALUE)
@@ -32,7 +32,7 @@ _USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each slot and each value that no fact of the variable's deftemplate can have."""
+    """Yield the slots and values that the deftemplate of the variable's fact does not allow."""
     slots = agent.slots
     for construct in agent.usage.constructs:
         file, placed = construct.file, construct.placed

@@ -1,4 +1,4 @@
-"""Finds oddities in the configuration of an agent."""
+"""Check for misleading values and unknown keys in the configuration."""
 
 from __future__ import annotations
 
@@ -76,7 +76,6 @@ _CLIPS: Final = re.compile(r"\S+\.clp")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each strange value."""
     seen: set[SourcePlace] = set()
     for error in () if agent.is_lenient else mistaken_keys(agent.config, agent.spec):
         finding = of_error(error, MISTAKEN_KEY)
@@ -87,7 +86,8 @@ def check(agent: Agent) -> Iterator[Finding]:
         place = SourcePlace(str(agent.context.paths.config_file))
         if match:
             place = SourcePlace(match["file"], int(match["line"]), int(match["column"] or 0))
-        if not match or place not in seen:  # a second one there follows from the first
+        # A second warning at the same position is a consequence of the first.
+        if not match or place not in seen:
             yield Finding(STRANGE, place, match["text"] if match else text)
         seen.add(place)
     if agent.context.source.has_fawkes_configuration:
@@ -135,7 +135,7 @@ def _article(kind: ConfigType) -> str:
 
 
 def _old_keys(agent: Agent) -> list[ConfigValue]:
-    """Return the files that the chosen spec names right below its own name."""
+    """Return the file lists directly below the spec: the old format without ``init``."""
     base = f"{_ROOT}/specs/{agent.spec}"
     return [
         value
@@ -157,7 +157,7 @@ def _check_format(agent: Agent, old: list[ConfigValue]) -> Iterator[Finding]:
 
 
 def _check_keys(agent: Agent, named: set[SourcePlace]) -> Iterator[Finding]:
-    """Yield a finding for each key that is never read, but those in places that a finding names already."""
+    """Yield the keys that are never read, except at positions with another finding."""
     checked, seen = KeyCheck(), set[str]()
     in_scenario = agent.context.paths.config_file.name == SCENARIO_FILE
     lines = {(place.file, place.line) for place in named}
@@ -183,15 +183,15 @@ def _check_keys(agent: Agent, named: set[SourcePlace]) -> Iterator[Finding]:
         )
 
 
-def _is_of_spec(agent: Agent, above: tuple[str, ...]) -> bool:
-    """Whether keys below a path concern the executive and the chosen spec.
+def _is_of_spec(agent: Agent, parents: tuple[str, ...]) -> bool:
+    """Return whether keys below a path concern the executive and the chosen spec.
 
-    A folder of Fawkes has sections of many programs, and specs that have not run for years.
+    A Fawkes folder has sections of many programs, and outdated specs.
     """
-    return above[:1] == ("clips-executive",) and above[1:3] in ((), ("specs", agent.spec))
+    return parents[:1] == ("clips-executive",) and parents[1:3] in ((), ("specs", agent.spec))
 
 
 def _is_read(agent: Agent, value: ConfigValue, unknown: int) -> bool:
-    """Whether a CLIPS file of the agent names the path, or the unknown part above it."""
+    """Return whether a CLIPS file names the path, or one of its unknown parts."""
     paths = [path for path in prefixes(parts_of(value.path)) if path.count("/") > unknown]
     return any(f'"{path}' in file.text for path in paths for file in agent.own_files)

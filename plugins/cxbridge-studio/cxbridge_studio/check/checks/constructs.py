@@ -1,4 +1,4 @@
-"""Finds constructs that CLIPS drops, at the word that is wrong, each mistake once."""
+"""Check for constructs that CLIPS drops, with the position of the wrong word."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ UNCLOSED: Final = Code(
     "CX201",
     Severity.ERROR,
     "a parenthesis never closes",
-    "CLIPS takes all that follows in the file for a part of this construct, and drops it: the "
-    "constructs behind it do "
+    "CLIPS reads the rest of the file as a part of this construct, and drops it: the "
+    "constructs after it do "
     "not exist.",
 )
 TEMPLATE: Final = Code(
@@ -86,7 +86,7 @@ _OF_CLIPS: Final = {
 }
 
 _LITERAL = "CSTRNCHK1"
-"""CLIPS' code of a value that is written out and that its slot does not allow."""
+"""CLIPS' error code for a literal that its slot does not allow."""
 
 _QUOTED = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
@@ -94,7 +94,7 @@ _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 
 @dataclass(frozen=True, slots=True)
 class _Known:
-    """The names that the agent defines anywhere, in constructs that CLIPS dropped, too."""
+    """The names that the agent defines, in dropped constructs, too."""
 
     constructs: dict[str, set[str]]
 
@@ -112,7 +112,7 @@ class _Known:
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each construct that CLIPS drops of itself, not because another one was dropped."""
+    """Yield the constructs that CLIPS drops for a mistake, not those that follow from another mistake."""
     known, losses = _Known.of(agent.files), Losses(agent.usage, agent.is_of_core)
     dropped = {
         d.construct.partition(" ")[2] for file in agent.files for d in file.diagnostics if d.construct
@@ -121,7 +121,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         unclosed = any(d.code == "UNCLOSED" for d in file.diagnostics)
         for diagnostic in file.diagnostics:
             if unclosed and diagnostic.code != "UNCLOSED" and _last_of(file, diagnostic):
-                continue  # CLIPS' own words for the same parenthesis
+                continue  # CLIPS' own error for the unclosed parenthesis
             if diagnostic.code == "UNCLOSED":
                 yield from _unclosed(agent, file, diagnostic, losses)
                 continue
@@ -133,7 +133,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _with_lost(
     agent: Agent, file: ClipsFile, diagnostic: Diagnostic, finding: Finding, losses: Losses
 ) -> Finding:
-    """Return a finding that names what dies with its construct, too."""
+    """Return the finding with the losses of its construct added to the message."""
     kind, _, name = diagnostic.construct.partition(" ")
     construct = agent.usage.find(str(file.path), kind, without_module(name))
     lost = losses.of([construct]) if construct is not None else None
@@ -171,7 +171,7 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
 
 
 def _refused(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) -> Finding | None:
-    """Return the finding for the first value written out that its slot does not allow."""
+    """Return the finding for the first literal that its slot does not allow."""
     for fact in _facts(construct):
         template = without_module(fact.head)
         for slot in fact.arguments:
@@ -188,7 +188,7 @@ def _refused(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) 
 
 
 def _facts(construct: Definition) -> list[SyntaxNode]:
-    """Return the patterns of a construct and the facts that it makes, in the order of the text."""
+    """Return the patterns and the asserted facts of a construct, in the order of the text."""
     facts = [node for call in construct.node.walk() if call.head == "assert" for node in call.arguments]
     facts += [ce.node for ce in patterns(condition_of(construct.node))]
     facts += construct.node.arguments[1:] if construct.kind == "deffacts" else ()
@@ -200,7 +200,7 @@ def _defines(file: ClipsFile, template: str) -> bool:
 
 
 def _ordered(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) -> Finding | None:
-    """Return the finding for the first pattern or fact without slots of a deftemplate that has some."""
+    """Return the finding for the first pattern or fact without slots whose deftemplate has slots."""
     for fact in _facts(construct):
         name = without_module(fact.head)
         if name in agent.deftemplates and any(item.items is None for item in fact.arguments):
@@ -212,7 +212,7 @@ def _ordered(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) 
     return None
 
 
-# ---- places
+# ---- positions
 
 
 def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
@@ -224,14 +224,14 @@ def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
 
 
 def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
-    """Return the node that a message is about; the construct itself when it names none."""
+    """Return the node that a message quotes, or the construct if the message quotes none."""
     if construct is None:
         return None
     quoted = _QUOTED.findall(diagnostic.message)
     wanted = quoted[:1] or _VARIABLE.findall(diagnostic.message)[:1]
     wanted += [
         f"?*{name[1:]}*" for name in wanted if name.startswith("?")
-    ]  # CLIPS' name of it in a condition
+    ]  # in conditions, CLIPS' messages name a global without the asterisks
     for node in construct.node.walk():
         if node.items is None and node.start > construct.node.start and node.text in wanted:
             return node
@@ -242,7 +242,7 @@ def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | 
 
 
 def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, losses: Losses) -> Iterator[Finding]:
-    """Yield a finding for each construct that never closes, at the list in it that is open."""
+    """Yield a finding at the open list of each unclosed construct."""
     for part in parts(file.text):
         if part.closed:
             continue
@@ -254,7 +254,7 @@ def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, losses: Los
 
 
 def _lost(file: ClipsFile) -> Iterator[str]:
-    """Yield the constructs that are lost because a parenthesis never closes, the open one first."""
+    """Yield the names of the unclosed construct and of all constructs after it."""
     line = next((d.line for d in file.diagnostics if d.code == "UNCLOSED"), None)
     if line is None:
         return
@@ -265,13 +265,13 @@ def _lost(file: ClipsFile) -> Iterator[str]:
 
 
 def _all_constructs(file: ClipsFile) -> Iterator[Definition]:
-    """Yield the constructs of a file, those too that an unclosed parenthesis has swallowed."""
+    """Yield the constructs of a file, including those after an unclosed parenthesis."""
     yield from file.constructs
     line = next((d.line for d in file.diagnostics if d.code == "UNCLOSED"), None)
     if line is None:
         return
     rest = file.text.splitlines(keepends=True)[line:]
-    start = next((n for n, row in enumerate(rest) if row.startswith("(def")), len(rest))
+    start = next((number for number, row in enumerate(rest) if row.startswith("(def")), len(rest))
     text = "".join(rest[start:])
     for node in read(text):
         if node.arguments:
@@ -283,11 +283,11 @@ def _last_of(file: ClipsFile, diagnostic: Diagnostic) -> bool:
     return diagnostic.line is None or line is None or diagnostic.line >= line
 
 
-# ---- what follows from another mistake
+# ---- consequences of other mistakes
 
 
 def _follows(finding: Finding, diagnostic: Diagnostic, dropped: set[str], known: _Known) -> bool:
-    """Whether it is wrong only because a construct that it needs was dropped."""
+    """Return whether the construct is dropped only because a construct it needs is dropped."""
     names = _QUOTED.findall(finding.message) + _QUOTED.findall(diagnostic.message)
     return any(name in dropped and name in known.names("deftemplate", "deffunction") for name in names)
 
@@ -318,7 +318,7 @@ def _function_hint(agent: Agent, name: str, known: _Known) -> str:
 
 
 def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
-    """Return the first global variable that CLIPS does not have: its message does not name it."""
+    """Return the first undefined global variable: CLIPS' message does not name it."""
     found = agent.env.eval("(get-defglobal-list *)")
     known = {without_module(str(name)) for name in (found if isinstance(found, tuple) else ())}
     for node in () if construct is None else construct.node.walk():

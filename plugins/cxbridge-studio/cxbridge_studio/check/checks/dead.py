@@ -1,6 +1,6 @@
-"""Finds what can never happen: rules, facts, goal classes and functions that nothing needs or makes.
+"""Check for rules, facts, goal classes and functions that are never used.
 
-Only the agent's own files are judged: a core is a library, and no agent uses all of it.
+Only the agent's own files are checked: a core is a library, and no agent uses all of it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ RULE: Final = Code(
     "CX501",
     Severity.WARNING,
     "a rule that nothing can match",
-    "The rule needs a fact that nobody makes: no rule, function or deffacts asserts one of this template, "
+    "The rule needs a fact that nothing asserts: no rule, function or deffacts has a fact of this template, "
     "and neither the program nor an interface does. The rule never fires.",
 )
 FACT: Final = Code(
@@ -67,22 +67,21 @@ SUB_TYPE: Final = Code(
 CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION, SUB_TYPE)
 
 _INITIAL: Final = ("initial-fact", "initial-object")
-"""Facts that CLIPS 6.30 makes at the start, and 6.4 does not."""
+"""Facts that CLIPS 6.30 asserts at the start and CLIPS 6.4 does not."""
 _TIME: Final = "time"
 _CLASS: Final = "class"
 _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
-"""Of the slots of goals that say who expands them."""
+"""Default values of the goal slots that select the expanding rule."""
 _GOAL: Final = "goal"
 _SORTS: Final = frozenset({"class", "type", "sub-type"})
 _COMMITTED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")
-"""The modes into which a goal that is EXPANDED may go."""
+"""The modes that can follow EXPANDED."""
 _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 _QUIET: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
-"""Functions that do nothing to a goal."""
+"""Functions without effect on a goal."""
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each name that is dead."""
     usage = agent.usage
     own = [each for each in usage.constructs if _is_own(agent, each)]
     yield from _rules(agent, usage, own)
@@ -92,7 +91,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _is_own(agent: Agent, construct: Construct) -> bool:
-    """Whether a construct is one of the agent's own that CLIPS takes; a dropped one has its finding."""
+    """Return whether a construct is the agent's and is loaded; a dropped construct has another finding."""
     if agent.is_of_core(construct.file.path) or not construct.placed.piece.closed:
         return False
     return (construct.file.path, construct.keyword, construct.name) not in agent.dropped
@@ -100,9 +99,11 @@ def _is_own(agent: Agent, construct: Construct) -> bool:
 
 def _finding(code: Code, construct: Construct, start: int, message: str, hint: str = "") -> Finding:
     """Return a finding at a place of a construct."""
-    at = construct.placed.start + start
+    offset = construct.placed.start + start
     lines = construct.file.lines
-    return Finding(code, SourcePlace(construct.file.path, lines.at(at), lines.column(at)), message, hint)
+    return Finding(
+        code, SourcePlace(construct.file.path, lines.at(offset), lines.column(offset)), message, hint
+    )
 
 
 # ---- rules and facts
@@ -115,11 +116,11 @@ def _rules(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
             if found is not None:
                 message = f"defrule {construct.name} can never match: {found[0]}"
                 yield _finding(RULE, construct, pattern.start, message, found[1])
-                break  # one fact that is not there is enough
+                break  # one unmatched pattern is enough
 
 
 def _unmatched(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
-    """Return why no fact can match a pattern, and what to do about it; None: one may."""
+    """Return the reason why no fact can match a pattern and a hint, or None if a fact can match."""
     name = pattern.template
     if name not in usage.made and name in _INITIAL:
         return (
@@ -127,7 +128,7 @@ def _unmatched(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] 
             f"leave ({name}) out: a rule without a pattern fires at the start",
         )
     if name not in usage.made and not usage.is_made_elsewhere(name):
-        return f"nobody makes a fact '{name}'", did_you_mean(name, set(usage.made) - {name})
+        return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.made) - {name})
     counts = _counts(agent, usage, name)
     if pattern.count is None or not counts:
         return None
@@ -144,7 +145,7 @@ def _unmatched(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] 
 
 
 def _counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
-    """Return how many fields ordered facts of a template have; empty where that is not known."""
+    """Return the numbers of fields in ordered facts of a template; empty if they are unknown."""
     made = [fact.count for _, fact in usage.made.get(template, ()) if fact.count is not None]
     if template in agent.deftemplates or template in usage.templates_in_texts:
         return []
@@ -162,7 +163,7 @@ def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
             if name in reported | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
                 continue
             if usage.symbols[name] > _asserts(usage, name):
-                continue  # handed to a function that may look for it
+                continue  # the word is also an argument of a function that may query such facts
             if not agent.model.is_defined(Name(NameKind.TEMPLATE, name)) and name in agent.deftemplates:
                 continue
             reported.add(name)
@@ -170,13 +171,13 @@ def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
                 FACT,
                 construct,
                 fact.start,
-                f"nobody matches the fact '{name}'",
+                f"no rule matches the fact '{name}'",
                 did_you_mean(name, read - {name}),
             )
 
 
 def _asserts(usage: Usage, template: str) -> int:
-    """Return how many constructs make a fact of a template."""
+    """Return the number of constructs that assert a fact of a template."""
     return len({construct.placed for construct, _ in usage.made.get(template, ())})
 
 
@@ -212,7 +213,7 @@ def _classes(usage: Usage) -> set[str]:
 
 
 def _way(agent: Agent, usage: Usage, construct: Construct, fact: FactUse, name: str) -> Iterator[Finding]:
-    """Yield a finding when a goal that is made is never selected."""
+    """Yield a finding if an asserted goal is never selected, or never expanded after its selection."""
     if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
         return
     functions = (each for each in usage.constructs if each.keyword == "deffunction")
@@ -224,9 +225,9 @@ def _way(agent: Agent, usage: Usage, construct: Construct, fact: FactUse, name: 
 
 
 def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
-    """Whether a construct may do something with such a goal when it is selected.
+    """Return whether a construct may change such a goal after its selection.
 
-    A rule of the core for goals of any class (that of the planner) waits for the effect of the agent's rule.
+    Rules of the core for goals of any class do not count: they wait for the agent's rules.
     """
     if name in construct.compared:
         return True
@@ -243,23 +244,23 @@ def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bo
 
 
 def _leads(
-    rule: Construct, goal: FactUse, before: str, after: str, setters: set[str], *, by_class: bool = False
+    rule: Construct, goal: FactUse, mode: str, next_mode: str, setters: set[str], *, by_class: bool = False
 ) -> bool:
-    """Whether a rule matches such a goal in a mode, and may set another.
+    """Return whether a rule matches such a goal in a mode and can set the next mode.
 
-    :param setters: functions that set it.
-    :param by_class: only a rule for goals of this class counts.
+    :param setters: functions that set the next mode.
+    :param by_class: require a pattern with the goal's class.
     """
-    if not rule.sets_mode(after) and not rule.symbols & setters:
+    if not rule.sets_mode(next_mode) and not rule.symbols & setters:
         return False
     return any(
-        _fits(pattern, goal, before) and (not by_class or _CLASS in pattern.slots.keys() & goal.slots)
+        _fits(pattern, goal, mode) and (not by_class or _CLASS in pattern.slots.keys() & goal.slots)
         for pattern in rule.patterns
     )
 
 
 def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
-    """Whether a pattern matches such a goal in a mode."""
+    """Return whether a pattern matches such a goal in a mode."""
     if pattern.template != _GOAL or mode not in pattern.slots.get("mode", {mode}):
         return False
     defaults = _DEFAULTS if "sub-type" not in goal.named else {"type": _DEFAULTS["type"]}
@@ -273,7 +274,7 @@ def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
 def _sub_types(
     agent: Agent, usage: Usage, own: list[Construct]
 ) -> Iterator[tuple[tuple[Construct, int], Finding]]:
-    """Yield a finding for each goal whose sub-type no rule handles, with the place of the goal."""
+    """Yield a finding, with its construct and offset, for each goal whose sub-type no rule handles."""
     known = frozenset().union(*(sub_types.handled(each.condition) for each in usage.constructs))
     compared = usage.others.union(*(each.compared for each in usage.constructs))
     files = sub_types.files_of_core(*agent.context.paths.before, agent.context.paths.cx)
@@ -293,9 +294,9 @@ def _sub_types(
 def _with_sub_type(
     agent: Agent, usage: Usage, own: list[Construct], known: frozenset[str]
 ) -> Iterator[tuple[Construct, FactUse, int]]:
-    """Yield the goals with a literal sub-type: asserted, changed, or made by functions of the core.
+    """Yield the goals with a literal sub-type: asserted, modified, or made by functions of the core.
 
-    :param known: the sub-types that functions of the core may give to goals.
+    :param known: the sub-types that functions of the core may assign.
     """
     makers = {
         each.name: found
@@ -326,7 +327,7 @@ def _with_sub_type(
 
 
 def _first_word(node: SyntaxNode) -> str:
-    """Return the first argument of a list; empty when it is missing or a list."""
+    """Return the first argument of a list; empty if it is missing or a list."""
     return literal(node.arguments[0]) if node.arguments else ""
 
 
@@ -343,4 +344,4 @@ def _functions(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
         elsewhere += name in usage.templates_in_texts
         if not elsewhere:
             start = construct.node.arguments[0].start
-            yield _finding(FUNCTION, construct, start, f"nobody calls the function '{name}'")
+            yield _finding(FUNCTION, construct, start, f"nothing calls the function '{name}'")

@@ -1,4 +1,4 @@
-"""Finds mistakes in PDDL domains, and names in CLIPS and in the action mapping that the domain lacks."""
+"""Check for errors in PDDL domains, and for actions that the domain lacks."""
 
 from __future__ import annotations
 
@@ -73,10 +73,10 @@ _PARSE: Final = "parse-pddl-domain"
 
 @dataclass
 class _Actions:
-    """The actions that an agent knows.
+    """The known actions of an agent.
 
-    :param parameters: of each, None where rules make the operator and its parameters are not known.
-    :param is_complete: whether the list is complete: every domain was read, no operator has a computed name.
+    :param parameters: by action; None for operators that rules assert.
+    :param is_complete: whether every domain was read and no operator has a computed name.
     """
 
     parameters: dict[str, tuple[str, ...] | None] = field(default_factory=dict)
@@ -84,7 +84,7 @@ class _Actions:
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the mistakes of the domains, and of references to them."""
+    """Yield the errors in domains and in references to domains."""
     actions = _Actions()
     for file in agent.own_files:
         for call in file.calls(_PARSE):
@@ -98,7 +98,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _check_domain(agent: Agent, file: ClipsFile, call: SyntaxNode, actions: _Actions) -> Iterator[Finding]:
     name = agent.text_of(call.arguments[0]) if call.arguments else ""
     if not name:
-        actions.is_complete = False  # computed: unknown before it runs
+        actions.is_complete = False  # the file name is computed at run time
         return
     path = agent.find(name)
     if path is None:
@@ -122,13 +122,13 @@ def _check_domain(agent: Agent, file: ClipsFile, call: SyntaxNode, actions: _Act
 
 
 def _note_operators(usage: Usage, actions: _Actions) -> None:
-    """Note the operators that rules make or match."""
+    """Add the operators that rules assert or match."""
     for _, fact in usage.made.get(_OPERATOR, ()):
         actions.parameters.update(
             dict.fromkeys(fact.slots.get("name", frozenset()) - actions.parameters.keys())
         )
         if "name" in fact.named and "name" not in fact.slots:
-            actions.is_complete = False  # computed
+            actions.is_complete = False  # the operator's name is computed at run time
     for construct in usage.constructs:
         for ce in patterns(construct.condition):
             words = _words_of(construct, ce)
@@ -136,9 +136,9 @@ def _note_operators(usage: Usage, actions: _Actions) -> None:
 
 
 def _words_of(construct: Construct, ce: PatternCE) -> frozenset[str]:
-    """Return the actions that a pattern names as operators, or to execute them without asking for one.
+    """Return the actions that a pattern names as operators, or executes without an operator.
 
-    The latter matches a plan-action by its name, not by ``(executable TRUE)``, and changes its state.
+    The latter match a plan-action by name, not by ``(executable TRUE)``, and change its state.
     """
     if ce.template == _OPERATOR:
         return ce.slots.get("name", frozenset())

@@ -1,4 +1,4 @@
-"""Finds absurd parts of a domain: actions that can never be done, goals that no action achieves."""
+"""Check for absurd parts of a domain: impossible actions, goals that no action achieves."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ _FACT_KEY: Final = "domain/fact/"
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the doubts about each domain, and about the goals of planners when there is one domain."""
+    """Yield the doubts about each domain; with a single domain, also about the goals of planner calls."""
     domains = list(_domains(agent))
     made = _made(agent)
     for domain in domains:
@@ -88,11 +88,11 @@ def _domains(agent: Agent) -> Iterator[Domain]:
             try:
                 yield load_domain(path, fawkes_compat=reads_as_fawkes(agent.config))
             except CxbridgeError:
-                continue  # the check of domains has it
+                continue  # reported by the check of domains
 
 
 def _made(agent: Agent) -> frozenset[str] | None:
-    """Return the predicates of the facts that the agent makes; None: any, or they come from outside."""
+    """Return the predicates of the facts that the agent asserts; None if they are unknown."""
     own = [
         fact
         for construct, fact in agent.usage.made.get(_FACT, ())

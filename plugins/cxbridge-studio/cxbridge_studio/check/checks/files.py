@@ -1,4 +1,4 @@
-"""Finds missing files of an agent."""
+"""Check for missing files and for files that the core hides."""
 
 from __future__ import annotations
 
@@ -31,18 +31,19 @@ CODES: Final = (MISSING, SHADOWED)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each file that is missing, or not the intended one."""
     folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
     for missing in agent.missing:
         searched = ", ".join(map(str, folders))
         paths = [each / missing.name for each in folders]
         reasons = ((path, why_unreadable(path)) for path in paths)
-        there = next((f"{path} {why}" for path, why in reasons if why != ABSENT), None)
+        unreadable = next((f"{path} {why}" for path, why in reasons if why != ABSENT), None)
         yield Finding(
             MISSING,
             missing.place,
             f"there is no file {missing.name}",
-            did_you_mean(missing.name, _files(folders), f"searched: {searched}") if there is None else there,
+            did_you_mean(missing.name, _files(folders), f"searched: {searched}")
+            if unreadable is None
+            else unreadable,
         )
     core = agent.context.paths.cx
     for asked in agent.asked:

@@ -1,4 +1,4 @@
-"""Finds goals that wait for resources, and mutexes, in an agent that never says who holds them."""
+"""Check for resources and mutexes in an agent that never sets its identity."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LOCKS: Final = ("mutex-try-lock-async", "mutex-lock-async", "mutex-try-lock")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for the first lock of each file that wants an identity."""
+    """Yield a finding for the first lock in each file."""
     own = [each for each in agent.usage.constructs if not agent.is_of_core(each.file.path)]
     if any(_FACT in each.placed.piece.text for each in own):
         return
@@ -43,7 +43,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         ]
         if starts and construct.file.path not in reported:
             reported.add(construct.file.path)
-            at, lines = construct.placed.start + starts[0], construct.file.lines
-            place = SourcePlace(construct.file.path, lines.at(at), lines.column(at))
+            offset, lines = construct.placed.start + starts[0], construct.file.lines
+            place = SourcePlace(construct.file.path, lines.at(offset), lines.column(offset))
             hint = f'call ({_SET} "NAME") in a rule for (executive-init)'
             yield Finding(IDENTITY, place, f"no rule calls {_SET}: no lock is ever acquired", hint)

@@ -1,4 +1,4 @@
-"""Finds what CLIPS files and the domain do not agree on: predicates, plan-actions, who executes them."""
+"""Check for mismatches between CLIPS files and the domain: predicates, plan-actions, executors."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ CODES: Final = (FORMULA, PREDICATE, PARAMETERS, UNSAYABLE, TYPE, NOT_EXECUTED)
 
 @dataclass(frozen=True, slots=True)
 class _Parsed:
-    """A domain that a call in a file parses."""
+    """A domain and the call that parses it."""
 
     domain: Domain
     file: ClipsFile
@@ -79,7 +79,7 @@ class _Parsed:
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each disagreement; nothing of names when a domain cannot be read."""
+    """Yield the mismatches; none if a domain cannot be read."""
     parsed: list[_Parsed] = []
     for file in agent.own_files:
         for call in file.calls("parse-pddl-domain"):
@@ -91,7 +91,7 @@ def check(agent: Agent) -> Iterator[Finding]:
                 compat = reads_as_fawkes(agent.config)
                 parsed.append(_Parsed(load_domain(path, fawkes_compat=compat), file, call))
             except CxbridgeError:
-                return  # the check of domains has it
+                return  # reported by the check of domains
     for each in parsed:
         yield from _check_facts(each.domain)
     if parsed:
@@ -114,8 +114,9 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     known = {each.name for domain in domains for each in domain.predicates}
     known |= {each.name for domain in domains for each in domain.functions}
     model = agent.model
-    known |= model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)  # facts that the agent keeps itself
-    known |= {  # rules may declare more
+    # facts that the agent maintains itself
+    known |= model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
+    known |= {  # predicates that rules declare
         literal(value)
         for file in agent.files
         for call in file.calls("domain-predicate")
@@ -137,14 +138,14 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
                 continue
             reported.add(name.text)
             if any(f"domain/fact/{name.text}" in each.text for each in agent.files):
-                continue  # a fact by its id
-            at = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
+                continue  # the fact is named by its id
+            position = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
             message = f"no domain has a predicate '{name.text}'"
-            yield Finding(PREDICATE, at, message, did_you_mean(name.text, known))
+            yield Finding(PREDICATE, position, message, did_you_mean(name.text, known))
 
 
 def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
-    """Yield a finding for each predicate and object in a planner's goal that nothing declares."""
+    """Yield the predicates and objects in planner goals that nothing declares."""
     predicates = {each.name for domain in domains for each in domain.predicates}
     predicates |= {each.name for domain in domains for each in domain.functions}
     predicates |= agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
@@ -169,13 +170,13 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 
 def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
-    """Yield a finding for each type of objects that facts have and no domain."""
+    """Yield the object types in facts that no domain declares."""
     known = {"object"} | {name for domain in domains for name, _ in pairs_of(domain.types)}
     known |= {above for domain in domains for _, above in pairs_of(domain.types) if above}
     made = agent.usage.made
     for _, fact in made.get("domain-object-type", ()):
         if "name" not in fact.slots:
-            return  # computed: any type may be meant
+            return  # the type is computed: any type is possible
         known |= fact.slots["name"]
     for construct, fact in made.get("domain-object", ()):
         name = next(iter(fact.slots.get("type", ())), "")
@@ -218,16 +219,16 @@ def _check_plan_action(planned: WrittenAction, wanted: list[str]) -> Iterator[Fi
             return
 
 
-# ---- who executes
+# ---- executors
 
 
 def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
     if agent.context.skill_board is not None:
-        return  # executors say themselves which actions they take
+        return  # Executors announce their actions at run time.
     mapped = set(action_mapping(agent.config, agent.spec))
     usage = agent.usage
     if not mapped and any(_takes_any_action(each) for each in usage.constructs if not _is_core(agent, each)):
-        return  # everything is executed by rules
+        return  # all actions are executed by rules
     named = {
         word
         for construct in usage.constructs
@@ -263,7 +264,7 @@ def _is_core(agent: Agent, construct: Construct) -> bool:
 
 
 def _takes_any_action(construct: Construct) -> bool:
-    """Whether a rule waits for plan-actions of any name, and does something with them."""
+    """Return whether a rule matches plan-actions of any name and modifies them."""
     return any(
         pattern.template == "plan-action" and "action-name" not in pattern.slots
         for pattern in construct.patterns

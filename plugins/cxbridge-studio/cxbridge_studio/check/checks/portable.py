@@ -1,6 +1,6 @@
-"""Finds text that runs here and not in Fawkes: with CLIPS 6.30, its features, its blackboard and its Lua.
+"""Check for text that cxbridge accepts and Fawkes does not: CLIPS 6.30, its features, blackboard and Lua.
 
-These findings are made for ``cxbridge check --portable`` only.
+Only ``cxbridge check --portable`` makes these findings.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ _COMMENT: Final = re.compile(r"--[^\n]*")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each place in the agent's own files that Fawkes does not take."""
+    """Yield the positions in the agent's own files that Fawkes does not accept."""
     own = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
     for file in own:
         yield from _expressions(file)
@@ -138,7 +138,7 @@ def _names(file: ClipsFile) -> Iterator[Finding]:
 
 
 def _functions(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each call of a function that only CLIPS 6.4 or a feature of ours has."""
+    """Yield the calls of functions that only CLIPS 6.4 or a feature of cxbridge has."""
     given = agent.manager.feature_functions(agent.env.name)
     features = {name: feature for feature in _OURS for name in given.get(feature, ())}
     own = agent.model.names(NameKind.FUNCTION, Use.DEFINED)
@@ -170,7 +170,7 @@ def _opened(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, 
 
 
 def _domains(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each domain that is right, and that Fawkes' parser refuses."""
+    """Yield the valid domains that Fawkes' parser rejects."""
     for path in agent.domains:
         with suppress(CxbridgeError):
             load_domain(path)

@@ -1,4 +1,4 @@
-"""Finds skills that do not load, and mappings to skills that there are not."""
+"""Check for skills that do not load, and for mappings to unknown skills and arguments."""
 
 from __future__ import annotations
 
@@ -63,7 +63,6 @@ _NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the mistakes of the skills."""
     try:
         skills = _skills(agent)
     except CxbridgeError as error:
@@ -88,9 +87,9 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
-    """Yield a finding for each Lua file in the folders of skills that does not compile.
+    """Yield the Lua files in the skill folders that do not compile.
 
-    :param known: one that has its finding.
+    :param known: a file that is already reported.
     """
     compiler = LuaCompiler()
     for folder in agent.context.paths.skill_dirs:
@@ -103,7 +102,7 @@ def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
 
 
 def _check_executors(agent: Agent) -> Iterator[Finding]:
-    """Yield the findings of executors' classes in their settings: types and fields that do not exist."""
+    """Yield the unknown types and fields in the settings of executors."""
     board = agent.context.skill_board
     for member in () if board is None else board.agents:
         for executor in member.executors:
@@ -113,7 +112,7 @@ def _check_executors(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
-    """Yield a finding for each argument by name that a Lua skill does not know."""
+    """Yield the named arguments that a Lua skill does not know."""
     texts = {name: _text(path) for name, path in skills.items() if path is not None}
     base = f"/clips-executive/specs/{agent.spec}/action-mapping"
     for action, template in action_mapping(agent.config, agent.spec).items():
@@ -136,11 +135,11 @@ def _text(path: Path) -> tuple[set[str], str]:
 
 
 def _skills(agent: Agent) -> dict[str, Path | None] | None:
-    """Return the skills that the agent can use, as their texts say it; None when these cannot say it.
+    """Return the file of each skill, read from their texts; None if a text computes its skills.
 
-    Each skill of a skill space has its file, those of executors have none.
+    The skills of executors have no file.
 
-    :raises CxbridgeError: when one of them does not load.
+    :raises CxbridgeError: if a skill does not load.
     """
     context = agent.context
     if agent.options.skiller != "lua" or not context.source.has_fawkes_configuration:

@@ -1,4 +1,4 @@
-"""Finds constructs that are defined twice: the later one replaces the first, without a word."""
+"""Check for constructs that are defined twice: CLIPS silently replaces the first."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _KINDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction", 
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each construct of the agent that replaces another one."""
+    """Yield the constructs of the agent that replace an earlier construct."""
     losses = Losses(agent.usage, agent.is_of_core)
     first: dict[tuple[str, str, str], Construct] = {}
     module = "MAIN"
@@ -35,18 +35,18 @@ def check(agent: Agent) -> Iterator[Finding]:
         key = construct.keyword, construct.name
         if construct.keyword not in _KINDS or not construct.name:
             continue
-        before = first.setdefault((*key, module), construct)
-        if is_declaration(before.placed.piece.text):
-            first[*key, module] = construct  # a declaration, for functions that call each other
+        earlier = first.setdefault((*key, module), construct)
+        if is_declaration(earlier.placed.piece.text):
+            first[*key, module] = construct  # A forward declaration, for functions that call each other.
             continue
         here = construct.file
-        if before is construct or agent.is_of_core(here.path) or (here.path, *key) in agent.dropped:
+        if earlier is construct or agent.is_of_core(here.path) or (here.path, *key) in agent.dropped:
             continue
         start = construct.placed.start
-        line = before.file.lines.at(before.placed.start)
-        where = "line" if before.file is here else f"{Path(before.file.path).name}, line"
+        line = earlier.file.lines.at(earlier.placed.start)
+        where = "line" if earlier.file is here else f"{Path(earlier.file.path).name}, line"
         place = SourcePlace(here.path, here.lines.at(start), here.lines.column(start))
-        lost = losses.of([before])
+        lost = losses.of([earlier])
         message = f"{construct.keyword} {construct.name} replaces the one in {where} {line}"
         message += f"; {lost}" if lost else ""
         yield Finding(TWICE, place, message, "rename or remove one")

@@ -1,1 +1,1 @@
-"""Coverage: the rules, goal classes, actions and skills that a set of recorded runs has used."""
+"""Coverage of an agent by recorded runs: rules, goal classes, actions and skills."""

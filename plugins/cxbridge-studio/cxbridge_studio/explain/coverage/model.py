@@ -30,21 +30,22 @@ MODES: Final = (
     "EVALUATED",
     "RETRACTED",
 )
-"""The modes of a goal, in their order."""
+"""The modes of a goal, in the order of its life."""
 
 _OPERATOR = re.compile(r"\(\s*:(?:durative-)?action\s+([^\s()]+)", re.IGNORECASE)
 _COMMENT = re.compile(r";[^\n]*")
 _SKILL_NAME = re.compile(r"\s*([A-Za-z_][\w-]*)")
 _UNWATCHED = "/clips-executive/debug/unwatch-rules"
+# Rules that fire in each loop; their firings are never recorded.
 _EVERY_TICK: Final = ("time-retract", "blackboard-read")
 _PLAIN_WORD = re.compile(r"[A-Za-z][\w-]*\Z")
 
 
 @dataclass(frozen=True, slots=True)
 class RuleLines:
-    """A defrule.
+    """A defrule and its lines.
 
-    :param lines: the lines on which it has code; the first is that of its begin.
+    :param lines: the numbers of lines with code; the first is the line of the name.
     """
 
     name: str
@@ -54,13 +55,13 @@ class RuleLines:
 
 @dataclass(slots=True)
 class AgentSources:
-    """All there is of an agent.
+    """The names in an agent's sources.
 
-    :ivar rules: by name; of two of one name the one that was defined last.
-    :ivar classes: classes of goals that its files name.
-    :ivar operators: of its PDDL domains.
-    :ivar unwatched: rules whose firings were not to be recorded.
-    :ivar changed: files that were not the same in all runs.
+    :ivar rules: rules by name; of duplicates, the last definition.
+    :ivar classes: goal classes.
+    :ivar operators: operators of the PDDL domains.
+    :ivar unwatched: rules whose firings are not recorded.
+    :ivar changed: files that differ between runs.
     """
 
     rules: dict[str, RuleLines] = field(default_factory=dict)
@@ -72,15 +73,14 @@ class AgentSources:
 
     @property
     def texts(self) -> Mapping[str, str]:
-        """The CLIPS files, by name."""
+        """The texts of the CLIPS files, by name."""
         return self._texts
 
     def add_file(self, file: TextFile) -> None:
-        """Add the constructs of a CLIPS file."""
-        before = self._texts.get(file.name)
-        if before == file.text:
+        known_text = self._texts.get(file.name)
+        if known_text == file.text:
             return
-        if before is not None:
+        if known_text is not None:
             self.changed.add(file.name)
             self.rules = {name: rule for name, rule in self.rules.items() if rule.file != file.name}
         self._texts[file.name] = file.text
@@ -93,12 +93,12 @@ class AgentSources:
     def add_source(self, source: RunSource | SourceRead, *, core: bool) -> None:
         """Add the sources of a run.
 
-        :param core: whether the files of the built-in core count.
+        :param core: whether to include the built-in core.
         """
         if (data := source.data) is None:
             return
         text = data.decode("utf-8", "surrogateescape")
-        # the built-in core is written for 6.4's modify, nothing else is
+        # Only the built-in core is written for 6.4's modify.
         if source.role == "clips" and (core or source.details.get("modify") != "6.4"):
             self.add_file(TextFile(source.name, text))
         elif source.role == "pddl" and source.details.get("kind") == "domain":
@@ -108,38 +108,37 @@ class AgentSources:
             self.unwatched.update(_unwatched(text))
 
     def add_domain(self, text: str) -> None:
-        """Add the operators of a PDDL domain."""
         self.operators.update(match[1].lower() for match in _OPERATOR.finditer(_COMMENT.sub("", text)))
 
 
 def _code_lines(text: str, first: int) -> Iterable[int]:
-    """Yield the numbers of the lines that have more than blanks and comments."""
+    """Yield the numbers of lines with more than blanks and comments."""
     for number, line in enumerate(text.split("\n"), first):
         if line.strip() and not line.lstrip().startswith(";"):
             yield number
 
 
 def _classes(construct: SyntaxNode) -> Iterable[str]:
-    """Yield the classes of goals that a construct names."""
+    """Yield the goal classes that a construct names."""
     for node in construct.walk():
         slots = node.arguments if node.head == "goal" else ()
         for slot in slots:
             if slot.items is not None and slot.head == "class":
-                for before, word in pairwise(slot.items):
-                    if _PLAIN_WORD.match(word.text) and before.text != "~":
+                for previous, word in pairwise(slot.items):
+                    if _PLAIN_WORD.match(word.text) and previous.text != "~":
                         yield word.text
 
 
 @dataclass(slots=True)
 class RecordedUse:
-    """What runs have used.
+    """The parts of an agent that runs have used.
 
-    :ivar firings: how often each rule fired.
-    :ivar modes: of each class of goals, how often one of its goals got into which mode.
-    :ivar outcomes: of each class, how its goals ended.
-    :ivar actions: how often an action of each name was executed.
-    :ivar skills: how often each skill was executed.
-    :ivar without_firings: runs that have none recorded.
+    :ivar firings: number of firings by rule.
+    :ivar modes: number of goals by class and mode.
+    :ivar outcomes: number of goals by class and outcome.
+    :ivar actions: number of executions by action.
+    :ivar skills: number of executions by skill.
+    :ivar without_firings: runs without recorded firings.
     """
 
     runs: int = 0
@@ -154,10 +153,10 @@ class RecordedUse:
     def add(self, run: Run, env: str) -> None:
         """Add the used parts of a run.
 
-        :raises TraceError: when it cannot be read.
+        :raises TraceError: if the recording cannot be read.
         """
         self.runs += 1
-        before = self.firings.total()
+        firings_before = self.firings.total()
         last_mode: dict[str, str] = {}
         skill = {"": ("", "")}
         envs = {source.name for source in sources_of(run, "environment")}
@@ -178,7 +177,7 @@ class RecordedUse:
                     self.skills[name[1] if name else event.skill_string] += 1
                 skill[event.skiller] = now
         check_environment(env, envs, run.path)
-        if self.firings.total() == before:
+        if self.firings.total() == firings_before:
             self.without_firings.append(str(run.path))
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
@@ -192,9 +191,9 @@ class RecordedUse:
 
 
 def check_environment(env: str, known: Collection[str], path: Path) -> None:
-    """See that a recording has a CLIPS environment of this name; one that names none may have any.
+    """Check that a recording has a CLIPS environment of this name. A recording without environments passes.
 
-    :raises TraceError: when it has different ones only.
+    :raises TraceError: if the recording has other environments only.
     """
     if known and env not in known:
         hint = did_you_mean(env, known, f"there are: {', '.join(sorted(known))}")
@@ -202,10 +201,10 @@ def check_environment(env: str, known: Collection[str], path: Path) -> None:
 
 
 def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, core: bool) -> bool:
-    """Add the files that are in a recording to an agent; returns whether there are any of CLIPS.
+    """Add the recorded files to an agent and return whether the recording has CLIPS files.
 
-    :param core: whether the files of the built-in core count.
-    :raises TraceError: when it cannot be read.
+    :param core: whether to include the built-in core.
+    :raises TraceError: if the recording cannot be read.
     """
     steps = [step for step in building_steps(run, env) if step.role == "clips" and step.data is not None]
     for source in (*steps, *sources_of(run, "pddl", "config-tree")):
@@ -229,9 +228,9 @@ def _unwatched(tree: str) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class FileCoverage:
-    """The rules of a file.
+    """The coverage of a file.
 
-    :param rules: each with how often it fired; None when its firings were not to be recorded.
+    :param rules: each rule with its number of firings; None if firings are not recorded.
     """
 
     file: str
@@ -239,21 +238,20 @@ class FileCoverage:
 
     @property
     def counted(self) -> int:
-        """Rules whose firings were recorded."""
+        """The number of rules with recorded firings."""
         return sum(count is not None for _, count in self.rules)
 
     @property
     def fired(self) -> int:
-        """Rules that fired."""
+        """The number of rules that fired."""
         return sum(bool(count) for _, count in self.rules)
 
 
 @dataclass(frozen=True, slots=True)
 class UsedNames:
-    """Things of one kind, used or not.
+    """Used and unused names of one kind.
 
-    :param used: how often, by name.
-    :param unused: names.
+    :param used: names with their number of uses.
     """
 
     used: tuple[tuple[str, int], ...]
@@ -262,9 +260,9 @@ class UsedNames:
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """The used parts, among all parts.
+    """The used and unused parts of an agent.
 
-    :param missing_modes: of each class of goals that appeared, the modes that none of its goals was in.
+    :param missing_modes: for each goal class in the runs, the modes that no goal reached.
     """
 
     runs: int
@@ -278,24 +276,24 @@ class Coverage:
 
     @property
     def counted(self) -> int:
-        """Rules whose firings were recorded."""
+        """The number of rules with recorded firings."""
         return sum(file.counted for file in self.files)
 
     @property
     def fired(self) -> int:
-        """Rules that fired."""
+        """The number of rules that fired."""
         return sum(file.fired for file in self.files)
 
     @property
     def percent(self) -> float:
-        """How many of the rules fired, of a hundred; 100 when there are none."""
+        """Percentage of rules that fired; 100 for an agent without rules."""
         return 100.0 * self.fired / self.counted if self.counted else 100.0
 
 
 def coverage_of(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = ()) -> Coverage:
-    """Join the parts and their uses.
+    """Combine an agent and the uses of its parts.
 
-    :param globs: only rules of files whose path, or name, one of these matches.
+    :param globs: include only rules of files whose path or name matches one of these.
     """
     by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
     for rule in agent.rules.values():

@@ -1,4 +1,4 @@
-"""Coverage as a page: rules with their source, goals, actions, skills."""
+"""Coverage as an HTML page: rules with their source, goals, actions, skills."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from cxbridge_studio.explain.coverage.report import plain, short_names
 def write_page(path: Path, coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> None:
     """Write the page.
 
-    :param texts: of the files, by the names that they have in the coverage.
-    :param firings_known: whether any run has firings.
-    :raises CxbridgeError: when the file cannot be written, or no installed package makes pages.
+    :param texts: source texts by file name.
+    :param firings_known: whether any run has recorded firings.
+    :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     document = as_document(coverage, texts, firings_known=firings_known)
     write_document(path, "coverage", "Coverage", document)
 
 
 def as_document(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> dict[str, Any]:
-    """Return the data of the page: the JSON of the coverage, with the sources; see :func:`write_page`."""
+    """Return the data of the page: the coverage as JSON values, with the source texts."""
     document = {**plain(coverage), "modes": list(MODES), "firings_known": firings_known}
     document["rules"]["files"] = [
         {

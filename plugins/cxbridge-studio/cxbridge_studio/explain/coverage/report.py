@@ -1,4 +1,4 @@
-"""Coverage as text for people, as values for programs, and in the format of lcov."""
+"""Coverage as text, as JSON values, and in the format of lcov."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from cxbridge.printing import short_path
 from cxbridge_studio.explain.coverage.model import Coverage, FileCoverage, UsedNames
 
 _SHORT: Final = 12
-"""Letters of a folder that are not worth to be left out."""
+"""A common folder of at most this length is not worth a separate heading."""
 
 
 def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
-    """Yield the report for people.
+    """Yield the text of the report.
 
-    :param firings_known: whether any run has firings.
+    :param firings_known: whether any run has recorded firings.
     """
     runs = "1 run" if coverage.runs == 1 else f"{coverage.runs} runs"
     if firings_known:
@@ -48,7 +48,7 @@ def _file_table(coverage: Coverage) -> Iterator[str]:
 
 
 def _below(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
-    """Return the folder that all files are below, when it is worth to name it, and their names from there."""
+    """Return the common folder of the files, empty if it is short, and the file names relative to it."""
     names = [short_path(file.file) for file in files]
     base = os.path.commonpath([str(Path(name).parent) for name in names]) if len(names) > 1 else ""
     if len(base) <= _SHORT:
@@ -57,7 +57,7 @@ def _below(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
 
 
 def short_names(files: Sequence[FileCoverage]) -> list[str]:
-    """Return the names of files, below the folder that they share when that is long."""
+    """Return the file names, relative to the common folder if that is long."""
     return _below(files)[1]
 
 
@@ -75,7 +75,7 @@ def _never_fired(coverage: Coverage) -> Iterator[str]:
         yield from never
     unwatched = [rule.name for file in coverage.files for rule, count in file.rules if count is None]
     if unwatched:
-        yield f"not watched, so nobody knows: {', '.join(unwatched)}"
+        yield f"firings not recorded: {', '.join(unwatched)}"
 
 
 def _part(title: str, verb: str, part: UsedNames) -> Iterator[str]:
@@ -86,7 +86,7 @@ def _part(title: str, verb: str, part: UsedNames) -> Iterator[str]:
 
 
 def plain(coverage: Coverage) -> dict[str, Any]:
-    """Return the coverage as values that JSON knows."""
+    """Return the coverage as JSON values."""
     return {
         "runs": coverage.runs,
         "rules": {
@@ -120,7 +120,7 @@ def _plain_part(part: UsedNames) -> dict[str, Any]:
 
 
 def lcov(coverage: Coverage) -> Iterator[str]:
-    """Yield the lines of a tracefile of lcov: a rule is a function, its lines were executed when it fired."""
+    """Yield the lines of an lcov tracefile: a rule is a function, its lines are executed when it fires."""
     for file in coverage.files:
         rules = [(rule, count) for rule, count in file.rules if count is not None]
         yield "TN:"

@@ -1,1 +1,1 @@
-"""Why a rule has not fired: its condition is read, matched CE by CE, and what does not match is shown."""
+"""Explains why a rule has not fired: matches its condition element by element and shows the mismatch."""

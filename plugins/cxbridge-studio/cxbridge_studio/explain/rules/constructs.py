@@ -1,4 +1,4 @@
-"""Reads the constructs of CLIPS files, for environments that are not there any more."""
+"""Reader of the constructs in CLIPS files, for runs whose environment no longer exists."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SINGLE = ("slot", "field")
 class TextFile:
     """A CLIPS file.
 
-    :param name: its name, or its known path.
+    :param name: its path, or another name if the path is unknown.
     """
 
     name: str
@@ -29,9 +29,9 @@ class TextFile:
 class Constructs:
     """The constructs of files.
 
-    :param files: in the order they were loaded; of two constructs of one name the later counts.
-    :param diagnostics: their mistakes: a refused rule is missing.
-    :param folders: where more files of the agent are.
+    :param files: in loading order; the later of two constructs with one name counts.
+    :param diagnostics: CLIPS' messages; refused rules are left out.
+    :param folders: folders with further files of the agent.
     """
 
     def __init__(
@@ -72,12 +72,11 @@ class Constructs:
                 self._take_globals(node.arguments)
 
     def _take_globals(self, items: tuple[SyntaxNode, ...]) -> None:
-        for place, item in enumerate(items[:-2]):
-            if items[place + 1].text == "=":
-                self._globals[item.text.strip("?*")] = one_line(items[place + 2].text)
+        for index, item in enumerate(items[:-2]):
+            if items[index + 1].text == "=":
+                self._globals[item.text.strip("?*")] = one_line(items[index + 2].text)
 
     def rulebook(self) -> Rulebook:
-        """Return which rules there are."""
         return Rulebook(
             frozenset(self._rules),
             tuple(self._names),
@@ -89,21 +88,19 @@ class Constructs:
 
     @property
     def global_texts(self) -> Mapping[str, str]:
-        """The expressions of the global variables, by name, in the order in which they are defined."""
+        """The expressions of global variables by name, in the order of definition."""
         return self._globals
 
     def has_function(self, name: str) -> bool:
-        """Whether there is a deffunction of this name."""
         return name in self._functions
 
     def rule_texts(self) -> Mapping[str, str]:
-        """Return all defrules by name."""
         return self._rules
 
     def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a rule without facts.
 
-        :raises ClipsError: when there is no such rule.
+        :raises ClipsError: if there is no such rule.
         """
         if rule not in self._rules:
             raise ClipsError(f"there is no rule '{rule}'")
@@ -116,7 +113,7 @@ class Constructs:
             self.templates,
             (),
             needs.functions,
-            # a global variable may begin with the value of one before it
+            # the value of a global variable may depend on earlier ones
             global_texts=self._globals if needs.globals else {},
             all_facts=needs.all_facts,
         )

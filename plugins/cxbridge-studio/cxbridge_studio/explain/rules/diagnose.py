@@ -1,4 +1,4 @@
-"""Diagnoses the condition of a rule, CE by CE, by CLIPS' own matching."""
+"""Diagnosis of a rule's condition, element by element, with CLIPS' own matcher."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from cxbridge_studio.explain.rules.near_misses import find_nearest
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 MOST_SHOWN: Final = 3
-"""Facts, values and near misses that are listed of each kind."""
+"""The limit of listed facts, values and near misses."""
 
 MOST_BASES: Final = 200
-"""Complete matches that are listed."""
+"""The limit of listed complete matches."""
 
 
 def diagnose(snapshot: Snapshot) -> Diagnosis:
-    """Find out how the condition of the snapshot's rule stands."""
+    """Match the condition of the snapshot's rule, and explain a mismatch."""
     if snapshot.too_many:
         return undiagnosed(
             snapshot, f"{snapshot.too_many - 1}+ facts of its templates are too many to look at"
@@ -36,7 +36,7 @@ def diagnose(snapshot: Snapshot) -> Diagnosis:
 
 
 def undiagnosed(snapshot: Snapshot, reason: str) -> Diagnosis:
-    """Return a description of a rule whose condition cannot be matched."""
+    """Return the diagnosis of a condition that cannot be matched."""
     condition = parse_rule(snapshot.text)
     plain = tuple(CECount(place, ce.text, None, None) for place, ce in enumerate(condition.ces, 1))
     return Diagnosis(condition.salience, plain, unknown=reason)
@@ -49,7 +49,7 @@ class _Diagnoser:
         self._matcher = matcher
 
     def diagnosis(self) -> Diagnosis:
-        """Count, and explain the first CE with which nothing matches."""
+        """Count the matches, and explain the first element without a match."""
         ces, matcher = self._condition.ces, self._matcher
         elements: list[CECount] = []
         failing, unknown = 0, ""
@@ -89,21 +89,21 @@ class _Diagnoser:
             return self._condition.salience
 
     def _alone(self, before: Sequence[CE], ce: CE) -> Count | None:
-        """Return how many facts match a pattern, the only one of its CE, by itself."""
+        """Return the number of facts that match a CE's single pattern alone, without the CEs before it."""
         inner = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
         if not isinstance(inner, PatternCE):
             return None
         foreign = Prefix(list(before)).binds
         try:
             pattern = f"?cx-why-fact <- {inner.alone(foreign)}"
-            # a multislot can match in several ways; the fact counts once
+            # A multislot can match in several ways; the fact counts once.
             found = self._matcher.note([pattern], ["cx-why-fact"], limit=-1)
         except ClipsError:
             return None
         return Count(len(set(found)))
 
     def _explain(self, before: list[CE], ce: CE) -> MatchFailure:
-        """Explain why a CE matches nothing after those before it, which match."""
+        """Explain why a CE has no match although all CEs before it match."""
         try:
             if isinstance(ce, PatternCE):
                 return find_nearest(self._matcher, self._snapshot, Prefix(before), ce)
@@ -159,12 +159,12 @@ class _Diagnoser:
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
     def _sequence(self, before: list[CE], ces: list[CE]) -> MatchFailure:
-        """Explain the first of several CEs with which nothing matches."""
-        for place, ce in enumerate(ces):
-            prefix = Prefix([*before, *ces[: place + 1]])
+        """Explain the first of several CEs without a match."""
+        for index, ce in enumerate(ces):
+            prefix = Prefix([*before, *ces[: index + 1]])
             if self._matcher.count(prefix.texts).number == 0:
-                return self._explain([*before, *ces[:place]], ce)
-        raise ClipsError("its parts match one after the other")
+                return self._explain([*before, *ces[:index]], ce)
+        raise ClipsError("its parts match in sequence")
 
     def _fact(self, index: int, pattern: PatternCE) -> str:
         return self._snapshot.fact_text(self._matcher.rows[index], {part.slot for part in pattern.parts})

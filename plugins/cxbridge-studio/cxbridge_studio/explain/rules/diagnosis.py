@@ -1,4 +1,4 @@
-"""The diagnosis of a rule: how much matches each CE, and why one matches nothing."""
+"""The diagnosis of a rule: the matches of each conditional element (CE), and why one has none."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """How many ways to match there are.
+    """A number of matches.
 
-    :param more: whether there are more than were counted.
+    :param more: whether there are more matches than counted.
     """
 
     number: int
@@ -21,10 +21,10 @@ class Count:
 
 @dataclass(frozen=True, slots=True)
 class CECount:
-    """A CE and how much matches it.
+    """A conditional element and its matches.
 
-    :param alone: facts that match its pattern alone; None when it is not a pattern.
-    :param joined: ways in which it matches with all before it; None when one before it has none.
+    :param alone: the number of facts that match its pattern; None if it is not a pattern.
+    :param joined: the number of matches together with all CEs before it; None after a CE without a match.
     """
 
     number: int
@@ -37,10 +37,10 @@ class CECount:
 class Deviation:
     """A slot in which a fact differs from a pattern.
 
-    :param slot: its name, or ``field N``.
-    :param value: the value of the fact.
+    :param slot: the name, or ``field N``.
+    :param value: the value in the fact.
     :param wanted: the constraint.
-    :param known: the variables of the constraint and their values, and where they come from.
+    :param known: the variables in the constraint, with their values and binding CEs.
     """
 
     slot: str
@@ -53,7 +53,7 @@ class Deviation:
 class NearMiss:
     """A fact that nearly matches.
 
-    :param fact: index and the slots that the pattern is about.
+    :param fact: the index and the slots in the pattern.
     """
 
     fact: str
@@ -62,15 +62,15 @@ class NearMiss:
 
 @dataclass(frozen=True, slots=True)
 class MatchFailure:
-    """Why a CE matches nothing.
+    """Why a conditional element has no match.
 
     :param kind: ``pattern``, ``not``, ``test``, ``exists``, ``forall``, ``or`` or ``unknown``.
-    :param text: the CE.
-    :param reason: in a sentence.
-    :param near: the facts that match the most of a pattern.
-    :param facts: those that are in the way of a ``not``, or that violate a ``forall``.
-    :param values: values for which a test is false.
-    :param inner: why the parts of it do not match: of the branches of an ``or``, in an ``exists``.
+    :param text: the conditional element.
+    :param reason: the reason, in a sentence.
+    :param near: the facts that match the most slots of a pattern.
+    :param facts: the facts that match a ``not`` or violate a ``forall``.
+    :param values: the values for which a ``test`` is false.
+    :param inner: the failures of parts: the branches of an ``or``, the content of an ``exists``.
     """
 
     kind: str
@@ -84,16 +84,16 @@ class MatchFailure:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """How a condition stands.
+    """The state of a condition.
 
-    :param salience: as a number, where it is known, or as source text; empty when the rule has none.
-    :param elements: the CEs.
-    :param failing: the number of the first CE with which nothing matches; 0 when the whole condition matches.
-    :param failure: why.
-    :param matches: ways in which the whole condition matches; None when it does not, or they are unknown.
-    :param bases: the facts of the first of these.
-    :param errors: CLIPS' messages when it evaluated the conditions.
-    :param unknown: why there are no counts; empty when there are.
+    :param salience: a number if known, else the source text; empty without salience.
+    :param elements: the conditional elements.
+    :param failing: the number of the first CE without a match; 0 if the whole condition matches.
+    :param failure: why that CE has no match.
+    :param matches: the number of complete matches; None if there are none or they are unknown.
+    :param bases: the facts of the first complete matches.
+    :param errors: CLIPS' messages during matching.
+    :param unknown: why there are no counts; empty if there are.
     """
 
     salience: str

@@ -1,4 +1,4 @@
-"""Copies rules, with their facts, out of a CLIPS environment."""
+"""Copies rules and their facts from a CLIPS environment."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from cxbridge_studio.explain.rules import snapshot as model
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot, Waiting
 
 MAX_AGENDA: Final = 1000
-"""Activations that are looked at."""
+"""The limit of inspected activations."""
 
 _SUCCINCT: Final = 1
 
 
 def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
-    """Return which rules an environment has. To be called between runs of its rules."""
+    """Return the rules of an environment. Call this between runs of its rules."""
     return Rulebook(
         frozenset(name for name, _ in defrules(env)),
         tuple(map(str, env.loader.files)),
@@ -39,19 +39,19 @@ def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
 
 
 def fact_slots(env: ClipsEnvironment, template: str, most: int | None = None) -> list[Mapping[str, str]]:
-    """Return the facts of a deftemplate: slots, as CLIPS prints their values.
+    """Return the slots of a deftemplate's facts, as CLIPS prints the values.
 
-    :param most: the limit of their number; None: all.
+    :param most: the maximum number of facts; None for all.
     """
     facts = islice(env.facts(template), most)
     return [{name: show(value) for name, value in slots.items()} for _, _, slots in facts]
 
 
 def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Snapshot:
-    """Copy the evidence about a rule. To be called between runs of the rules, with the lock held.
+    """Copy a rule with its facts. Call this between runs of the rules, with the lock held.
 
-    :param most_facts: with more, none are copied; :data:`~.snapshot.MAX_FACTS` for None.
-    :raises ClipsError: when there is no such rule.
+    :param most_facts: if there are more facts, none are copied; None for :data:`~.snapshot.MAX_FACTS`.
+    :raises ClipsError: if there is no such rule.
     """
     pointer = lib.FindDefrule(env.env, encode(rule))
     if pointer == NULL:
@@ -87,7 +87,7 @@ def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Sna
 
 
 def _function(env: ClipsEnvironment, name: str) -> str | None:
-    """Return the text of a deffunction, empty where CLIPS has none; None when there is no such function."""
+    """Return the text of a deffunction, empty if CLIPS keeps none; None if there is no such function."""
     function = lib.FindDeffunction(env.env, encode(name))
     if function == NULL:
         return None
@@ -96,7 +96,7 @@ def _function(env: ClipsEnvironment, name: str) -> str | None:
 
 
 def _templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, FactTemplate]:
-    """Return the deftemplates of these names that exist; all for None."""
+    """Return the existing deftemplates with these names; None for all."""
     found = {}
     pointer = lib.GetNextDeftemplate(env.env, NULL)
     while pointer != NULL:
@@ -108,7 +108,6 @@ def _templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, Fa
 
 
 def _facts(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
-    """Yield the facts of deftemplates."""
     for name in templates:
         pointer = lib.FindDeftemplate(env.env, encode(name))
         fact = lib.GetNextFactInTemplate(pointer, NULL)
@@ -118,24 +117,24 @@ def _facts(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
 
 
 def _lasting(value: Value) -> Value:
-    """Return a value that is still good when the facts are gone."""
+    """Return a value that stays valid after facts are retracted."""
     if isinstance(value, FactAddress):
         return FactRef(int(lib.FactIndex(value.pointer)))
     return tuple(map(_lasting, value)) if isinstance(value, tuple) else value
 
 
 def _own_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
-    """Return the lines of CLIPS' own ``(matches RULE succinct)``."""
+    """Return the output of CLIPS' ``(matches RULE succinct)``."""
     lines: list[str] = []
 
-    def keep(_level: Level, line: str) -> None:
+    def add_line(_level: Level, line: str) -> None:
         lines.append(line.strip())
 
-    before = env.output.redirect(keep)
+    outer_sink = env.output.redirect(add_line)
     try:
         lib.Matches(rule, _SUCCINCT, ffi.new("CLIPSValue *"))
     finally:
-        env.output.redirect(before)
+        env.output.redirect(outer_sink)
     return tuple(lines)
 
 

@@ -1,4 +1,4 @@
-"""Finds where a rule is written, and why an environment lacks one."""
+"""The position of a rule in the files, and the reason why an environment lacks the rule."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from cxbridge_studio.explain.rules.snapshot import Rulebook
 
 @dataclass(frozen=True, slots=True)
 class SourceLine:
-    """A line of a file."""
-
     file: str
     line: int
 
@@ -25,7 +23,7 @@ class SourceLine:
 
 
 def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
-    """Return where a rule is defined; in the last of several files that do."""
+    """Return the position of a rule; the last one if several files define it."""
     found = None
     for file in dict.fromkeys(files):
         try:
@@ -38,7 +36,7 @@ def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
 
 
 def why_missing(rule: str, book: Rulebook) -> str:
-    """Return in a sentence why an environment does not have a rule that some file defines; else nothing."""
+    """Return why an environment lacks a rule that a file defines; empty if the reason is unknown."""
     for diagnostic in reversed(book.diagnostics):
         if diagnostic.construct.partition(" ")[2] == rule:
             return f"it was refused when its file was loaded: {diagnostic}"
@@ -52,13 +50,13 @@ def why_missing(rule: str, book: Rulebook) -> str:
             return f"{place} defines it, but the file was not loaded as a whole: {lost[0]}"
         return f"{place} defines it, and it was loaded, but it is gone: undefined later, or not loaded yet"
     loaded = {str(Path(file).resolve()) for file in book.files}
-    others = (path for folder in book.folders for path in sorted(Path(folder).rglob("*.clp")))
-    place = find_rule(rule, (str(path) for path in others if str(path.resolve()) not in loaded))
+    unloaded_paths = (path for folder in book.folders for path in sorted(Path(folder).rglob("*.clp")))
+    place = find_rule(rule, (str(path) for path in unloaded_paths if str(path.resolve()) not in loaded))
     return "" if place is None else f"{place} defines it, but the spec does not load that file"
 
 
 def _behind_unclosed(rule: str, book: Rulebook) -> str:
-    """Return that a rule is behind a parenthesis that never closes; else nothing."""
+    """Return that a rule follows an unclosed parenthesis; empty if it does not."""
     begin = re.compile(rf"^\s*\(defrule\s+{re.escape(rule)}(?![^\s()])", re.MULTILINE)
     for diagnostic in book.diagnostics:
         if diagnostic.code != UNCLOSED or diagnostic.line is None:

@@ -1,4 +1,4 @@
-"""The rules that an agent's files have and its environment lacks: refused, or in files not loaded."""
+"""The rules in an agent's files that the environment lacks: refused, or in files that are not loaded."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _RULE = "defrule "
 
 @dataclass(frozen=True, slots=True)
 class LostRule:
-    """A rule in a file that is missing in the environment.
+    """A rule in a file that the environment lacks.
 
-    :param text: the defrule; empty when unknown.
-    :param why: in words, to be put behind its name.
+    :param text: the defrule; empty if unknown.
+    :param why: a phrase that follows the rule's name.
     """
 
     name: str
@@ -27,7 +27,7 @@ class LostRule:
 
 
 def refused(book: Rulebook) -> dict[str, LostRule]:
-    """Return the rules that were refused when their files were loaded, by name."""
+    """Return the rules that CLIPS refused, by name."""
     found: dict[str, LostRule] = {}
     read: dict[str, dict[str, str]] = {}
     for diagnostic in book.diagnostics:
@@ -44,7 +44,7 @@ def refused(book: Rulebook) -> dict[str, LostRule]:
 
 
 def unloaded(book: Rulebook) -> Iterator[LostRule]:
-    """Yield the rules of the files in the agent's folders that it does not load."""
+    """Yield the rules in the agent's folders whose files are not loaded."""
     loaded = {str(Path(file).resolve()) for file in book.files}
     for folder in book.folders:
         for path in sorted(Path(folder).rglob("*.clp")):

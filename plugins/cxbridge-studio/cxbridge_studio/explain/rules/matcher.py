@@ -1,6 +1,6 @@
-"""Matches parts of a condition with the facts of a snapshot, by CLIPS in a restricted environment.
+"""Matches parts of a condition against the facts of a snapshot, in an isolated CLIPS environment.
 
-Each question is made a rule, which fires: CLIPS itself counts, binds variables and evaluates tests.
+Each query becomes a rule that fires: CLIPS itself counts, binds variables and evaluates tests.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from cxbridge_studio.explain.rules.diagnosis import Count
 from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot
 
 MOST_MATCHES: Final = 100_000
-"""Ways to match that are counted."""
+"""The limit of counted matches."""
 
 FACT_FUNCTION: Final = "cx-why-fact"
-"""Returns the fact that has an index in the snapshot, in expressions for :meth:`Matcher.value`."""
+"""Function for :meth:`Matcher.value` that returns the fact with an index of the snapshot."""
 
 _PROBE = "cx-why-probe"
 _MISSING = re.compile(r"Missing function declaration for '([^']+)'")
 _MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
-"""What CLIPS says about an error, without where in the network it was."""
+"""A CLIPS error message, without its position in the network."""
 
 
 class Matcher:
-    """The environment. A context manager: leaving it frees everything.
+    """The isolated environment. A context manager that frees the environment.
 
-    Functions of the snapshot that cannot be defined here are left out: conditions with them cannot be asked.
+    Functions that cannot be defined here are left out, so conditions that call them cannot be matched.
     """
 
     def __init__(self, snapshot: Snapshot) -> None:
@@ -56,7 +56,7 @@ class Matcher:
         self._globals = {name: self._here(value) for name, value in snapshot.globals.items()}
         self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
         self.errors: list[str] = []
-        """What went wrong while conditions were evaluated, each message once."""
+        """Errors during matching, each message once."""
         try:
             self._fill(snapshot)
         except BaseException:
@@ -81,7 +81,7 @@ class Matcher:
         for name in snapshot.globals:
             env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")
         for name, expression in snapshot.global_texts.items():
-            with suppress(ClipsError):  # who needs it says so
+            with suppress(ClipsError):  # a query of a missing global reports it
                 env.build(f"(defglobal ?*{name}* = {expression})")
         for template in snapshot.templates.values():
             if template.slots is not None:
@@ -108,31 +108,31 @@ class Matcher:
                 self._copies[row.index] = index
 
     def _define(self, function: str) -> None:
-        """Define a deffunction; remember its missing functions when that is not possible."""
+        """Define a deffunction, or record which function it lacks."""
         try:
             self._env.build(function)
         except ClipsError as error:
             lacking = _MISSING.search(error.message)
-            # a missing function may be one that was left out itself
+            # the missing function may itself have been left out
             inner = lacking[1] if lacking else ""
             for definition in definitions(function):
                 self._lacking[definition.name] = self._lacking.get(inner, inner)
 
     def _here(self, value: Value) -> Value:
-        """Return a value of the snapshot as this environment has it."""
+        """Convert a value of the snapshot to this environment."""
         if isinstance(value, FactRef):
             fact = self._env.maker.find(self._copies.get(value.index, -1))
             return value.index if fact == NULL else FactAddress(fact)
         return tuple(map(self._here, value)) if isinstance(value, tuple) else value
 
     def _there(self, value: Value) -> Value:
-        """Return a value of this environment as the snapshot has it."""
+        """Convert a value of this environment to the snapshot."""
         if isinstance(value, FactAddress):
             return FactRef(self._original.get(int(lib.FactIndex(value.pointer)), 0))
         return tuple(map(self._there, value)) if isinstance(value, tuple) else value
 
     def _index(self, fact: Value) -> int:
-        """Return the index that a fact has in the snapshot: conditions compare indices."""
+        """Return the index of a fact in the snapshot: conditions compare indices."""
         if not isinstance(fact, FactAddress):
             raise ClipsError("fact-index wants a fact address")
         return self._original.get(int(lib.FactIndex(fact.pointer)), 0)
@@ -141,25 +141,25 @@ class Matcher:
         self._notes.append(tuple(map(self._there, values)))
 
     def count(self, ces: Sequence[str]) -> Count:
-        """Return in how many ways CEs match together.
+        """Return the number of matches of conditional elements.
 
-        :raises ClipsError: when they are not a condition.
+        :raises ClipsError: if the elements are not a valid condition.
         """
         return self._fire(ces, "", MOST_MATCHES)
 
     def note(self, ces: Sequence[str], names: Sequence[str], limit: int) -> list[tuple[Value, ...]]:
-        """Return the values of variables, without their ``?``, for the ways in which CEs match.
+        """Return the values of variables, named without ``?``, for each match of the elements.
 
         Facts are :class:`FactRef`.
 
-        :raises ClipsError: when they are not a condition, or do not bind a variable.
+        :raises ClipsError: if the elements are not a valid condition or do not bind a variable.
         """
         self._notes = []
         self._fire(ces, f"(cx-why-note {' '.join(f'?{name}' for name in names)})", limit)
         return self._notes
 
     def bases(self, ces: Sequence[str], limit: int) -> list[str]:
-        """Return the facts of the ways in which CEs match, as the agenda shows them, by original indices."""
+        """Return the facts of each match in the agenda's notation, with indices of the snapshot."""
         self._build(ces, "")
         found = [self._renumber(basis) for _, _, basis in islice(agenda(self._env), limit)]
         self._remove()
@@ -174,7 +174,7 @@ class Matcher:
     def value(self, expression: str) -> Value:
         """Evaluate an expression.
 
-        :raises ClipsError: when that fails.
+        :raises ClipsError: if the evaluation fails.
         """
         return self._env.eval(expression)
 
@@ -187,12 +187,12 @@ class Matcher:
         messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
         if error != lib.BE_NO_ERROR:
             raise ClipsError(self._reason(messages))
-        # what went wrong while the facts were matched
+        # errors from evaluating tests while the facts were matched
         self.errors += [message for message in dict.fromkeys(messages) if message not in self.errors]
         self._env.api.clear_halt()
 
     def _reason(self, messages: list[str]) -> str:
-        """Return in words why CLIPS does not take a condition."""
+        """Return why CLIPS rejects a condition."""
         missing = _MISSING.search(" ".join(messages))
         if missing is None:
             return messages[0] if messages else "CLIPS does not take the condition"

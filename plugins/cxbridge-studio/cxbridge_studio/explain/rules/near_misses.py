@@ -1,4 +1,4 @@
-"""Finds the facts that nearly match a pattern: the slots that differ, and the wanted values."""
+"""Finds the facts that nearly match a pattern, with the slots that differ."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 MOST_PAIRS: Final = 20_000
-"""Pairs of a match so far and a fact that are compared."""
+"""The limit of compared pairs of a partial match and a fact."""
 
 MOST_NEAR: Final = 3
-"""Facts that are shown."""
+"""The limit of listed facts."""
 
 _BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")
-"""A variable that takes any value: no wanted value."""
+"""A variable that takes any value: not a constraint."""
 
 _FACT = "cx-why-fact"
 
@@ -29,9 +29,9 @@ _Key = tuple[FactRef, ...]
 
 
 def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: PatternCE) -> MatchFailure:
-    """Return which facts match the most parts of a pattern that none matches.
+    """Return the facts that match the most slots of a pattern without a match.
 
-    :raises ClipsError: when it cannot be found out.
+    :raises ClipsError: if the pattern cannot be matched.
     """
     rows = [row for row in snapshot.facts if row.template == pattern.template]
     if not rows:
@@ -43,9 +43,9 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
         (key, row.index): set() for key in sample.values for row in rows
     }
     compared = [
-        place
-        for place, part in enumerate(parts)
-        if _compare(matcher, sample, pattern, part, place, satisfied)
+        part_index
+        for part_index, part in enumerate(parts)
+        if _compare(matcher, sample, pattern, part, part_index, satisfied)
     ]
     ranked = _ranked(satisfied)
     best = len(satisfied[ranked[0]]) if ranked else 0
@@ -56,7 +56,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     near = []
     for index, pair in chosen.items():
         row = matcher.rows[index]
-        missing = [parts[place] for place in compared if place not in satisfied[pair]]
+        missing = [parts[part_index] for part_index in compared if part_index not in satisfied[pair]]
         deviations = tuple(
             Deviation(
                 part.label,
@@ -73,12 +73,12 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
 
 
 def _ranked(satisfied: dict[tuple[_Key, int], set[int]]) -> list[tuple[_Key, int]]:
-    """Return the pairs, most parts right first; among these, what few facts have right counts more."""
-    counts = Counter(place for places in satisfied.values() for place in places)
+    """Return the pairs with the most satisfied slots first; slots that few facts satisfy break ties."""
+    counts = Counter(slot_index for slot_indices in satisfied.values() for slot_index in slot_indices)
 
     def rank(pair: tuple[_Key, int]) -> tuple[int, float, int]:
-        places = satisfied[pair]
-        return len(places), sum(1 / counts[place] for place in places), pair[1]
+        slot_indices = satisfied[pair]
+        return len(slot_indices), sum(1 / counts[slot_index] for slot_index in slot_indices), pair[1]
 
     return sorted(satisfied, key=rank, reverse=True)
 
@@ -97,10 +97,10 @@ def _compare(
     sample: _Sample,
     pattern: PatternCE,
     part: SlotConstraint,
-    place: int,
+    index: int,
     satisfied: dict[tuple[_Key, int], set[int]],
 ) -> bool:
-    """Note which pairs satisfy one part; returns whether that could be found out."""
+    """Record which pairs satisfy one slot, and return whether the slot can be compared."""
     ces = [*sample.texts, f"?{_FACT} <- {pattern.only(part, sample.prefix.binds)}"]
     try:
         found = matcher.note(ces, [*sample.prefix.facts, _FACT], limit=10 * MOST_PAIRS)
@@ -109,12 +109,12 @@ def _compare(
     for *key, fact in found:
         pair = (tuple(key), fact.index)
         if pair in satisfied:
-            satisfied[pair].add(place)
+            satisfied[pair].add(index)
     return True
 
 
 def _known(part: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> list[str]:
-    """Return the values of the variables in a part that come from elsewhere."""
+    """Return the values of the variables in a slot that other CEs bind."""
     return [
         f"?{name} = {show_alone(values[name])} (CE {prefix.origin(name)})"
         for name in sorted(part.used | part.binds)
@@ -123,10 +123,10 @@ def _known(part: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> li
 
 
 class _Sample:
-    """Some of the matches so far, all when they are few.
+    """The partial matches, or a sample if there are many.
 
-    :ivar values: by the facts of each, the values of all its variables.
-    :ivar texts: the CEs that match these only.
+    :ivar values: values of all variables, by the facts of the match.
+    :ivar texts: conditional elements that match only these.
     """
 
     def __init__(self, matcher: Matcher, prefix: Prefix, limit: int, bound: list[str]) -> None:

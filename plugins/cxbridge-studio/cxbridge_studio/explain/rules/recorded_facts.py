@@ -1,4 +1,4 @@
-"""Reads the facts of a recording, as CLIPS printed them, back to values."""
+"""Parses the printed facts of a recording into values."""
 
 from __future__ import annotations
 
@@ -11,16 +11,13 @@ from cxbridge.history.transitions import unquote
 from cxbridge_studio.explain.rules.snapshot import FactRow, FactTemplate
 
 _FIELDS = ""
-"""In place of a slot: the fields of an ordered fact."""
+"""Key for the fields of an ordered fact."""
 
 
 def rows_of(
     changes: Iterable[FactChange], templates: Mapping[str, FactTemplate]
 ) -> tuple[dict[str, FactTemplate], list[FactRow]]:
-    """Return facts, and their templates: the known ones, and for the rest templates made from the facts.
-
-    Facts that cannot be read are left out.
-    """
+    """Return the parsable facts and their templates. Unknown templates are derived from the facts."""
     parsed: list[tuple[FactChange, Mapping[str, tuple[Value, ...]]]] = []
     seen: dict[str, dict[str, bool]] = {}
     for change in changes:
@@ -39,7 +36,7 @@ def rows_of(
 
 
 def _slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tuple[Value, ...]] | None:
-    """Return the values of a fact by slot; None when it cannot be read."""
+    """Return the values of a fact by slot; None if the fact cannot be parsed."""
     if template is None or template.slots is not None:
         try:
             _, texts = parse_fact(change.text)
@@ -53,7 +50,7 @@ def _slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tu
 
 
 def _values(text: str, slot: str, template: FactTemplate | None) -> tuple[Value, ...]:
-    """Return the values of a slot; in one that has a single value all quotes but two belong to it."""
+    """Return the values of a slot. In a single-value slot, inner quotes belong to the value."""
     single = template is not None and (slot, False) in (template.slots or ())
     return (unquote(text),) if single and unquote(text) != text else parse_values(text)
 

@@ -1,4 +1,4 @@
-"""Explains why a rule has not fired, as text for people and as JSON values for programs."""
+"""Explanation why a rule has not fired, as text and as JSON values."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from cxbridge_studio.explain.rules.sandbox import diagnose_in_sandbox
 from cxbridge_studio.explain.rules.snapshot import Snapshot, Waiting
 
 MOST_BASES = 5
-"""Complete matches that are shown."""
+"""The limit of listed complete matches."""
 
 
 @dataclass(frozen=True, slots=True)
 class RuleExplanation:
     """The report about a rule.
 
-    :param where: of what run, and when.
-    :param place: where it is written.
-    :param missing: why there is no such rule; the rest is empty then.
-    :param waiting: how many activations it has on the agenda; None: not known.
-    :param ahead: activations that are before the rule's first on the agenda; None: it has none.
-    :param fired: how often it has fired, with the time in seconds and the facts of the last; None: not known.
-    :param notes: what else to know about the source.
+    :param where: the run and the time.
+    :param place: the position of the rule.
+    :param missing: why the rule does not exist; other fields are empty then.
+    :param waiting: the number of its activations on the agenda; None if unknown.
+    :param ahead: the activations before its first; None without an activation.
+    :param fired: time in seconds and facts of each firing; None if unknown.
+    :param notes: remarks about the source.
     """
 
     rule: str
@@ -44,9 +44,9 @@ class RuleExplanation:
 
 
 def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
-    """Find out why a rule has not fired.
+    """Explain why a rule has not fired.
 
-    :raises CxbridgeError: when there is no such rule, and nothing is known about it.
+    :raises CxbridgeError: if the rule is unknown, or its facts are.
     """
     book = evidence.rulebook()
     if rule not in book.rules:
@@ -72,20 +72,20 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> CxbridgeError:
-    """Return the error for a name that nothing has."""
+    """Return the error for an unknown name."""
     return CxbridgeError(f"there is no {kind} '{name}'", hint=did_you_mean(name, known) or None)
 
 
 def _on_agenda(rule: str, snapshot: Snapshot) -> tuple[int | None, tuple[Waiting, ...] | None]:
-    """Return how many activations a rule has, and those before its first."""
+    """Return the number of activations of a rule, and the activations before its first."""
     if snapshot.agenda is None:
         return None, None
-    own = next((place for place, waiting in enumerate(snapshot.agenda) if waiting.rule == rule), None)
-    return snapshot.activations, None if own is None else snapshot.agenda[:own]
+    first_index = next((index for index, waiting in enumerate(snapshot.agenda) if waiting.rule == rule), None)
+    return snapshot.activations, None if first_index is None else snapshot.agenda[:first_index]
 
 
 def plain(story: RuleExplanation) -> dict[str, Any]:
-    """Return the story as values that JSON knows."""
+    """Return the explanation as JSON values."""
     result: dict[str, Any] = {
         "headline": headline(story),
         "rule": story.rule,
@@ -114,7 +114,7 @@ def plain(story: RuleExplanation) -> dict[str, Any]:
 
 
 def headline(story: RuleExplanation) -> str:
-    """Return the answer in one line: whether the rule has fired, and the true cause."""
+    """Return the answer in one line: whether the rule has fired, and the cause."""
     if story.missing:
         return f"rule {story.rule}: {story.missing}"
     found = story.diagnosis
@@ -145,7 +145,7 @@ def verdict(story: RuleExplanation) -> str:
 
 
 def _verdict_of_matches(story: RuleExplanation, found: Diagnosis, snapshot: Snapshot) -> str:
-    """Return in a sentence what became of the ways in which the condition matches."""
+    """Return in a sentence why the complete matches do not make the rule fire."""
     ways = _ways(found.matches)
     if story.waiting:
         verb = "is" if story.waiting == 1 else "are"
@@ -170,7 +170,7 @@ def _ways(count: Count | None) -> str:
 
 
 def lines(story: RuleExplanation) -> Iterator[str]:
-    """Yield the report for people."""
+    """Yield the text of the report."""
     about = [str(story.place)] if story.place else []
     found, snapshot = story.diagnosis, story.snapshot
     yield headline(story)

@@ -1,4 +1,4 @@
-"""Gives rules back in their source form: a host rewrites them when it loads them."""
+"""Restores the source form of rules that the host rewrites when it loads them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cxbridge.clipstext.syntax import read
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 
 _WRITTEN: Final = {MODIFY_FUNCTION: "modify", DUPLICATE_FUNCTION: "duplicate"}
-"""The source name, by the function that replaces it."""
+"""Source names by the functions that replace them."""
 
 _VALUES: Final = "create$"
 
@@ -18,12 +18,12 @@ _VALUES: Final = "create$"
 def as_written(texts: Mapping[str, str]) -> dict[str, str]:
     """Return rules in their source form, except for blanks and comments.
 
-    :param texts: defrules by name, as an environment has them.
+    :param texts: defrules by name, as the environment prints them.
     """
-    return {name: _one(text) for name, text in texts.items()}
+    return {name: _restored(text) for name, text in texts.items()}
 
 
-def _one(text: str) -> str:
+def _restored(text: str) -> str:
     """Return a rule with ``(modify F (slot V...))`` for ``(cx-modify F slot (create$ V...))``."""
     if not any(function in text for function in _WRITTEN):
         return text

@@ -1,7 +1,7 @@
-"""Runs a diagnosis in a child process, with bounded time and memory: see :mod:`.sandbox_process`.
+"""Runs a diagnosis in a child process with limited time and memory; see :mod:`.sandbox_process`.
 
-The facts may come from a stranger's recording, and even an honest condition may have more matches than
-fit into memory. The process is ended when it takes too long; its result is unknown then.
+The facts may come from a stranger's recording, and even an honest condition may have more matches than fit
+into memory. A process that exceeds the time is killed, and the diagnosis is unknown.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from cxbridge_studio.explain.rules.diagnosis import Diagnosis
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 LIMIT_S: Final = 25.0
-"""Seconds that a diagnosis may take."""
+"""The time limit of a diagnosis, in seconds."""
 
 MEMORY: Final = 2 << 30
-"""Bytes of address space that it may take."""
+"""The limit of the child's address space, in bytes."""
 
 
 def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Diagnosis:
-    """Find out how the condition of the snapshot's rule stands, as :func:`.diagnose` does.
+    """Diagnose the condition of the snapshot's rule, like :func:`.diagnose`.
 
-    :param limit_s: seconds of real time; :data:`LIMIT_S` for None.
+    :param limit_s: real time in seconds; None for :data:`LIMIT_S`.
     """
     limit_s = LIMIT_S if limit_s is None else limit_s
     if snapshot.too_many:
-        return diagnose(snapshot)  # there is nothing to match
-    process = subprocess.Popen(  # noqa: S603 - ourselves
+        return diagnose(snapshot)  # too many facts were copied to match anything
+    process = subprocess.Popen(  # noqa: S603 - starts our own module
         python_command("-m", "cxbridge_studio.explain.rules.sandbox_process", str(MEMORY)),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -51,14 +51,14 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
         finally:
             process.kill()
     try:
-        # not msgspec's own decoder: texts of files may hold bytes that are not UTF-8
+        # msgspec's decoder requires UTF-8, and texts of files may hold other bytes.
         return msgspec.convert(json.loads(answer), Diagnosis)
     except ValueError:
         return undiagnosed(snapshot, f"matching its condition {_end_of(process.returncode)}")
 
 
 def _end_of(status: int) -> str:
-    """Return in words how a process has ended that gave no answer."""
+    """Return how a process without an answer ended."""
     if status < 0:
         return f"ended CLIPS with {signal.Signals(-status).name}: it goes too deep, or takes too much memory"
     return "takes too much memory"

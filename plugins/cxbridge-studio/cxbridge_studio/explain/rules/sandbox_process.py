@@ -1,8 +1,8 @@
 """The process of one diagnosis: ``python -m cxbridge_studio.explain.rules.sandbox_process BYTES``.
 
-A pickled :class:`Snapshot` comes on standard input, from the process that started this one; the diagnosis
-goes to standard output as JSON: nothing that CLIPS does here can hand back more than texts and numbers. In
-between this process can neither open a file nor start another process, and its memory and time are bounded.
+Standard input has a pickled :class:`Snapshot` from the parent process. The diagnosis is written to standard
+output as JSON, so that CLIPS can return only texts and numbers. Before matching, the process gives up the
+rights to open files and to start processes, and limits its memory and time.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from typing import Final
 from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
 
 CPU_S: Final = 30
-"""Seconds of work, in case the parent is gone and cannot end it."""
+"""The limit of CPU time in seconds, in case the parent dies and cannot kill the process."""
 
 
 def _drop_rights(memory: int) -> None:
-    """Give up rights that a diagnosis does not need. Windows has no such bounds.
+    """Limit the process's resources. Windows lacks these limits.
 
-    :param memory: bytes of address space that are left to it.
+    :param memory: bytes of address space.
     """
     if sys.platform == "win32":
         return
@@ -44,7 +44,7 @@ def _drop_rights(memory: int) -> None:
 
 def main(memory: int) -> None:
     """Diagnose one rule."""
-    snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301  from the process that started this one
+    snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301 - from the parent process
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     _drop_rights(memory)
@@ -52,11 +52,11 @@ def main(memory: int) -> None:
         found = diagnose(snapshot)
     except MemoryError:
         found = undiagnosed(snapshot, "matching its condition takes too much memory")
-    except Exception as error:  # noqa: BLE001  what is looked at may be anything
+    except Exception as error:  # noqa: BLE001 - the snapshot may have any content
         found = undiagnosed(snapshot, f"its condition cannot be looked at: {type(error).__name__}: {error}")
     json.dump(asdict(found), answers)
     answers.flush()
-    os._exit(0)  # what CLIPS holds goes with the process
+    os._exit(0)  # Skip CLIPS' cleanup: the memory is freed with the process.
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""A rule with all that it is matched with at one moment, and the rules there are: values, no pointers.
+"""A rule with the facts to match at one moment, and the rules of an environment: values without pointers.
 
-It comes from an environment (:mod:`.environment`) or from a recording (:mod:`..recorded`), and
-is the whole input of :mod:`.diagnose`: the run can continue at the same time.
+Snapshots come from an environment (:mod:`.environment`) or from a recording (:mod:`..recorded`) and are the
+whole input of :mod:`.diagnose`, so the run can continue during the diagnosis.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cxbridge.executive.host.loading import Diagnostic
 __all__ = ["MAX_FACTS", "FactRef", "FactRow", "FactTemplate", "Rulebook", "Snapshot", "Waiting"]
 
 MAX_FACTS: Final = 50_000
-"""Facts of a rule's templates that are copied; with more there are only CLIPS' own counts."""
+"""The limit of copied facts; beyond it, only CLIPS' own counts are available."""
 
 _LONGEST: Final = 200
 _NAMES: Final = ("id", "name")
@@ -29,7 +29,7 @@ _NAMES: Final = ("id", "name")
 class Waiting:
     """An activation on the agenda.
 
-    :param basis: the facts, as CLIPS prints them: ``f-1,*``.
+    :param basis: the facts in CLIPS' notation: ``f-1,*``.
     """
 
     rule: str
@@ -39,16 +39,16 @@ class Waiting:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """A rule, and its facts.
+    """A rule and its facts.
 
     :param text: the defrule.
-    :param functions: the deffunctions that its condition uses, called ones first.
-    :param global_texts: the expressions of global variables whose values are not known, in their order.
-    :param agenda: the first activations, in order; None when it is not known.
-    :param own_counts: the answer of CLIPS' ``(matches RULE succinct)``; empty without one.
-    :param too_many: facts there are, when they were too many to copy; else 0.
-    :param all_facts: whether the condition may ask for facts of any template, by a function.
-    :param halted: why no rule fires any more; empty as long as they do.
+    :param functions: the deffunctions in its condition, callees first.
+    :param global_texts: expressions of global variables with unknown values, in order.
+    :param agenda: the first activations in order; None if unknown.
+    :param own_counts: the output of CLIPS' ``(matches RULE succinct)``; empty if unavailable.
+    :param too_many: the number of facts if there are too many to copy, else 0.
+    :param all_facts: whether a function may query facts of any template.
+    :param halted: why rules no longer fire; empty while they do.
     """
 
     env: str
@@ -67,7 +67,7 @@ class Snapshot:
 
     @property
     def activations(self) -> int | None:
-        """How many activations of the rule are on the agenda; None when that is not known."""
+        """The number of the rule's activations on the agenda; None if unknown."""
         for line in self.own_counts:
             name, _, number = line.partition(": ")
             if name == "Activations":
@@ -75,9 +75,9 @@ class Snapshot:
         return None
 
     def fact_text(self, row: FactRow, wanted: Collection[str] = ()) -> str:
-        """Return a fact with its index, as people read it.
+        """Return a fact with its index as text.
 
-        :param wanted: the slots that are shown, besides those that identify the fact; all without any.
+        :param wanted: slots to show besides the identifying slots; empty for all.
         """
         template = self.templates[row.template]
         slots = template.slots_of(row)
@@ -92,7 +92,7 @@ class Snapshot:
         return f"f-{row.index} {text}"
 
     def value_text(self, row: FactRow, slot: str, position: int) -> str:
-        """Return the value of a slot, or of a field of an ordered fact, as people read it."""
+        """Return the value of a slot, or of a field of an ordered fact, as text."""
         template = self.templates[row.template]
         if template.slots is None:
             fields = row.values[0]
@@ -103,14 +103,13 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class Rulebook:
-    """The rules of an environment, and the reasons of missing ones.
+    """The rules of an environment, and data about missing rules.
 
-    :param rules: names.
-    :param files: the files that were loaded, in order.
-    :param diagnostics: their mistakes.
-    :param folders: where the agent's files are, loaded or not.
-    :param places: file and line of rules, where they are known without looking into the files.
-    :param refused: the texts of rules that were refused, where they are known without looking into the files.
+    :param files: the loaded files, in order.
+    :param diagnostics: CLIPS' messages about the files.
+    :param folders: folders of the agent's files, loaded or not.
+    :param places: file and line of rules, if known without reading files.
+    :param refused: texts of refused rules, if known without reading files.
     """
 
     rules: frozenset[str]

@@ -111,7 +111,7 @@ def test_rules_that_are_not_watched_do_not_count():
     use.add(RUN, ENV)
     found = coverage_of(agent, use)
     assert (found.counted, found.fired) == (1, 1)
-    assert "not watched, so nobody knows: three" in lines(found, firings_known=True)
+    assert "firings not recorded: three" in lines(found, firings_known=True)
 
 
 def test_files_come_from_the_recording_without_the_core():
