@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -14,13 +14,9 @@ from numpy.typing import NDArray
 from cxbridge.errors import CxbridgeError
 from cxbridge_ros2cx.cx.parameters import NodeParameters
 from cxbridge_ros2cx.rl.interface import NODE, Choice, LearningAgent
-
-NO_OP: Final = "no-op"
-"""The first action: it does nothing."""
+from cxbridge_ros2cx.rl.spaces import Observation, Spaces
 
 _DONE, _ABORTED = "Done", "Aborted"
-
-Observation = NDArray[np.float32]
 
 
 class ClipsGym(gymnasium.Env[Observation, np.int64]):
@@ -69,13 +65,12 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         except BaseException:
             self._folder.cleanup()
             raise
-        observables = sorted({*self.agent.observables()})
-        self.observables: dict[str, int] = {name: place for place, name in enumerate(observables)}
+        self.spaces = Spaces.of(self.agent)
+        self.observables = self.spaces.observables
         """The places of predicates in an observation."""
-        self.actions: list[str] = [NO_OP, *sorted({*self.agent.all_actions()})]
+        self.actions = self.spaces.actions
         """The names of the actions, by number."""
-        self._numbers = {name: number for number, name in enumerate(self.actions)}
-        self.observation_space = Box(0.0, 1.0, (len(observables),), np.float32)
+        self.observation_space = Box(0.0, 1.0, (len(self.observables),), np.float32)
         self.action_space = Discrete(len(self.actions))
         self._choice: Choice | None = None
         self.agent.status = {
@@ -118,13 +113,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
 
     def action_masks(self) -> NDArray[np.int8]:
         """Return a 1 for each action that the free robot can execute; without any, a 1 for ``no-op``."""
-        mask = np.zeros(len(self.actions), dtype=np.int8)
-        for name in self._choice.actions if self._choice else ():
-            if name in self._numbers:
-                mask[self._numbers[name]] = 1
-        if not mask.any():
-            mask[0] = 1
-        return mask
+        return self.spaces.mask(self._choice.actions if self._choice else ())
 
     def close(self) -> None:
         """End the training and the run."""
@@ -132,12 +121,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         self._folder.cleanup()
 
     def _observation(self) -> Observation:
-        observed = np.zeros(len(self.observables), dtype=np.float32)
-        for name in self.agent.observations():
-            place = self.observables.get(name)
-            if place is not None:
-                observed[place] = 1.0
-        return observed
+        return self.spaces.observation(self.agent.observations())
 
     def _info(self, outcome: str) -> dict[str, Any]:
         """Return the outcome of a step as the original has it, the free robot, and the robot's actions."""

@@ -80,6 +80,7 @@ class LearningAgent(Closing):
     :param node: the name of the peer.
     :param patience: the longest time of a service or a goal, in seconds of the agent's clock.
     :param watch: whether the log has facts and rules; steps take several times as long.
+    :param mode: the mode of the peer: ``TRAINING`` or ``EXECUTION``.
     :raises CxbridgeError: when the parameters are wrong, or the agent does not offer the services.
     """
 
@@ -92,11 +93,12 @@ class LearningAgent(Closing):
         node: str = NODE,
         patience: float = 600.0,
         watch: bool = False,
+        mode: str = "TRAINING",
     ) -> None:
         self._name, self._patience = node, patience
         self._file = parameters
         self._clients: dict[str, Client] = {}
-        self.status: dict[str, Any] = {"mode": "TRAINING"}
+        self.status: dict[str, Any] = {"mode": mode}
         """The peer's response to the service ``get_status``."""
         with ExitStack() as stack:
             options = make_options(parameters, ros2cx=ros2cx, clock="virtual", timeout=1e9)
@@ -109,7 +111,7 @@ class LearningAgent(Closing):
             self._run.start()
             self._graph = self._manager.context.ros.graph
             self._peer = self._graph.join(node.rpartition("/")[2])
-            self._peer.serve(f"{node}/get_status", f"{_PACKAGE}/srv/GetStatus", lambda _request: self.status)
+            self.serve("get_status", "GetStatus", lambda _request: self.status)
             self._env = self._environment()
             if not watch:
                 self._env.eval("(unwatch all)")
@@ -117,7 +119,7 @@ class LearningAgent(Closing):
                 name: self._handler(name, kind)
                 for name, kind in (("reset_env", "ResetEnv"), ("action_selection", "ActionSelection"))
             }
-            self._until(self._is_training, f"the agent does not ask for {node}/get_status", _BEGIN_S)
+            self._until(self._has_mode, f"the agent does not ask for {node}/get_status", _BEGIN_S)
             self._tick()  # the agent saves the facts with which episodes begin
             self._stack = stack.pop_all()
 
@@ -155,6 +157,12 @@ class LearningAgent(Closing):
         self._until(is_served, f"the action {self._name}/{action} has no server", _BEGIN_S)
         return found[0]
 
+    def run_for(self, seconds: float) -> None:
+        """Let the agent's time pass; end early when the agent shuts down."""
+        end_us = self._run.clock.now_us() + int(seconds * MICROSECONDS)
+        while self._run.clock.now_us() < end_us and not self._run.executive.is_over:
+            self._tick()
+
     def _until(self, is_so: Callable[[], bool], otherwise: str, seconds: float = 0.0) -> None:
         """Let the agent's time pass until a condition is true."""
         clock = self._run.clock
@@ -171,7 +179,7 @@ class LearningAgent(Closing):
         self._run.clock.sleep_until(self._run.clock.now_us() + self._run.loop.period_us)
         self._run.loop.run_once()
 
-    def _is_training(self) -> bool:
+    def _has_mode(self) -> bool:
         nodes = self._env.columns("cx-rl-node", "name", "mode")
         return any(name == self._name and mode == self.status["mode"] for name, mode in nodes)
 
@@ -182,6 +190,10 @@ class LearningAgent(Closing):
             made = self._peer.client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}")
             self._clients[service] = made
         return self._clients[service]
+
+    def serve(self, service: str, kind: str, callback: Callable[[Message], Mapping[str, Any]]) -> None:
+        """Offer a service of the peer."""
+        self._peer.serve(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}", callback)
 
     def ask(self, service: str, kind: str, **request: Any) -> Message:
         """Return the response of a service of the agent."""
