@@ -1,4 +1,4 @@
-"""The studio as an explainer of runs: docs/plugins.md, Explainers."""
+"""The studio's row in the table of explainers; see docs/plugins.md."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.trace.formats.base import Run
 
 
 def why(run: Run, name: str) -> Sequence[str]:
-    """Return why a goal came to its outcome, or why a rule did not fire."""
+    """Return the explanation of a goal's outcome, or why a rule did not fire."""
     from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - a broken agent needs the check only
     from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
 
@@ -20,14 +20,13 @@ def why(run: Run, name: str) -> Sequence[str]:
 
 
 def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
-    """Return the error with the findings of the check: the wrong word, and the nearest known one."""
+    """Return the error with the findings of the check."""
     from cxbridge_studio.check.broken import with_findings  # noqa: PLC0415 - as above
 
     return with_findings(error, options)
 
 
 def places(files: Sequence[Path]) -> Places:
-    """Return what finds names in the CLIPS files of an agent."""
     from cxbridge_studio.explain.places import WrittenPlaces  # noqa: PLC0415 - as above
 
     return WrittenPlaces(files)

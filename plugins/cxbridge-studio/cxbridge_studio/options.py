@@ -1,4 +1,4 @@
-"""The options of this plug-in: where a run stops for commands."""
+"""The option ``--break`` of runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class BreakOptions(PluginOptions):
-    """Where a run stops and takes commands."""
+    """Breakpoints of a run."""
 
     commands: ClassVar[frozenset[str]] = frozenset({"run"})
 
@@ -35,15 +35,14 @@ class BreakOptions(PluginOptions):
         """Whether a user may stop the rules."""
         return bool(self.breaks)
 
-    def check(self, options: RunOptions) -> None:  # noqa: ARG002 - a breakpoint goes with each of them
-        """Raise :class:`ExecutiveError` when a text is not a breakpoint."""
+    def check(self, options: RunOptions) -> None:  # noqa: ARG002 - breakpoints fit all options
+        """Raise `ExecutiveError` if a text is not a breakpoint."""
         from cxbridge.executive.breakpoints import parse_breakpoint  # noqa: PLC0415 - start-up time is a feature
 
         for spec in self.breaks:
             parse_breakpoint(spec)
 
     def servers(self) -> Sequence[RunServer]:
-        """Return the prompt."""
         if not self.breaks:
             return ()
         from cxbridge.cli.command_lines import CommandLines  # noqa: PLC0415 - start-up time is a feature

@@ -19,7 +19,7 @@ _TEXT = "text"
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _AgentOptions(ScenarioOptions, SourceOptions):
-    """The agent that is checked: options of runs."""
+    """Options that select the agent to check."""
 
     skiller: Annotated[
         str,

@@ -1,4 +1,4 @@
-"""`cxbridge coverage`: the parts of an agent that a set of recorded runs has used."""
+"""``cxbridge coverage``: coverage of an agent by recorded runs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _EXECUTIVE = "executive"
 
 @dataclass(frozen=True, kw_only=True)
 class _Scenario:
-    """The scenario whose files count."""
+    """The scenario whose files are counted."""
 
     scenario: Annotated[
         Path | None,
@@ -39,13 +39,12 @@ class _Scenario:
 
     @property
     def is_named(self) -> bool:
-        """Whether there is one."""
         return self.scenario is not None or self.fawkes_dir is not None
 
 
 @dataclass(frozen=True, kw_only=True)
 class _CoverageOutputs:
-    """The place of the result, and the limits that it has to meet."""
+    """The output files, and the required percentage."""
 
     lcov: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a tracefile of lcov.", show_default=False)
@@ -109,9 +108,9 @@ def coverage(
 
 
 def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[AgentSources, RecordedUse]:
-    """Return the constructs to cover, and the ones that the runs have used.
+    """Return the names in the agent's sources, and the names that the runs use.
 
-    :raises TraceError: when a run cannot be read, or its constructs to cover are unknown.
+    :raises TraceError: if a run cannot be read or lacks its sources.
     """
     from cxbridge.trace.formats.registry import open_run
     from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent
@@ -130,7 +129,7 @@ def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[
 
 
 def _write(outputs: _CoverageOutputs, found: Coverage, agent: AgentSources, *, firings_known: bool) -> None:
-    """Print the result, and write the files that were asked for."""
+    """Print the result and write the requested files."""
     from cxbridge_studio.explain.coverage import report
     from cxbridge_studio.explain.coverage.page import write_page
 
@@ -147,7 +146,6 @@ def _write(outputs: _CoverageOutputs, found: Coverage, agent: AgentSources, *, f
 
 
 def _add_scenario(agent: AgentSources, options: RunOptions, *, core: bool) -> None:
-    """Add the files that a scenario loads."""
     from cxbridge_studio.check.sources import scenario_sources
 
     for source in scenario_sources(options):

@@ -23,7 +23,7 @@ def dap() -> int:
     from cxbridge_studio.dap.adapter import Adapter
     from cxbridge_studio.dap.wire import Wire
 
-    # whatever prints must not print into the protocol
+    # Prints must not mix with the protocol on standard output.
     source = os.fdopen(os.dup(sys.stdin.fileno()), "rb", buffering=0)
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as sink:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())

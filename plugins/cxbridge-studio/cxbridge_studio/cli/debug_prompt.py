@@ -1,4 +1,4 @@
-"""The prompt of ``cxbridge run --break``: commands while the rules are stopped."""
+"""The prompt of ``cxbridge run --break``, for commands while rules are stopped."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ h                               this text"""
 
 
 class DebugPrompt(RunServer):
-    """Reports where the run has stopped, and carries out commands.
+    """Prompt that reports stops and carries out commands.
 
     :param specs: breakpoints.
-    :param commands: the commands. After the last one, breakpoints are removed and the run continues.
-    :param out: where it prints.
-    :raises ExecutiveError: when one of the texts is not a breakpoint.
+    :param commands: the input; at its end, breakpoints are removed and the run continues.
+    :param out: the output.
+    :raises ExecutiveError: if a text is not a breakpoint.
     """
 
     def __init__(self, specs: Sequence[str], commands: CommandLines, out: TextIO) -> None:
@@ -73,7 +73,6 @@ class DebugPrompt(RunServer):
 
     @contextmanager
     def serve(self, run: Run | Team) -> Iterator[None]:
-        """Debug the agents of a run."""
         for agent in run.agents:
             self._attach(agent)
         yield
@@ -89,7 +88,7 @@ class DebugPrompt(RunServer):
     def _take_mistakes(self, agent: _Agent, mistakes: Mistakes) -> None:
         """Take the mistakes in the breakpoints of an initialised agent.
 
-        :raises ExecutiveError: when no agent has anything that one of them could mean.
+        :raises ExecutiveError: if a breakpoint matches no agent.
         """
         self._mistakes.append({str(item): agent.with_cause(item, error) for item, error in mistakes})
         if len(self._mistakes) < len(self._agents):
@@ -98,7 +97,7 @@ class DebugPrompt(RunServer):
             if all(spec in each for each in self._mistakes):
                 raise error
 
-    def finish(self, result: RunResult) -> None:  # noqa: ARG002 - however it has ended
+    def finish(self, result: RunResult) -> None:  # noqa: ARG002 - the same for each result
         """Report the breakpoints that the run has not reached."""
         if self._is_quit:
             return
@@ -111,13 +110,13 @@ class DebugPrompt(RunServer):
         self._out.flush()
 
     def _stopped(self, agent: _Agent, stop: Stop) -> None:
-        """Take commands until one continues the run, or the run is interrupted.
+        """Take commands until one resumes the run, or the run is interrupted.
 
-        :raises KeyboardInterrupt: when a command ends the run.
+        :raises KeyboardInterrupt: if a command ends the run.
         """
         agent.print_stop(stop, with_name=len(self._agents) > 1)
         env = agent.assembly.executive.env
-        self._is_quit = True  # unless it continues
+        self._is_quit = True  # reset when the run continues
         while agent.debugger.stopped is not None:
             if self._commands.on_terminal:
                 self._out.write("(cxbridge) ")
@@ -136,7 +135,7 @@ class DebugPrompt(RunServer):
         self._out.flush()
 
     def _detach(self, agent: _Agent) -> None:
-        """Continue and never stop again: no user is left to type commands."""
+        """Resume and never stop again: the input has ended."""
         for each in self._agents:
             each.debugger.clear()
         agent.debugger.go_on()
@@ -147,7 +146,7 @@ class DebugPrompt(RunServer):
 
 
 class _Agent:
-    """One agent of the run, and the commands that are about it."""
+    """An agent of the run, and the commands about it."""
 
     def __init__(self, assembly: Run, say: Callable[..., None]) -> None:
         self.assembly = assembly
@@ -194,7 +193,7 @@ class _Agent:
     def do(self, line: str) -> None:
         """Carry out a command.
 
-        :raises CxbridgeError: when there is none like it, or it cannot be done.
+        :raises CxbridgeError: if the command is unknown or fails.
         """
         word, _, rest = line.partition(" ")
         if (command := self._commands.get(word)) is not None:
@@ -205,14 +204,14 @@ class _Agent:
             raise CxbridgeError(f"there is no command '{word}'", hint="h reports all")
 
     def _ask(self, name: str, **given: Any) -> Any:
-        """Carry out an operation; one on facts has those of this agent.
+        """Carry out an operation on the facts of this agent.
 
-        :raises CxbridgeError: when it is invalid, or cannot be done.
+        :raises CxbridgeError: if the operation is invalid or fails.
         """
         return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **given})
 
     def print_stop(self, stop: Stop, *, with_name: bool) -> None:
-        """Report where it has stopped."""
+        """Print the position of a stop."""
         seconds = (stop.time_us - self._start_us) / MICROSECONDS
         number = f" (breakpoint {stop.breakpoint})" if stop.breakpoint else ""
         name = f"{self.assembly.name}: " if with_name else ""
@@ -223,13 +222,13 @@ class _Agent:
         )
 
     def with_cause(self, item: Breakpoint, error: ExecutiveError) -> ExecutiveError:
-        """Return the error about a breakpoint, with the reason why there is no such rule, if there is one."""
+        """Return the error about a breakpoint, with the reason why the rule is missing if it is known."""
         book = rulebook(self.assembly.executive.env, self.assembly.paths.clips_dirs)
         cause = why_missing(item.name, book) if item.is_of_rules else ""
         return ExecutiveError(error.message, hint=cause) if cause else error
 
     def _quit(self) -> None:
-        """End the run where it is: no rule fires any more.
+        """End the run without firing further rules.
 
         :raises KeyboardInterrupt: always.
         """
@@ -297,7 +296,7 @@ class _Agent:
 
 
 def _unreached(item: Breakpoint, met: int, reached: int) -> str:
-    """Return that a breakpoint has not stopped the run, and why; empty when it may have."""
+    """Return why a breakpoint has not stopped the run; empty if it may have."""
     if not met:
         return "was never reached"
     if not reached:
@@ -312,7 +311,7 @@ def _times(count: int) -> str:
 
 
 def _index(word: str) -> int:
-    """Return a fact's index, written with or without ``f-``."""
+    """Return a fact's index, with or without ``f-``."""
     return _number(word.removeprefix("f-"))
 
 

@@ -1,4 +1,4 @@
-"""`cxbridge format`: lays CLIPS files out."""
+"""``cxbridge format``: indents CLIPS files."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def format(  # noqa: A001 - the name of the command
     from cxbridge_studio.agent.layout import is_balanced, layout
 
     changed = 0
-    texts = {path: _read(path) for path in _clips_files(files)}  # all can be read before one is changed
+    # Read all files before changing any, so that an unreadable file changes nothing.
+    texts = {path: _read(path) for path in _clips_files(files)}
     for path, text in texts.items():
         if not is_balanced(text):
             say(f"{path}: parentheses or quotes do not match, left as it is", err=True)
@@ -47,9 +48,9 @@ def format(  # noqa: A001 - the name of the command
 
 
 def _clips_files(named: list[Path]) -> list[Path]:
-    """Return the files, and those in the folders, that are named.
+    """Return the named files, and the CLIPS files in the named folders.
 
-    :raises CxbridgeError: when a file does not exist.
+    :raises CxbridgeError: if a file does not exist.
     """
     found: list[Path] = []
     for path in named:
@@ -69,6 +70,6 @@ def _read(path: Path) -> str:
         raise CxbridgeError(f"cannot read it: {error.strerror}", file=path) from None
     except UnicodeDecodeError:
         text = "\0"
-    if "\0" in text:  # UTF-16, whose letters of ASCII are UTF-8
+    if "\0" in text:  # text in UTF-16 with ASCII letters only is also valid UTF-8
         raise CxbridgeError("it is not UTF-8 text", file=path, hint="save it as UTF-8 in the editor")
     return text

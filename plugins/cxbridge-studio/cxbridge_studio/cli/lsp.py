@@ -16,7 +16,7 @@ from cxbridge.run.source import source_of
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _AgentOptions(ScenarioOptions, SourceOptions):
-    """The agent that the editor works on: options of runs."""
+    """Options that select the editor's agent."""
 
 
 @option_groups
@@ -50,9 +50,9 @@ def lsp(
 
 
 def _check(agent: _AgentOptions) -> None:
-    """See that the options make sense, as far as that can be known before an editor names a folder.
+    """Check the options, as far as possible before an editor names a folder.
 
-    :raises CxbridgeError: when they do not.
+    :raises CxbridgeError: if they are invalid.
     """
     from cxbridge.run.agents import agent_names, choose_agent
     from cxbridge.run.specs import choose_spec
@@ -68,7 +68,7 @@ def _check(agent: _AgentOptions) -> None:
     try:
         config, file = source_of(options).load_configuration()
     except CxbridgeError as error:
-        if error.line is None:  # there is no such file; mistakes within a file are shown by the editor
+        if error.line is None:  # The file is missing; errors within a file are shown in the editor.
             raise
         return
     names = [options.agent] if options.agent else agent_names(config)
@@ -79,7 +79,7 @@ def _check(agent: _AgentOptions) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return the value of an option as JSON can have it."""
+    """Return the value of an option as a JSON value."""
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
     return str(value.resolve()) if isinstance(value, Path) and value.exists() else value and str(value)

@@ -1,4 +1,4 @@
-"""``cxbridge monitor``: a daemon, live, or a recorded run in the terminal."""
+"""``cxbridge monitor``: the terminal view of a daemon or a recorded run."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def monitor(
 
 
 def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
-    """Return the source of the display; mistakes are reported now, not on the screen."""
+    """Return the source of the screen; errors are raised here, before the screen opens."""
     from cxbridge_studio.monitor.snapshot import ViewQuery
 
     if run is not None:

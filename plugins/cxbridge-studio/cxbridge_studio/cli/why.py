@@ -1,4 +1,4 @@
-"""`cxbridge why`: why a rule has not fired, how a goal came to its outcome."""
+"""``cxbridge why``: explains why a rule has not fired, or how a goal came to its outcome."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _END = "end"
 _EXECUTIVE = "executive"
 _PATIENCE_S = 30.0
 KINDS = ("rule", "goal")
-"""What can be asked about."""
+"""Kinds of names that can be explained."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _AgentOptions:
-    """How a scenario is run: options of runs."""
+    """Options for running a scenario."""
 
     spec: Annotated[
         str | None, typer.Option(help="The spec; the configuration's by default.", show_default=False)
@@ -51,10 +51,7 @@ class _AgentOptions:
     skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="Who executes skills.")] = "lua"
 
     def check_unused(self) -> None:
-        """Check that none of them is given without a scenario to run: they would have no effect.
-
-        :raises CxbridgeError: when one is.
-        """
+        """Raise `CxbridgeError` if an option is given without a scenario, where it would have no effect."""
         for field in fields(self):
             if getattr(self, field.name) != field.default:
                 option = field.name.removesuffix("s").replace("_", "-")
@@ -117,7 +114,7 @@ def why(
 def _ask_daemon(
     url: str, kind: str, name: str, rules: int, at: str, env: str | None, *, as_json: bool
 ) -> int:
-    """Ask a daemon; 3 when it does not answer in time."""
+    """Ask a daemon; return 3 if it does not reply in time."""
     from cxbridge.daemon.client import ask_why
 
     if at != _END:
@@ -136,7 +133,6 @@ def _ask_daemon(
 
 
 def _show(lines: Sequence[str], data: object, *, as_json: bool) -> None:
-    """Print an answer."""
     if as_json:
         say_json(data, indent=2)
     else:
@@ -148,7 +144,7 @@ def _show(lines: Sequence[str], data: object, *, as_json: bool) -> None:
 def _evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
-    """Yield the subjects of the options."""
+    """Yield the evidence that the options select."""
     from cxbridge_studio.explain.scenario import scenario_evidence
 
     has_scenario = options.scenario is not None or options.fawkes_dir is not None
@@ -169,7 +165,7 @@ def _evidence(
 
 
 def _words(words: list[str]) -> tuple[str, str, Path | None]:
-    """Return what kind of thing is asked for, its name, and the scenario."""
+    """Return kind, name and scenario from the words of the command."""
     kind = ""
     if words[0] in KINDS and len(words) > 1:
         kind, *words = words

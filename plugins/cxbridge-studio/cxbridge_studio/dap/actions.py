@@ -1,4 +1,4 @@
-"""The rules of a CLIPS file as one stops at them: their lines, and the actions of their right-hand sides."""
+"""The rules of a CLIPS file with their lines, and the actions of their right-hand sides."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, condition_of, s
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
 
 _BODIES: Final = {"progn": 0, "while": 1, "loop-for-count": 1, "progn$": 1, "foreach": 2}
-"""Functions whose arguments from this one on are actions."""
+"""Functions with actions as arguments, and the index of the first action."""
 
 _QUERIES: Final = tuple(
     f"{late}do-for-{facts}" for late in ("", "delayed-") for facts in ("fact", "all-facts")
@@ -22,9 +22,9 @@ _WORDS: Final = ("then", "else", "do")
 class RuleAction:
     """An action of a right-hand side.
 
-    :param start: where it begins in the text.
-    :param line: the line that it begins on, from 1.
-    :param names: the variables that have a value there for sure, without ``?``.
+    :param start: its offset in the text.
+    :param line: its first line, from 1.
+    :param names: the variables that are certainly bound there, without ``?``.
     """
 
     start: int
@@ -36,8 +36,9 @@ class RuleAction:
 class FileRule:
     """A rule of a file.
 
-    :param first: the line that it begins on, from 1, and ``last`` the one that it ends on.
-    :param actions: of its right-hand side, in the order of the text.
+    :param first: its first line, from 1.
+    :param last: its last line.
+    :param actions: the actions of its right-hand side, in the order of the text.
     """
 
     name: str
@@ -47,7 +48,7 @@ class FileRule:
 
 
 def rules_of(text: str) -> Iterator[FileRule]:
-    """Yield the rules of a file that are closed, in their order."""
+    """Yield the closed rules of a file, in order."""
     lines = Lines(text)
     for found in definitions(text):
         if found.kind == "defrule":
@@ -64,7 +65,7 @@ def _actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
 
 
 def bound(ces: Sequence[CE]) -> tuple[str, ...]:
-    """Return the variables that conditional elements give a value to, whichever branch of an ``or`` holds."""
+    """Return the variables that conditional elements bind; of an ``or``, those that all branches bind."""
     names: dict[str, None] = {}
     for ce in ces:
         if isinstance(ce, PatternCE):
@@ -79,21 +80,21 @@ def bound(ces: Sequence[CE]) -> tuple[str, ...]:
 
 
 def _sequence(nodes: Iterable[SyntaxNode], names: tuple[str, ...], lines: Lines) -> Iterator[RuleAction]:
-    """Yield the actions of a sequence, each before those within it."""
+    """Yield the actions of a sequence, each before its nested actions."""
     for node in nodes:
         if node.items is None:
             continue
         yield RuleAction(node.start, lines.at(node.start), names)
-        for inner, more in _within(node):
-            yield from _sequence(inner, (*names, *(name for name in more if name not in names)), lines)
+        for inner, added_names in _within(node):
+            yield from _sequence(inner, (*names, *(name for name in added_names if name not in names)), lines)
         names = _after(node, names)
 
 
 def _within(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNode], tuple[str, ...]]]:
-    """Yield the sequences of actions in an action, and the variables that it gives them."""
+    """Yield the nested action sequences of an action, with the variables that it binds for each."""
     head, items = node.head, node.arguments
     if head == "if":
-        words = [place for place, item in enumerate(items) if item.text in _WORDS]
+        words = [index for index, item in enumerate(items) if item.text in _WORDS]
         for begin, end in zip(words, [*words[1:], len(items)], strict=True):
             yield items[begin + 1 : end], ()
     elif head in _BODIES:
@@ -112,13 +113,13 @@ def _loop_names(head: str, items: Sequence[SyntaxNode]) -> tuple[str, ...]:
 
 
 def _variable(node: SyntaxNode) -> str:
-    """Return the name of a local variable; empty for anything else."""
+    """Return the name of a local variable; empty for other nodes."""
     text = node.text
     return text.lstrip("$?") if node.items is None and text.startswith(("?", "$?")) else ""
 
 
 def _after(node: SyntaxNode, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the variables that have a value after an action."""
+    """Return the bound variables after an action."""
     if node.head != "bind" or not node.arguments:
         return names
     name = _variable(node.arguments[0])

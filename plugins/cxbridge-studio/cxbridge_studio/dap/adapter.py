@@ -1,4 +1,4 @@
-"""The debug adapter: carries out the requests of one client, and reports what happens."""
+"""The debug adapter: serves the requests of one client and sends it events."""
 
 from __future__ import annotations
 
@@ -42,8 +42,6 @@ _ENDING: Final = ("disconnect", "terminate")
 
 
 class Adapter:
-    """Serves one client."""
-
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
         self._inbox: queue.SimpleQueue[protocol.Request | None] = queue.SimpleQueue()
@@ -55,7 +53,7 @@ class Adapter:
         self._is_known = self._is_over = self._checked = False
         self._sends_invalidated = False
         self.problem = ""
-        """Why the client's stream cannot be read any further; empty while it can."""
+        """The protocol error that ended the client's stream; empty without an error."""
         any_time, stopped = phases.KNOWN, SessionPhase.STOPPED
         launched = phases.LAUNCHED
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
@@ -85,10 +83,14 @@ class Adapter:
             "stepInTargets": (protocol.FrameArguments, self._step_targets, stopped),
             "continue": (protocol.ThreadArguments, self._continue, stopped),
             "stepIn": (protocol.StepInArguments, self._step_in, stopped),
-            "next": (protocol.StepArguments, lambda given: self._step(given, "transition"), stopped),
-            "stepOut": (protocol.StepArguments, lambda given: self._step(given, "loop"), stopped),
-            "stepBack": (protocol.StepArguments, lambda given: self._go_back(given, "rule"), stopped),
-            "reverseContinue": (protocol.ThreadArguments, lambda given: self._go_back(given, ""), stopped),
+            "next": (protocol.StepArguments, lambda arguments: self._step(arguments, "transition"), stopped),
+            "stepOut": (protocol.StepArguments, lambda arguments: self._step(arguments, "loop"), stopped),
+            "stepBack": (protocol.StepArguments, lambda arguments: self._go_back(arguments, "rule"), stopped),
+            "reverseContinue": (
+                protocol.ThreadArguments,
+                lambda arguments: self._go_back(arguments, ""),
+                stopped,
+            ),
             "pause": (protocol.PauseArguments, self._pause, SessionPhase.RUNNING),
             "terminate": (protocol.EndArguments, self._terminate, launched),
             "disconnect": (protocol.EndArguments, self._disconnect, phases.ANY),
@@ -96,7 +98,7 @@ class Adapter:
 
     @property
     def _phase(self) -> SessionPhase:
-        """How far the session has come."""
+        """The phase of the session."""
         if self._stop is not None:
             return SessionPhase.STOPPED
         if self._target is not None:
@@ -104,7 +106,7 @@ class Adapter:
         return SessionPhase.READY if self._is_known else SessionPhase.NEW
 
     def serve(self) -> None:
-        """Serve until the client has gone, or :attr:`problem` describes its protocol error."""
+        """Serve until the client disconnects, or :attr:`problem` describes its protocol error."""
         threading.Thread(target=self._read, name="dap", daemon=True).start()
         while not self._is_over:
             self._take(self._inbox.get())
@@ -112,11 +114,11 @@ class Adapter:
                 self._run()
 
     def _read(self) -> None:
-        """Take the client's messages, in a thread."""
+        """Read the client's messages, in a separate thread."""
         try:
             while (request := self._wire.read()) is not None:
                 if request.command in _ENDING and self._target is not None:
-                    self._target.interrupt()  # the rules may never come to rest
+                    self._target.interrupt()  # the rules may fire without end
                 self._inbox.put(request)
         except (WireError, OSError) as error:
             self.problem = str(error)
@@ -124,16 +126,16 @@ class Adapter:
             self.end()
 
     def end(self) -> None:
-        """End everything as soon as possible; from any thread."""
+        """End the session as soon as possible; called from any thread."""
         self._inbox.put(None)
         if self._target is not None:
             self._target.interrupt()
 
     def _run(self) -> None:
-        """Run the target to its end, and say so."""
+        """Run the target to its end and send its exit status."""
         status = 0
         try:
-            status = self._there.run(self)
+            status = self._current_target.run(self)
         except CxbridgeError as error:
             self.send_event("output", {"category": "stderr", "output": f"cxbridge: error: {error}\n"})
             status = error.exit_status
@@ -142,7 +144,7 @@ class Adapter:
         self.send_event("terminated")
 
     def _take(self, request: protocol.Request | None) -> None:
-        """Carry out a request, and answer it."""
+        """Carry out a request and send the response."""
         if request is None:
             self._is_over = True
             return
@@ -153,8 +155,8 @@ class Adapter:
         except CxbridgeError as error:
             answer.message = str(error)
         except msgspec.DecodeError as error:
-            answer.message = f"the arguments make no sense: {error}"
-        except Exception as error:  # noqa: BLE001 - a client cannot do without an answer
+            answer.message = f"the arguments are invalid: {error}"
+        except Exception as error:  # noqa: BLE001 - a client waits for each response
             traceback.print_exc()
             answer.message = f"a fault of cxbridge: {type(error).__name__}: {error}"
         if not answer.success:
@@ -164,10 +166,10 @@ class Adapter:
             self.send_event("initialized")
 
     def _carry_out(self, request: protocol.Request) -> Any:
-        """Return the body of the answer to a request.
+        """Return the body of the response.
 
-        :raises CxbridgeError: when there is none.
-        :raises msgspec.DecodeError: when its arguments are not those of the protocol.
+        :raises CxbridgeError: if the request is unknown or fails.
+        :raises msgspec.DecodeError: if the arguments are invalid.
         """
         known = self._handlers.get(request.command)
         if known is None:
@@ -177,19 +179,19 @@ class Adapter:
         check_phase(request.command, allowed, self._phase)
         return carry_out(arguments)
 
-    # -- what targets ask for
+    # -- callbacks of targets
 
     def pump(self) -> None:
-        """Carry out the waiting requests."""
+        """Carry out the queued requests."""
         while not self._inbox.empty():
             self._take(self._inbox.get())
-        if not self._checked and self._there.is_loaded:
+        if not self._checked and self._current_target.is_loaded:
             self._checked = True
             for each in self._breakpoints.check():
                 self.send_event("breakpoint", {"reason": "changed", "breakpoint": each})
 
-    def stay(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
-        """Carry out requests until one continues the run."""
+    def serve_stop(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
+        """Carry out requests until one resumes the run."""
         self._stop = StopView(stopped, self._sources.of)
         reason = "exception" if self._breakpoints.is_filter(stopped.breakpoint) else stopped.reason
         numbers = [stopped.breakpoint] if stopped.breakpoint else []
@@ -217,18 +219,17 @@ class Adapter:
     def send_event(
         self, name: str, body: Mapping[str, object] | protocol.ProtocolObject | None = None
     ) -> None:
-        """Send an event."""
         self._wire.write(protocol.Event(name, body))
 
-    # -- the beginning and the end
+    # -- start and end
 
     @property
-    def _there(self) -> Target:
+    def _current_target(self) -> Target:
         assert self._target is not None, "requests that need it come later"
         return self._target
 
     @property
-    def _here(self) -> StopView:
+    def _current_stop(self) -> StopView:
         assert self._stop is not None, "requests that need it come while it is stopped"
         return self._stop
 
@@ -252,14 +253,14 @@ class Adapter:
         self._run_phase = SessionPhase.RUNNING
 
     def _terminate(self, _arguments: protocol.EndArguments) -> None:
-        if self._phase is SessionPhase.LAUNCHED:  # there is nothing that could end by itself
+        if self._phase is SessionPhase.LAUNCHED:  # nothing runs yet that could end by itself
             self._run_phase = SessionPhase.OVER
             self.send_event("terminated")
 
     def _disconnect(self, _arguments: protocol.EndArguments) -> None:
         self._is_over = True
 
-    # -- where to stop
+    # -- setting breakpoints
 
     def _set_lines(self, arguments: protocol.SetBreakpointsArguments) -> Mapping[str, Any]:
         return {"breakpoints": self._breakpoints.set_lines(arguments)}
@@ -273,43 +274,45 @@ class Adapter:
     def _locations(self, arguments: protocol.BreakpointLocationsArguments) -> Mapping[str, Any]:
         return {"breakpoints": [{"line": line} for line in self._breakpoints.lines_between(arguments)]}
 
-    # -- looking
+    # -- inspection
 
     def _check_thread(self, number: int) -> None:
-        """See that there is a thread of this number.
+        """Check a thread number.
 
-        :raises CxbridgeError: when there is not.
+        :raises CxbridgeError: if there is no such thread.
         """
-        if not 0 < number <= len(self._there.agents):
-            there = ", ".join(f"{each} ({name})" for each, name in enumerate(self._there.agents, start=1))
-            raise CxbridgeError(f"there is no thread {number}", hint=f"there are: {there or 'none'}")
+        if not 0 < number <= len(self._current_target.agents):
+            thread_list = ", ".join(
+                f"{each} ({name})" for each, name in enumerate(self._current_target.agents, start=1)
+            )
+            raise CxbridgeError(f"there is no thread {number}", hint=f"there are: {thread_list or 'none'}")
 
     def _threads(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
-        agents = () if self._phase is SessionPhase.OVER else self._there.agents
+        agents = () if self._phase is SessionPhase.OVER else self._current_target.agents
         return {"threads": [{"id": number, "name": name} for number, name in enumerate(agents, start=1)]}
 
     def _stack(self, arguments: protocol.StackTraceArguments) -> Mapping[str, Any]:
         self._check_thread(arguments.thread_id)
-        if arguments.thread_id != self._here.stopped.agent:
+        if arguments.thread_id != self._current_stop.stopped.agent:
             return {"stackFrames": [], "totalFrames": 0}
-        return self._here.frames(arguments.start_frame, arguments.levels)
+        return self._current_stop.frames(arguments.start_frame, arguments.levels)
 
     def _scopes(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
-        return {"scopes": self._here.scopes(arguments.frame_id)}
+        return {"scopes": self._current_stop.scopes(arguments.frame_id)}
 
     def _variables(self, arguments: protocol.VariablesArguments) -> Mapping[str, Any]:
-        found = self._here.variables(arguments.variables_reference, arguments.start, arguments.count)
+        found = self._current_stop.variables(arguments.variables_reference, arguments.start, arguments.count)
         return {"variables": [] if arguments.filter == "indexed" else found}
 
     def _set_variable(self, arguments: protocol.SetVariableArguments) -> Mapping[str, Any]:
-        value = self._here.change(arguments.variables_reference, arguments.name, arguments.value)
+        value = self._current_stop.change(arguments.variables_reference, arguments.name, arguments.value)
         self._send_invalidated()
         return {"value": value}
 
     def _evaluate(self, arguments: protocol.EvaluateArguments) -> protocol.EvaluateBody:
         if arguments.frame_id is not None:
-            self._here.check_frame(arguments.frame_id)
-        body, printed = self._here.evaluate(arguments.expression)
+            self._current_stop.check_frame(arguments.frame_id)
+        body, printed = self._current_stop.evaluate(arguments.expression)
         for line in printed:
             self.send_event("output", {"category": "console", "output": f"{line}\n"})
         if arguments.context == "repl":
@@ -325,21 +328,21 @@ class Adapter:
         return {"content": self._sources.named(wanted)[1], "mimeType": "text/x-clips"}
 
     def _loaded(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
-        return {"sources": [self._sources.of(FileLine(file, 1)) for file in self._there.files()]}
+        return {"sources": [self._sources.of(FileLine(file, 1)) for file in self._current_target.files()]}
 
-    # -- going
+    # -- stepping
 
     def _step_targets(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
-        self._here.check_frame(arguments.frame_id)
+        self._current_stop.check_frame(arguments.frame_id)
         return {"targets": [{"id": each, "label": _TARGET_TITLES[each]} for each in self._step_kinds]}
 
     @property
     def _step_kinds(self) -> list[int]:
-        return [number for number in _TARGETS if number == 1 or self._there.can_stop_at_actions]
+        return [number for number in _TARGETS if number == 1 or self._current_target.can_stop_at_actions]
 
     def _continue(self, arguments: protocol.ThreadArguments) -> Mapping[str, Any]:
         self._check_thread(arguments.thread_id)
-        self._there.go_on()
+        self._current_target.go_on()
         return {"allThreadsContinued": True}
 
     def _step_in(self, arguments: protocol.StepInArguments) -> None:
@@ -350,12 +353,12 @@ class Adapter:
 
     def _step(self, arguments: protocol.StepArguments, unit: str) -> None:
         self._check_thread(arguments.thread_id)
-        self._there.step(unit)
+        self._current_target.step(unit)
 
     def _go_back(self, arguments: protocol.ThreadArguments, unit: str) -> None:
         self._check_thread(arguments.thread_id)
-        self._there.go_back(unit)
+        self._current_target.go_back(unit)
 
     def _pause(self, arguments: protocol.PauseArguments) -> None:
         self._check_thread(arguments.thread_id)
-        self._there.pause()
+        self._current_target.pause()

@@ -1,4 +1,4 @@
-"""An agent of a run that is debugged, and how it stands when its rules are stopped."""
+"""An agent of a debugged run, and its state while its rules are stopped."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 class DebuggedAgent:
     """An agent of the run.
 
-    :param actions: whether it can stop within right-hand sides.
+    :param actions: whether the agent can stop within right-hand sides.
     """
 
     def __init__(self, assembly: Run, *, actions: bool) -> None:
@@ -45,7 +45,7 @@ class DebuggedAgent:
         self.probes = Probes(self.env, self.debugger) if actions else None
         self.debugger.expand = self._expand
         self.ids: dict[int, int] = {}
-        """The client's numbers of breakpoints, by the debugger's."""
+        """The client's breakpoint numbers by the debugger's."""
         self._groups: dict[str, list[int]] = {}
         self.fired: RuleFired | None = None
         self.gone: dict[int, FactChange] = {}
@@ -61,42 +61,43 @@ class DebuggedAgent:
         self.env.watcher.facts.set((), on=True)
 
     def watch_again(self) -> None:
-        """Have rules and facts reported, once: the configuration of an agent may have turned that off."""
+        """Turn the watching of rules and facts on again, once: the agent's configuration may turn it off."""
         if not self._watches:
             self._watches = True
             self._watch()
 
     def raise_error(self) -> None:
-        """Raise what went wrong while a right-hand side was stopped, if anything did."""
+        """Raise the error that occurred while a right-hand side was stopped, if any."""
         if self.probes is not None and self.probes.error is not None:
             raise self.probes.error
 
     def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
-        """Put breakpoints in the place of those of this group."""
-        for own in self._groups.pop(group, ()):
-            self.debugger.remove(own)
-            self.ids.pop(own)
+        """Replace the breakpoints of a group."""
+        for old_number in self._groups.pop(group, ()):
+            self.debugger.remove(old_number)
+            self.ids.pop(old_number)
         made = {self.debugger.add(each, checked=False).number: number for number, each in wanted.items()}
         self.ids |= made
         self._groups[group] = list(made)
 
     def _take(self, event: Event) -> None:
-        """Remember the rule that fires, and the facts that it retracts."""
+        """Keep the rule that fires, and the facts it retracts."""
         if isinstance(event, RuleFired) and event.env == self.env.name:
             self.fired = event
             self.gone.clear()
         elif isinstance(event, FactChange) and event.env == self.env.name and not event.asserted:
             self.gone[event.index] = event
 
-    def ask(self, name: str, **given: Any) -> Any:
+    def carry_out_operation(self, name: str, **arguments: Any) -> Any:
         """Carry out an operation on the executive's environment."""
-        return carry_out(self._context, name, env=self.env.name, **given)
+        return carry_out(self._context, name, env=self.env.name, **arguments)
 
     def _expand(self, text: str, stop: Stop) -> str:
         return expanded(text, LiveMoment(self, stop)) if "?" in text else text
 
     def place(self, rule: str) -> FileLine | None:
-        """Return where a rule is written, in the last of the loaded files that define it."""
+        """Return the position of a rule, in the last loaded file that defines it."""
+        # Only files loaded since the last call are read.
         files = self.env.loader.files
         for file in files[self._read :]:
             try:
@@ -110,7 +111,7 @@ class DebuggedAgent:
 
 
 class LiveMoment(StoppedEnvironment):
-    """An agent whose rules are stopped."""
+    """An agent with stopped rules."""
 
     def __init__(self, agent: DebuggedAgent, stop: Stop) -> None:
         fired, env = agent.fired, agent.env
@@ -126,34 +127,28 @@ class LiveMoment(StoppedEnvironment):
         self._within = bool(stop.line)
 
     def place(self, rule: str) -> FileLine | None:
-        """Return where a rule is written."""
         return self._agent.place(rule)
 
-    def bare(self, rule: str) -> Snapshot:
-        """Return a rule without facts."""
+    def rule_without_facts(self, rule: str) -> Snapshot:
         return take(self._env, rule, most_facts=0)
 
     def templates(self) -> Mapping[str, int]:
-        """Return how many facts there are, by their deftemplates."""
         counts: dict[str, int] = {}
         for _, name, _ in self._env.facts():
             counts[name] = counts.get(name, 0) + 1
         return counts
 
     def template(self, name: str) -> FactTemplate | None:
-        """Return a deftemplate."""
         pointer = lib.FindDeftemplate(self._env.env, encode(name))
         return None if pointer == NULL else template_of(pointer)
 
     def facts(self, template: str) -> Sequence[FactChange]:
-        """Return the facts of a deftemplate."""
         if not self._env.has_template(template):
             return ()
         indices = [index for index, _, _ in self._env.facts(template)]
         return [fact for fact in map(self.fact, indices) if fact is not None]
 
     def fact(self, index: int) -> FactChange | None:
-        """Return a fact, also one that the rule has just retracted."""
         pointer = self._env.maker.find(index)
         if pointer == NULL:
             return self._agent.gone.get(index)
@@ -162,23 +157,21 @@ class LiveMoment(StoppedEnvironment):
         return FactChange(0, self._env.name, asserted=True, index=index, template=template, text=text)
 
     def agenda(self) -> Sequence[tuple[int, str, str]] | None:
-        """Return what would fire, in order."""
-        return [(int(salience), str(rule), str(basis)) for salience, rule, basis in self._agent.ask("agenda")]
+        return [
+            (int(salience), str(rule), str(basis))
+            for salience, rule, basis in self._agent.carry_out_operation("agenda")
+        ]
 
     def locals(self) -> Mapping[str, Value] | None:
-        """Return the variables of the right-hand side that it is in."""
         probes = self._agent.probes
         return None if probes is None or not self._within else probes.values()
 
     def is_function(self, name: str) -> bool:
-        """Whether CLIPS has a function of this name."""
         found = EXTRA.FindFunction(self._env.env, encode(name))
         return bool(found != NULL) or self._env.loader.is_function(name)
 
     def evaluate(self, expression: str) -> Evaluation:
-        """Evaluate an expression, which may change facts."""
         return self._agent.service.evaluate(self._env.name, expression)
 
     def modify(self, index: int, slot: str, text: str) -> int:
-        """Give a slot of a fact another value."""
-        return int(self._agent.ask("modify", index=index, slots={slot: text}))
+        return int(self._agent.carry_out_operation("modify", index=index, slots={slot: text}))

@@ -1,4 +1,4 @@
-"""The variables of a rule's condition, for the facts that it fires for: matched again, by CLIPS."""
+"""The variables of a fired rule's condition, found by matching its facts again with CLIPS."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ _MOST_WAYS: Final = 1000
 
 
 def facts_of(basis: str) -> list[int]:
-    """Return the indices of the facts in a basis, e.g. ``f-1,*,f-3``."""
+    """Return the indices of the facts in a basis such as ``f-1,*,f-3``."""
     parts = (part.strip().removeprefix("f-") for part in basis.split(","))
     return [int(part) for part in parts if part.isdecimal()]
 
 
 def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None]) -> dict[str, Value]:
-    """Return the variables that a rule's condition gives values to, by name, without ``?``.
+    """Return the values of the variables in a rule's condition, by name without ``?``.
 
     :param bare: the rule, without facts.
-    :param basis: the facts that it fires for.
-    :param fact: finds one by its index.
-    :raises ClipsError: when a fact is not known, or the condition cannot be matched here.
+    :param basis: the facts the rule fires for.
+    :param fact: returns a fact by its index.
+    :raises ClipsError: if a fact is unknown, or the condition cannot be matched here.
     """
     condition = parse_rule(bare.text)
     indices = facts_of(basis)
@@ -48,14 +48,15 @@ def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None
     with Matcher(replace(bare, templates=templates, facts=tuple(rows), all_facts=False)) as matcher:
         failure = ClipsError("the facts do not match the condition any more")
         for ces in islice(_branches(condition.ces), _MOST_BRANCHES):
-            positive = [ce for ce in ces if isinstance(ce, PatternCE)]
-            if len(positive) != len(indices):
+            fact_patterns = [ce for ce in ces if isinstance(ce, PatternCE)]
+            if len(fact_patterns) != len(indices):
                 continue
+            # Without tests, a condition also matches after the rule has changed its facts.
             for loose in (False, True):
                 try:
-                    found = _bound(matcher, ces, positive, indices, loose=loose)
+                    found = _bound(matcher, ces, fact_patterns, indices, loose=loose)
                 except ClipsError as error:
-                    failure = error  # e.g. a function that only the run has
+                    failure = error  # such as a function that only the run has
                     continue
                 if found is not None:
                     return found
@@ -63,7 +64,7 @@ def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None
 
 
 def _branches(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
-    """Yield the patterns and tests of a condition, one list for each way through its ``or``."""
+    """Yield the patterns and tests of a condition, one list for each combination of ``or`` branches."""
     choices: list[list[list[PatternCE | TestCE]]] = []
     for ce in ces:
         if not isinstance(ce, GroupCE):
@@ -80,12 +81,12 @@ def _branches(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
 def _bound(
     matcher: Matcher,
     ces: Sequence[PatternCE | TestCE],
-    positive: Sequence[PatternCE],
+    fact_patterns: Sequence[PatternCE],
     indices: Sequence[int],
     *,
     loose: bool,
 ) -> dict[str, Value] | None:
-    """Return the variables in the way to match that has these facts in this order; None when none has."""
+    """Return the variables of the match with these facts in this order, or None."""
     texts: list[str] = []
     facts: list[str] = []
     names: dict[str, None] = {}
@@ -99,7 +100,7 @@ def _bound(
         facts.append(variable)
         names |= dict.fromkeys((variable,))
         names |= dict.fromkeys(field.name for part in ce.parts for field in part.fields if field.name)
-    if not positive:
+    if not fact_patterns:
         return {}
     wanted = [FactRef(index) for index in indices]
     for values in matcher.note(texts, list(names), _MOST_WAYS):
@@ -110,7 +111,7 @@ def _bound(
 
 
 def _loose(ce: PatternCE) -> str:
-    """Return a pattern that binds the variables and asks for nothing."""
+    """Return a pattern that binds the same variables without any constraint."""
     parts = [
         part.write([field.binder if field.name else field.wildcard for field in part.fields])
         for part in ce.parts
@@ -121,9 +122,9 @@ def _loose(ce: PatternCE) -> str:
 def matching(bare: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChange]]) -> list[int]:
     """Return the indices of the facts that match a pattern.
 
-    :param bare: has the deftemplate.
-    :param facts: of that deftemplate, by its name.
-    :raises ClipsError: when it is not a pattern.
+    :param bare: a snapshot with the deftemplate.
+    :param facts: the facts of that deftemplate, by its name.
+    :raises ClipsError: if the text is not a pattern.
     """
     changes = [change for each in facts.values() for change in each]
     templates, rows = rows_of(changes, bare.templates)

@@ -1,4 +1,4 @@
-"""The breakpoints that a client has set, and how they stand."""
+"""The breakpoints of a client, and their verification."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FILTERS: Final = {
     "action-failed": ("A plan-action fails", "action:*:FAILED"),
     "skill-failed": ("A skill fails", "skill:*:S_FAILED"),
 }
-"""What editors offer as kinds of exceptions: titles and breakpoints."""
+"""The exception filters that editors offer: title and breakpoint."""
 
 _FUNCTIONS: Final = "functions"
 _FILTERS: Final = "filters"
@@ -35,7 +35,7 @@ class _OnLine:
 
 
 class Breakpoints:
-    """The breakpoints of a client. They may be set before and while the target runs."""
+    """The breakpoints of a client. They may change while the target runs."""
 
     def __init__(self, sources: Sources) -> None:
         self._sources = sources
@@ -46,7 +46,7 @@ class Breakpoints:
         self._target: Target | None = None
 
     def attach(self, target: Target) -> None:
-        """Let a target stop there."""
+        """Set the breakpoints in a target."""
         self._target = target
         for group, made in self._groups.items():
             target.set_breakpoints(group, made)
@@ -60,12 +60,12 @@ class Breakpoints:
         self._last += 1
         return self._last
 
-    # -- on lines
+    # -- breakpoints on lines
 
     def set_lines(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
-        """Set those of a file; returns how they stand.
+        """Replace the breakpoints of a file and return their states.
 
-        :raises CxbridgeError: when the file cannot be read.
+        :raises CxbridgeError: if the file cannot be read.
         """
         file, text = self._sources.named(arguments.source)
         actions = self._target is None or self._target.can_stop_at_actions
@@ -101,13 +101,13 @@ class Breakpoints:
         """Return the state of a breakpoint, as far as the rules are known."""
         if self._target is None or not self._target.is_loaded:
             return item.shown
-        reason = self._target.why_not(item.rule, item.file)
+        reason = self._target.why_no_stop(item.rule, item.file)
         if not reason:
             return item.shown
         return protocol.Breakpoint(item.shown.id, verified=False, message=reason, line=item.shown.line)
 
     def check(self) -> list[protocol.Breakpoint]:
-        """Return those that have turned out to be at rules, or to have names, that there are not."""
+        """Return the breakpoints whose state has changed since the rules are loaded."""
         pairs = [(self._checked(item), item.shown) for items in self._on_lines.values() for item in items]
         pairs += [
             (self._reachable(number, item), self._functions[number])
@@ -116,19 +116,19 @@ class Breakpoints:
         return [now for now, before in pairs if now.verified != before.verified]
 
     def lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
-        """Return the lines of a file that one can stop at.
+        """Return the lines of a range where a breakpoint is possible.
 
-        :raises CxbridgeError: when the file cannot be read.
+        :raises CxbridgeError: if the file cannot be read.
         """
         _, text = self._sources.named(arguments.source)
         actions = self._target is None or self._target.can_stop_at_actions
         lines = FileLines(text, actions=actions)
         return lines.between(arguments.line, arguments.end_line or arguments.line)
 
-    # -- with names
+    # -- breakpoints on names
 
     def set_functions(self, wanted: Sequence[protocol.FunctionBreakpoint]) -> list[protocol.Breakpoint]:
-        """Set those on goals, plan-actions, skills and rules, by name; returns how they stand."""
+        """Replace the breakpoints on goals, plan-actions, skills and rules, and return their states."""
         made: dict[int, Breakpoint] = {}
         self._functions.clear()
         for each in wanted:
@@ -149,19 +149,19 @@ class Breakpoints:
         return list(self._functions.values())
 
     def _reachable(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
-        """Return the state of a breakpoint with a name, as far as the names are known."""
+        """Return the state of a named breakpoint, as far as names are known."""
         reason = ""
         if self._target is not None and self._target.is_loaded:
-            reason = self._target.why_never(item)
+            reason = self._target.why_unreachable(item)
         return protocol.Breakpoint(number, verified=not reason, message=reason)
 
     def set_filters(self, wanted: protocol.SetExceptionBreakpointsArguments) -> list[protocol.Breakpoint]:
-        """Set those on what fails; returns how they stand.
+        """Replace the breakpoints on failures and return their states.
 
-        :raises CxbridgeError: when there is no such filter, or it is to have a condition.
+        :raises CxbridgeError: if a filter is unknown or has a condition.
         """
         if wanted.exception_options or any(each.condition for each in wanted.filter_options):
-            raise CxbridgeError("what fails is stopped at without conditions and options here")
+            raise CxbridgeError("exception filters have no conditions and options here")
         names = [*wanted.filters, *(each.filter_id for each in wanted.filter_options)]
         unknown = [name for name in names if name not in FILTERS]
         if unknown:
@@ -171,7 +171,7 @@ class Breakpoints:
         return [protocol.Breakpoint(number, verified=True) for number in made]
 
     def is_filter(self, number: int) -> bool:
-        """Whether a breakpoint is one of what fails."""
+        """Return whether a breakpoint belongs to an exception filter."""
         return number in self._groups.get(_FILTERS, {})
 
 

@@ -1,4 +1,4 @@
-"""Input while a target is stopped: expressions with a rule's variables, and patterns."""
+"""Evaluation of expressions and patterns while a target is stopped."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _BINDERS = ("bind", "foreach")
 
 @dataclass(frozen=True, slots=True)
 class ExpressionResult:
-    """The result.
+    """The result of an evaluation.
 
-    :param text: the value; of a pattern how many facts match.
-    :param output: lines that were printed.
-    :param facts: those that match, of a pattern.
+    :param text: the value, or the number of facts that match a pattern.
+    :param output: the printed lines.
+    :param facts: the facts that match a pattern.
     """
 
     text: str
@@ -31,9 +31,9 @@ class ExpressionResult:
 
 
 def variables_of(moment: StoppedEnvironment) -> dict[str, Value]:
-    """Return the variables of the rule that a moment is about, by name, without ``?``.
+    """Return the variables of the stopped rule, by name without ``?``.
 
-    :raises CxbridgeError: when they are not known.
+    :raises CxbridgeError: if they are unknown.
     """
     firing = moment.firing
     here = moment.locals()
@@ -41,11 +41,11 @@ def variables_of(moment: StoppedEnvironment) -> dict[str, Value]:
         return dict(here)
     if firing is None:
         return {}
-    return bindings(moment.bare(firing.rule), firing.basis, moment.fact)
+    return bindings(moment.rule_without_facts(firing.rule), firing.basis, moment.fact)
 
 
 def known_variables(moment: StoppedEnvironment) -> dict[str, Value]:
-    """Return the variables, none when they are not known."""
+    """Return the variables of the stopped rule; empty if they are unknown."""
     try:
         return variables_of(moment)
     except CxbridgeError:
@@ -55,7 +55,7 @@ def known_variables(moment: StoppedEnvironment) -> dict[str, Value]:
 def answer(moment: StoppedEnvironment, text: str) -> ExpressionResult:
     """Evaluate an expression, or find the facts that match a pattern.
 
-    :raises CxbridgeError: when it is neither, or fails.
+    :raises CxbridgeError: if the text is invalid or the evaluation fails.
     """
     text = text.strip()
     nodes = read(text)
@@ -65,8 +65,8 @@ def answer(moment: StoppedEnvironment, text: str) -> ExpressionResult:
         if name in known:
             return ExpressionResult(show_alone(known[name]))
         if ":" not in name:
-            there = ", ".join(f"?{each}" for each in known) or "none"
-            raise ClipsError(f"there is no variable {text} here", hint=f"there are: {there}")
+            known_names = ", ".join(f"?{each}" for each in known) or "none"
+            raise ClipsError(f"there is no variable {text} here", hint=f"there are: {known_names}")
     head = nodes[0].head if len(nodes) == 1 else ""
     is_template = bool(head) and moment.template(head) is not None
     if is_template and not moment.is_function(head):
@@ -74,7 +74,7 @@ def answer(moment: StoppedEnvironment, text: str) -> ExpressionResult:
     try:
         found = moment.evaluate(expanded(text, moment))
     except CxbridgeError:
-        if is_template:  # a name that a function has, too, as time
+        if is_template:  # a deftemplate with the name of a function, such as time
             return _match(moment, head, text)
         raise
     return ExpressionResult(found.text, found.output)
@@ -90,16 +90,16 @@ def _match(moment: StoppedEnvironment, template: str, pattern: str) -> Expressio
 
 
 def expanded(text: str, moment: StoppedEnvironment) -> str:
-    """Return an expression with the values of a moment's variables in the place of their names."""
+    """Return an expression with the values of the stopped rule's variables inserted."""
     return expand(text, known_variables(moment), moment.written) if "?" in text else text
 
 
 def expand(text: str, known: Mapping[str, Value], written: Callable[[int], str] = str) -> str:
-    """Put the values of variables in the place of their names; not of those that the text itself binds.
+    """Insert the values of variables into an expression, except variables that the expression binds.
 
     ``?fact:slot`` becomes the slot's value.
 
-    :param written: writes a fact, by its index.
+    :param written: returns the expression for a fact by its index.
     """
     if not known:
         return text
@@ -119,7 +119,7 @@ def expand(text: str, known: Mapping[str, Value], written: Callable[[int], str] 
 
 
 def _bound_by(top: SyntaxNode) -> set[str]:
-    """Return the variables that some text gives values to itself."""
+    """Return the variables that a list binds."""
     found = set()
     for node in top.walk():
         if node.items:
@@ -130,7 +130,7 @@ def _bound_by(top: SyntaxNode) -> set[str]:
 
 
 def _literal(value: Value, slot: str, written: Callable[[int], str]) -> str:
-    """Return a value as CLIPS reads it."""
+    """Return a value in CLIPS syntax."""
     if isinstance(value, FactRef):
         fact = written(value.index)
         return f"(fact-slot-value {fact} {slot})" if slot else fact

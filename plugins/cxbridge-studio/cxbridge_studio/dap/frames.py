@@ -1,4 +1,4 @@
-"""The stack of a stop: the rule, the plan-action that it works for, its goal, and the goals above."""
+"""The call stack of a stop: the rule, its plan-action, the goal, and the goal's parents."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ ACTION: Final = "plan-action"
 
 @dataclass(frozen=True, slots=True)
 class CallFrame:
-    """A frame of a stack.
+    """A frame of the stack.
 
     :param kind: ``rule``, ``plan-action``, ``goal`` or ``event``.
-    :param place: its source place; None without a file.
+    :param place: the source position; None without a file.
     :param fact: the fact of the goal or plan-action.
     """
 
@@ -35,14 +35,14 @@ class CallFrame:
 
 
 def slots_of(fact: FactChange) -> Mapping[str, str]:
-    """Return the slots of a fact as CLIPS prints their values; none of an ordered fact."""
+    """Return the slots of a fact, as CLIPS prints the values; empty for an ordered fact."""
     with suppress(FactSyntaxError):
         return parse_fact(fact.text)[1]
     return {}
 
 
 def frames_of(moment: StoppedEnvironment) -> list[CallFrame]:
-    """Return the stack of a moment, the rule first."""
+    """Return the stack, innermost frame first."""
     return [*_rule(moment), *_works_for(moment)] or [CallFrame("event", "between two loops")]
 
 
@@ -59,7 +59,7 @@ def _rule(moment: StoppedEnvironment) -> Iterator[CallFrame]:
 
 
 def _works_for(moment: StoppedEnvironment) -> Iterator[CallFrame]:
-    """Yield the frames of the plan-action, the goal and its parents, if they are clear."""
+    """Yield the frames of the plan-action, the goal and its parents, if known."""
     goals = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
     action, goal = _about(moment)
     if action is not None:
@@ -67,17 +67,19 @@ def _works_for(moment: StoppedEnvironment) -> Iterator[CallFrame]:
         text = " ".join((slots.get("action-name", ""), *slots.get("param-values", "").split()))
         yield CallFrame(ACTION, f"action {text}: {slots.get('state', '')}", fact=action)
     forest = Forest({name: parent_id(slots_of(fact).get("parent", "")) for name, fact in goals.items()})
-    at = goal if goal in goals else None
-    while at is not None:
-        slots = slots_of(goals[at])
+    goal_id = goal if goal in goals else None
+    while goal_id is not None:
+        slots = slots_of(goals[goal_id])
         outcome = slots.get("outcome", "UNKNOWN")
         state = " ".join((slots.get("mode", ""), *(outcome,) * (outcome != "UNKNOWN")))
-        yield CallFrame(GOAL, f"goal {goal_title(at, slots.get('class', ''))}: {state}", fact=goals[at])
-        at = forest.parents[at]
+        yield CallFrame(
+            GOAL, f"goal {goal_title(goal_id, slots.get('class', ''))}: {state}", fact=goals[goal_id]
+        )
+        goal_id = forest.parents[goal_id]
 
 
 def _about(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
-    """Return the plan-action and the id of the goal that a moment is about."""
+    """Return the plan-action and the goal id that a stop concerns."""
     event = moment.event
     if isinstance(event, GoalTransition):
         return None, event.goal
@@ -91,14 +93,14 @@ def _about(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
         slots = slots_of(action)
         key = slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")
         return _plan_action(moment, key) or action, key[0]
-    # of a goal and its parent, which a rule often matches, the last is the one that it works on
+    # A rule often matches a goal and its parent: the rule acts on the deepest.
     ids = [slots_of(fact).get("id", "") for fact in facts if fact.template == GOAL]
     named = [slots_of(fact).get("goal-id", "") for fact in facts]
     return None, next((name for name in (*_deepest(moment, ids), *named) if name), "")
 
 
 def _deepest(moment: StoppedEnvironment, ids: list[str]) -> list[str]:
-    """Return the goals, those first whose parents are among them."""
+    """Return the goal ids, sub-goals first."""
     parents = {slots_of(fact).get("id", ""): slots_of(fact).get("parent", "") for fact in moment.facts(GOAL)}
     return sorted(ids, key=lambda name: parents.get(name) not in ids)
 

@@ -1,4 +1,4 @@
-"""Makes a target of what an editor's launch configuration asks for."""
+"""Makes a target from an editor's launch configuration."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _OF_EDITORS: Final = frozenset(
         *("linux", "osx", "windows", "suppressMultipleSessionWarning"),
     }
 )
-"""Keys that editors look at themselves."""
+"""Keys that the editors themselves use."""
 
 _FORBIDDEN: Final = ("replay",)
 
@@ -25,9 +25,9 @@ _FORBIDDEN: Final = ("replay",)
 def make_target(arguments: Mapping[str, Any]) -> Target:
     """Return the target.
 
-    :param arguments: ``scenario``, and the options of `cxbridge run` as ``skillDirs`` or ``skill-dirs``; or
-        ``recording`` and ``env``; ``stopOnEntry``, ``stopInRules`` and ``cwd`` besides.
-    :raises CxbridgeError: when an argument is invalid.
+    :param arguments: ``scenario`` and the options of ``cxbridge run``, as ``skillDirs`` or ``skill-dirs``; or
+        ``recording`` and ``env``. Both with ``stopOnEntry``, ``stopInRules`` and ``cwd``.
+    :raises CxbridgeError: if an argument is invalid.
     """
     given = {
         name: value
@@ -71,7 +71,7 @@ def _flag(given: dict[str, Any], name: str, *, default: bool) -> bool:
 
 
 def _enter(folder: str) -> None:
-    """Work in a folder: paths of a launch configuration are seen from there."""
+    """Change the working directory: paths of a launch configuration are relative to it."""
     if folder:
         try:
             os.chdir(Path(folder))

@@ -1,4 +1,4 @@
-"""A run that is debugged: as `cxbridge run` runs it, in the thread that serves the client's requests."""
+"""A debugged run. It runs like ``cxbridge run``, in the thread that serves the client's requests."""
 
 from __future__ import annotations
 
@@ -26,11 +26,10 @@ _CATEGORIES: Final = {Level.ERROR: "stderr", Level.WARN: "stderr"}
 
 
 class LiveRun(Target):
-    """A run.
+    """A debugged run.
 
-    :param options: those of the run.
-    :param stop_on_entry: whether it stops before its first rule.
-    :param actions: whether it can stop within right-hand sides.
+    :param stop_on_entry: stop before the first rule.
+    :param actions: whether the run can stop within right-hand sides.
     """
 
     def __init__(self, options: RunOptions, *, stop_on_entry: bool = False, actions: bool = True) -> None:
@@ -45,11 +44,10 @@ class LiveRun(Target):
 
     @property
     def agents(self) -> Sequence[str]:
-        """The names of the agents."""
         return [agent.assembly.name for agent in self._agents]
 
     def run(self, client: DebugClient) -> int:
-        """Run the scenario; returns the exit status of `cxbridge run`."""
+        """Run the scenario and return the exit status of ``cxbridge run``."""
 
         def send_line(event: Event) -> None:
             if isinstance(event, LogLine):
@@ -68,7 +66,7 @@ class LiveRun(Target):
         return _INTERRUPTED if self._interrupted else result.status
 
     def _attach(self, assembly: Run, client: DebugClient) -> None:
-        """Debug an agent, that is made and not started."""
+        """Debug an agent that is made but not started."""
         agent = DebuggedAgent(assembly, actions=self.can_stop_at_actions)
         self._agents.append(agent)
         number = len(self._agents)
@@ -79,7 +77,7 @@ class LiveRun(Target):
         def pump() -> None:
             agent.watch_again()
             client.pump()
-            if self._interrupted:  # while the agent was made, there was no loop to stop
+            if self._interrupted:  # the interrupt came while the agent had no loop to stop
                 assembly.loop.stop()
 
         assembly.loop.add(Hook.PRE_LOOP, pump)
@@ -97,12 +95,12 @@ class LiveRun(Target):
         self._end_steps()
         moment = LiveMoment(agent, stop)
         stopped = Stopped(number, reason, f"Stopped {stop.reason}", moment, agent.ids.get(stop.breakpoint, 0))
-        client.stay(stopped, lambda: agent.debugger.stopped is None or agent.env.is_ended)
+        client.serve_stop(stopped, lambda: agent.debugger.stopped is None or agent.env.is_ended)
         if agent.debugger.stopped is not None:
             agent.debugger.go_on()
 
     def _end_steps(self) -> None:
-        """One agent has stopped: a step of the other agents is over, too."""
+        """End the step of all agents: one agent has stopped."""
         if self._step:
             for agent in self._agents:
                 if agent.debugger.stopped is None:
@@ -110,41 +108,36 @@ class LiveRun(Target):
         self._step = ""
 
     def interrupt(self) -> None:
-        """End the run; from any thread."""
         self._interrupted = True
         for agent in self._agents:
             agent.assembly.loop.stop()
             agent.assembly.interrupt()
 
     def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
-        """Put breakpoints in the place of those of this group."""
         self._groups[group] = wanted
         for agent in self._agents:
             agent.set_breakpoints(group, wanted)
 
     def go_on(self) -> None:
-        """Continue to the next breakpoint."""
         for agent in self._agents:
             agent.debugger.go_on()
 
     def step(self, unit: str) -> None:
-        """Continue for a ``rule``, a ``loop``, a ``transition`` or a ``line`` of any agent."""
+        """Resume until a ``rule``, ``loop``, ``transition`` or ``line`` of any agent."""
         self._step = unit
         for agent in self._agents:
             agent.debugger.step(unit)
 
     def pause(self) -> None:
-        """Stop before the next rule."""
         for agent in self._agents:
             agent.debugger.stop()
 
     @property
     def is_loaded(self) -> bool:
-        """Whether all agents are initialised."""
         return bool(self._agents) and all(agent.assembly.executive.initialized for agent in self._agents)
 
-    def why_not(self, rule: str, file: Path) -> str:
-        """Return why a rule of a file cannot stop; empty when it can, in any agent."""
+    def why_no_stop(self, rule: str, file: Path) -> str:
+        """Return why a rule of a file cannot stop; empty if any agent can stop there."""
         reasons = [self._missing(agent, rule, file) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
 
@@ -158,13 +151,11 @@ class LiveRun(Target):
             return ""
         return why_missing(rule, book) or f"the spec does not load {file.name}"
 
-    def why_never(self, item: Breakpoint) -> str:
-        """Return why no agent ever reaches a breakpoint."""
+    def why_unreachable(self, item: Breakpoint) -> str:
         reasons = [_mistake(agent, item) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
 
     def files(self) -> Iterator[Path]:
-        """Yield the files with rules that were loaded."""
         yield from dict.fromkeys(file.resolve() for agent in self._agents for file in agent.env.loader.files)
 
 

@@ -1,4 +1,4 @@
-"""A moment as trees: variables, goals, the agenda, facts by template."""
+"""The state of a stop as trees of variables: locals, goals, the agenda, facts by template."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from cxbridge_studio.dap.frames import ACTION, GOAL, CallFrame, slots_of
 from cxbridge_studio.dap.target import StoppedEnvironment
 
 MOST_ROWS: Final = 1000
-"""Facts of a deftemplate, or activations, that are shown."""
+"""The limit of shown activations, and of shown facts of a deftemplate."""
 
 _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRING", Symbol: "SYMBOL"}
 
 
 @dataclass(frozen=True, slots=True)
 class VariableNode:
-    """Something with a name and a value.
+    """A named value.
 
-    :param children: makes the nodes below it; None: there are none.
-    :param change: gives it another value, from text of CLIPS, and returns that; None: it cannot be changed.
+    :param children: returns the child nodes; None without children.
+    :param change: sets the value from CLIPS text and returns the new value; None for a read-only value.
     """
 
     name: str
@@ -39,9 +39,9 @@ class VariableNode:
 
 @dataclass(frozen=True, slots=True)
 class NodeGroup:
-    """A group of nodes of a frame.
+    """A scope of a frame.
 
-    :param expensive: whether a client had better not open it by itself.
+    :param expensive: whether a client should not open the scope automatically.
     """
 
     name: str
@@ -51,7 +51,7 @@ class NodeGroup:
 
 
 class _Fact:
-    """A fact; it gets another index when it is changed, here or elsewhere among the nodes."""
+    """A fact, tracked through changes: each change of a fact gives it another index."""
 
     def __init__(self, moment: StoppedEnvironment, fact: FactChange) -> None:
         self._moment = moment
@@ -72,13 +72,13 @@ class _Fact:
         ]
 
     def _change(self, slot: str, text: str) -> str:
-        before = self._now.index
-        self._moment.changed[before] = self._moment.modify(before, slot, text)
+        old_index = self._now.index
+        self._moment.changed[old_index] = self._moment.modify(old_index, slot, text)
         return slots_of(self._now).get(slot, text)
 
 
 def groups_of(moment: StoppedEnvironment, frame: CallFrame) -> list[NodeGroup]:
-    """Return the nodes of a frame."""
+    """Return the scopes of a frame."""
     found: list[NodeGroup] = []
     if frame.kind == "rule":
         found.append(NodeGroup("Variables", lambda: _variables(moment), hint="locals"))
@@ -94,7 +94,7 @@ def groups_of(moment: StoppedEnvironment, frame: CallFrame) -> list[NodeGroup]:
 
 
 def fact_node(moment: StoppedEnvironment, fact: FactChange) -> VariableNode:
-    """Return a fact, with its slots below."""
+    """Return the node of a fact, with its slots as children."""
     changeable = _Fact(moment, fact)
     return VariableNode(
         f"f-{fact.index}", fact.text, fact.template, changeable.nodes if slots_of(fact) else None

@@ -1,4 +1,4 @@
-"""The phases of a debug session, and which requests each of them has an answer to."""
+"""The phases of a debug session, and the requests that are valid in each."""
 
 from __future__ import annotations
 
@@ -9,25 +9,22 @@ from cxbridge.errors import CxbridgeError
 
 
 class SessionPhase(Flag):
-    """How far a session has come."""
-
     NEW = auto()
-    """The client has not said who it is."""
+    """Before ``initialize``."""
     READY = auto()
-    """Nothing has been launched."""
+    """Before ``launch``."""
     LAUNCHED = auto()
-    """The client says where to stop; ``configurationDone`` begins the run."""
+    """The client sets breakpoints; ``configurationDone`` starts the run."""
     RUNNING = auto()
     STOPPED = auto()
     OVER = auto()
-    """The run has ended."""
 
 
 ANY: Final = ~SessionPhase(0)
 KNOWN: Final = ANY & ~SessionPhase.NEW
-"""The client has said who it is."""
+"""Any phase after ``initialize``."""
 LAUNCHED: Final = KNOWN & ~SessionPhase.READY
-"""There is something to debug, or there was."""
+"""Any phase after ``launch``."""
 
 _WHY_NOT: Final = {
     SessionPhase.NEW: "nothing has been launched: a session begins with the request 'initialize'",
@@ -45,14 +42,15 @@ _ONCE: Final = {
 
 
 def check_phase(command: str, allowed: SessionPhase, now: SessionPhase) -> None:
-    """See that a request makes sense now.
+    """Check that a request is valid in the current phase.
 
-    :param allowed: the phases in which it does.
-    :raises CxbridgeError: when it does not.
+    :param allowed: the phases in which the request is valid.
+    :raises CxbridgeError: if the request is invalid now.
     """
     if now in allowed:
         return
-    before = now.value < allowed.value & -allowed.value  # the phase comes before all that are allowed
-    if command in _ONCE and not before:
+    # whether the current phase precedes all allowed phases
+    is_too_early = now.value < allowed.value & -allowed.value
+    if command in _ONCE and not is_too_early:
         raise CxbridgeError(_ONCE[command])
     raise CxbridgeError(_WHY_NOT[now])

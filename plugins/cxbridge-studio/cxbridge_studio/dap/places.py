@@ -1,4 +1,4 @@
-"""Breakpoints on lines of CLIPS files: the rule, or the action of one, that a line stands for."""
+"""Breakpoints on lines of CLIPS files: the rule or action of each line."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from cxbridge_studio.dap.actions import FileRule, rules_of
 
 @dataclass(frozen=True, slots=True)
 class LinePlace:
-    """Where a breakpoint on a line stops.
+    """The position of a breakpoint on a line.
 
-    :param line: its line, moved if it has no place to stop at.
-    :param action: whether it stops at an action of the rule, and not before the rule.
+    :param line: the line, moved to the next possible position.
+    :param action: whether to stop at an action of the rule instead of before the rule.
     """
 
     rule: str
@@ -23,16 +23,14 @@ class LinePlace:
     action: bool
 
     def breakpoint(self, condition: str = "", hits: str = "", log: str = "") -> Breakpoint:
-        """Return the breakpoint that stops there."""
         kind, state = ("line", str(self.line)) if self.action else ("before", "*")
         return Breakpoint(0, kind, escape(self.rule), state, "*", condition, hits, log)
 
 
 class FileLines:
-    """The lines of a file that one can stop at.
+    """The lines of a file where a breakpoint is possible.
 
-    :param text: the file.
-    :param actions: whether the actions of rules are among them.
+    :param actions: whether the lines of actions are possible.
     """
 
     def __init__(self, text: str, *, actions: bool) -> None:
@@ -41,7 +39,7 @@ class FileLines:
         self._actions = actions
 
     def at(self, line: int) -> LinePlace | None:
-        """Return the place of a line; of a line in no rule the next rule, None when none follows."""
+        """Return the position for a line; outside a rule, that of the next rule; None after the last rule."""
         number = bisect_right(self._firsts, line) - 1
         if number < 0 or line > self._rules[number].last:
             number += 1
@@ -54,7 +52,7 @@ class FileLines:
         return LinePlace(rule.name, rule.first, action=False)
 
     def between(self, first: int, last: int) -> list[int]:
-        """Return the lines of a range that one can stop at."""
+        """Return the possible lines in a range."""
         found = {rule.first for rule in self._rules}
         if self._actions:
             found |= {action.line for rule in self._rules for action in rule.actions}

@@ -1,8 +1,8 @@
-"""Calls in right-hand sides that let the debugger stop before each of their actions.
+"""Probe calls in right-hand sides, so that the debugger can stop before each action.
 
-CLIPS cannot be stopped within a right-hand side, but a function that it calls may take its time. So files are
-loaded with ``(cx-debug-at NUMBER ?x ...)`` before each action, on the same line: lines keep their numbers.
-CLIPS evaluates the variables only when they are asked for. Recordings and texts of files do not show it.
+CLIPS cannot stop within a right-hand side, but a called function may block. Therefore each file is loaded
+with ``(cx-debug-at NUMBER ?x ...)`` before each action, on the same line to keep line numbers. CLIPS
+evaluates the variables only when the function asks for them. Recordings and file texts do not show the calls.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 PROBE_FUNCTION: Final = "cx-debug-at"
-"""The host's function that right-hand sides call."""
+"""Name of the host function that right-hand sides call."""
 
 _ANY_TYPE: Final = 0x3FF
 
 
 class Probes:
-    """The calls in the files of one environment; to be made before it loads any.
+    """The probe calls in the files of an environment. Create this object before loading files.
 
-    :ivar error: what went wrong while it was stopped there; an error cannot pass through CLIPS.
+    :ivar error: the error during a stop; it is kept because an exception cannot pass through CLIPS.
     """
 
     def __init__(self, env: ClipsEnvironment, debugger: Debugger) -> None:
@@ -46,7 +46,7 @@ class Probes:
         self._env = env
 
     def rewrite(self, _file: str, text: str) -> str:
-        """Return the text of a file with the calls in it."""
+        """Return the text of a file with probe calls inserted."""
         parts: list[str] = []
         position = 0
         for rule in rules_of(text):
@@ -59,7 +59,7 @@ class Probes:
         return "".join((*parts, text[position:]))
 
     def values(self) -> Mapping[str, Value] | None:
-        """Return the variables of the right-hand side that is stopped; None when none is."""
+        """Return the variables of the stopped right-hand side, or None."""
         return None if self._context is None else self._values
 
     def _reach(self, env: CData, context: CData, result: CData) -> None:
@@ -68,7 +68,7 @@ class Probes:
             return
         try:
             self._stop(context)
-        except BaseException as error:  # noqa: BLE001 - it is raised again when CLIPS has returned
+        except BaseException as error:  # noqa: BLE001 - raised again after CLIPS has returned
             self.error = error
             self._env.interrupt()
 
@@ -92,7 +92,7 @@ class Probes:
 
 
 def _lasting(value: Value) -> Value:
-    """Return a value that is still good when facts are gone."""
+    """Return a value that stays valid after facts are retracted."""
     if isinstance(value, FactAddress):
         return FactRef(int(lib.FactIndex(value.pointer)))
     return tuple(map(_lasting, value)) if isinstance(value, tuple) else value

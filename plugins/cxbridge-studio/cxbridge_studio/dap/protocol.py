@@ -1,6 +1,6 @@
-"""The part of the Debug Adapter Protocol that is spoken: messages, arguments, bodies.
+"""The implemented part of the Debug Adapter Protocol: messages, arguments, bodies.
 
-Source of the names: the specification of the protocol, version 1.68.
+Names follow the specification of the protocol, version 1.68.
 """
 
 from __future__ import annotations
@@ -13,22 +13,18 @@ EMPTY: Final = msgspec.Raw(b"{}")
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
 Number = Annotated[int, msgspec.Meta(ge=1)]
-"""Of a line or a column."""
+"""A line or column, counted from 1."""
 
 _T = TypeVar("_T")
 
 
 class Request(msgspec.Struct):
-    """A request of a client."""
-
     command: str
     seq: int = 0
     arguments: msgspec.Raw = EMPTY
 
 
 class Response(msgspec.Struct, tag_field="type", tag="response", omit_defaults=True):
-    """The answer to a request."""
-
     request_seq: int
     command: str
     success: bool
@@ -38,15 +34,13 @@ class Response(msgspec.Struct, tag_field="type", tag="response", omit_defaults=T
 
 
 class Event(msgspec.Struct, tag_field="type", tag="event", omit_defaults=True):
-    """What happens without a request."""
-
     event: str
     body: Any = None
     seq: int = 0
 
 
 class ProtocolObject(msgspec.Struct, rename="camel", omit_defaults=True):
-    """An object of the protocol; default values are left out."""
+    """An object of the protocol. Default values are omitted."""
 
 
 class Nothing(ProtocolObject):
@@ -54,9 +48,9 @@ class Nothing(ProtocolObject):
 
 
 def arguments_of(request: Request, kind: type[_T]) -> _T:
-    """Return the arguments of a request. A null counts as left out: some clients write it so.
+    """Return the arguments of a request. Some clients write null for a missing value.
 
-    :raises msgspec.DecodeError: when they are not of that kind.
+    :raises msgspec.DecodeError: if the arguments have another structure.
     """
     given = msgspec.json.decode(request.arguments)
     return msgspec.convert({} if given is None else _without_nulls(given), type=kind)
@@ -69,8 +63,6 @@ def _without_nulls(value: Any) -> Any:
 
 
 class InitializeArguments(ProtocolObject):
-    """Of ``initialize``."""
-
     adapter_id: str = msgspec.field(name="adapterID")
     client_id: str = msgspec.field(default="", name="clientID")
     client_name: str = ""
@@ -91,7 +83,7 @@ class InitializeArguments(ProtocolObject):
 
 
 class EndArguments(ProtocolObject):
-    """Of ``disconnect`` and ``terminate``."""
+    """Arguments of ``disconnect`` and ``terminate``."""
 
     restart: bool = False
     terminate_debuggee: bool = False
@@ -99,14 +91,12 @@ class EndArguments(ProtocolObject):
 
 
 class Checksum(ProtocolObject):
-    """Of a file."""
-
     algorithm: Literal["MD5", "SHA1", "SHA256", "timestamp"]
     checksum: str
 
 
 class Source(ProtocolObject):
-    """A file, by its path or by a reference of ours."""
+    """A file, named by its path or by a reference number of the adapter."""
 
     name: str = ""
     path: str = ""
@@ -119,7 +109,7 @@ class Source(ProtocolObject):
 
 
 class SourceBreakpoint(ProtocolObject):
-    """A breakpoint that a client wants in a file."""
+    """A requested breakpoint in a file."""
 
     line: int
     column: int | None = None
@@ -130,8 +120,6 @@ class SourceBreakpoint(ProtocolObject):
 
 
 class SetBreakpointsArguments(ProtocolObject):
-    """Of ``setBreakpoints``."""
-
     source: Source
     breakpoints: list[SourceBreakpoint] | None = None
     lines: list[int] = []
@@ -139,59 +127,47 @@ class SetBreakpointsArguments(ProtocolObject):
 
     @property
     def wanted(self) -> list[SourceBreakpoint]:
-        """The breakpoints; those of old clients are lines."""
+        """The requested breakpoints. Old clients send only line numbers."""
         return (
             [SourceBreakpoint(line) for line in self.lines] if self.breakpoints is None else self.breakpoints
         )
 
 
 class FunctionBreakpoint(ProtocolObject):
-    """A breakpoint with a name."""
-
     name: str
     condition: str = ""
     hit_condition: str = ""
 
 
 class SetFunctionBreakpointsArguments(ProtocolObject):
-    """Of ``setFunctionBreakpoints``."""
-
     breakpoints: list[FunctionBreakpoint]
 
 
 class ExceptionFilterOptions(ProtocolObject):
-    """A filter with a condition."""
-
     filter_id: str
     condition: str = ""
     mode: str = ""
 
 
 class ExceptionPathSegment(ProtocolObject):
-    """A part of a tree of exceptions."""
-
     names: list[str]
     negate: bool = False
 
 
 class ExceptionOptions(ProtocolObject):
-    """A tree of exceptions; there is none here."""
+    """A tree of exceptions. The adapter has none."""
 
     break_mode: Literal["never", "always", "unhandled", "userUnhandled"]
     path: list[ExceptionPathSegment] = []
 
 
 class SetExceptionBreakpointsArguments(ProtocolObject):
-    """Of ``setExceptionBreakpoints``."""
-
     filters: list[str]
     filter_options: list[ExceptionFilterOptions] = []
     exception_options: list[ExceptionOptions] = []
 
 
 class BreakpointLocationsArguments(ProtocolObject):
-    """Of ``breakpointLocations``."""
-
     source: Source
     line: Number
     column: Number | None = None
@@ -200,38 +176,32 @@ class BreakpointLocationsArguments(ProtocolObject):
 
 
 class PauseArguments(ProtocolObject):
-    """Of ``pause``."""
-
     thread_id: int
 
 
 class ThreadArguments(ProtocolObject):
-    """The arguments of requests that continue the run."""
+    """Arguments of the requests that resume the run."""
 
     thread_id: int
     single_thread: bool = False
 
 
 class StepArguments(ThreadArguments):
-    """Of requests that step."""
-
     granularity: Literal["statement", "line", "instruction"] = "statement"
 
 
 class StepInArguments(StepArguments):
-    """Of ``stepIn``."""
-
     target_id: int | None = None
 
 
 class ValueFormat(ProtocolObject):
-    """How a value is to be shown; numbers of CLIPS are decimal."""
+    """Format of a value; ignored, since numbers of CLIPS are decimal."""
 
     hex: bool = False
 
 
 class StackFrameFormat(ValueFormat):
-    """How a frame is to be shown; there is one way."""
+    """Format of a frame; ignored."""
 
     parameters: bool = False
     parameter_types: bool = False
@@ -243,8 +213,6 @@ class StackFrameFormat(ValueFormat):
 
 
 class StackTraceArguments(ProtocolObject):
-    """Of ``stackTrace``."""
-
     thread_id: int
     start_frame: Count = 0
     levels: Count = 0
@@ -252,14 +220,12 @@ class StackTraceArguments(ProtocolObject):
 
 
 class FrameArguments(ProtocolObject):
-    """Of ``scopes`` and ``stepInTargets``."""
+    """Arguments of ``scopes`` and ``stepInTargets``."""
 
     frame_id: int
 
 
 class VariablesArguments(ProtocolObject):
-    """Of ``variables``."""
-
     variables_reference: int
     filter: Literal["", "indexed", "named"] = ""
     start: Count = 0
@@ -268,8 +234,6 @@ class VariablesArguments(ProtocolObject):
 
 
 class SetVariableArguments(ProtocolObject):
-    """Of ``setVariable``."""
-
     variables_reference: int
     name: str
     value: str
@@ -277,8 +241,6 @@ class SetVariableArguments(ProtocolObject):
 
 
 class EvaluateArguments(ProtocolObject):
-    """Of ``evaluate``."""
-
     expression: str
     frame_id: int | None = None
     line: int | None = None
@@ -289,14 +251,12 @@ class EvaluateArguments(ProtocolObject):
 
 
 class SourceArguments(ProtocolObject):
-    """Of ``source``."""
-
     source_reference: Count
     source: Source | None = None
 
 
 class Breakpoint(ProtocolObject):
-    """How a breakpoint stands."""
+    """The state of a breakpoint."""
 
     id: int
     verified: bool
@@ -306,8 +266,6 @@ class Breakpoint(ProtocolObject):
 
 
 class StackFrame(ProtocolObject):
-    """A frame of a stack."""
-
     id: int
     name: str
     line: int
@@ -326,7 +284,7 @@ class Scope(ProtocolObject):
 
 
 class Variable(ProtocolObject):
-    """A variable, or a value that has variables."""
+    """A variable, possibly with child variables."""
 
     name: str
     value: str
@@ -338,16 +296,12 @@ class Variable(ProtocolObject):
 
 
 class EvaluateBody(ProtocolObject):
-    """The value of an expression."""
-
     result: str
     variables_reference: int
     type: str = ""
 
 
 class StoppedBody(ProtocolObject):
-    """The event ``stopped``."""
-
     reason: str
     description: str
     thread_id: int

@@ -1,4 +1,4 @@
-"""A recording that is debugged: it goes forwards and backwards, and nothing can be changed."""
+"""A debugged recording. It can be stepped forwards and backwards, and is read-only."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ _TEXTS: Final = ("clips", "construct")
 
 @dataclass(frozen=True, slots=True)
 class _Sources:
-    """The sources of the environment.
+    """The sources of an environment.
 
-    :param texts: the files, by the names they were loaded by.
+    :param texts: the files, by the names used when loading.
     """
 
     constructs: Constructs
@@ -54,23 +54,23 @@ class _Sources:
         return cls(Constructs(TextFile(name, text) for name, text in texts.items()), texts)
 
     def place(self, rule: str) -> FileLine | None:
-        """Return where a rule was written: on the disk, or in the recording when that has changed since."""
+        """Return the position of a rule, with the recorded text if the file has changed since."""
         name, line = self.constructs.rulebook().places.get(rule, ("", 0))
         if not name:
             return None
         text, path = self.texts[name], Path(name)
         try:
-            same = path.read_bytes().decode("utf-8", "surrogateescape") == text
+            is_unchanged = path.read_bytes().decode("utf-8", "surrogateescape") == text
         except OSError:
-            same = False
-        return FileLine(path.resolve(), line, None if same else text)
+            is_unchanged = False
+        return FileLine(path.resolve(), line, None if is_unchanged else text)
 
 
 class RecordedMoment(StoppedEnvironment):
-    """A recording at one of its moments.
+    """A recording at one moment.
 
-    :param state: what holds then.
-    :param gone: facts that the last rule has retracted.
+    :param state: the recorded state at the moment.
+    :param gone: the facts that the last rule has retracted.
     """
 
     def __init__(
@@ -88,43 +88,37 @@ class RecordedMoment(StoppedEnvironment):
         self._sources = sources
 
     def place(self, rule: str) -> FileLine | None:
-        """Return where a rule was written."""
         return self._sources.place(rule)
 
-    def bare(self, rule: str) -> Snapshot:
-        """Return a rule without facts."""
+    def rule_without_facts(self, rule: str) -> Snapshot:
         return self._sources.constructs.snapshot(rule, self.agent, 0)
 
     def templates(self) -> Mapping[str, int]:
-        """Return how many facts there are, by their deftemplates."""
         counts: dict[str, int] = {}
         for fact in self._known.values():
             counts[fact.template] = counts.get(fact.template, 0) + 1
         return counts
 
     def template(self, name: str) -> FactTemplate | None:
-        """Return a deftemplate, or what its facts look like."""
+        """Return a deftemplate, derived from its facts if the sources lack it."""
         known = self._sources.constructs.templates
         return known.get(name) or rows_of(self.facts(name), known)[0].get(name)
 
     def facts(self, template: str) -> Sequence[FactChange]:
-        """Return the facts of a deftemplate."""
         return [fact for fact in self._known.values() if fact.template == template]
 
     def fact(self, index: int) -> FactChange | None:
-        """Return a fact, also one that the rule has just retracted."""
         return self._known.get(index) or self._gone.get(index)
 
     def is_function(self, name: str) -> bool:
-        """Whether the run's files define a function of this name; a recording has no other functions."""
+        """Return whether a recorded file defines the function; recordings lack other functions."""
         return self._sources.constructs.has_function(name)
 
     def written(self, fact: int) -> str:
-        """Return a fact as expressions name it."""
         return f"({FACT_FUNCTION} {fact})"
 
     def evaluate(self, expression: str) -> Evaluation:
-        """Evaluate an expression with the facts of the moment, in a separate environment."""
+        """Evaluate an expression on the facts of the moment, in a separate environment."""
         if len(self._known) > MAX_FACTS:
             raise ClipsError(f"there are more than {MAX_FACTS} facts")
         templates, rows = rows_of(self._known.values(), self._sources.constructs.templates)
@@ -134,11 +128,10 @@ class RecordedMoment(StoppedEnvironment):
 
 
 class RecordedRun(Target):
-    """A recording.
+    """A debugged recording.
 
-    :param env: the environment of CLIPS that is looked at; None: the first that fired a rule or had a
-        transition.
-    :raises CxbridgeError: when there is nothing to look at.
+    :param env: the CLIPS environment; None for the first with a firing or a transition.
+    :raises CxbridgeError: if there is no such environment.
     """
 
     can_go_back = True
@@ -165,11 +158,10 @@ class RecordedRun(Target):
 
     @property
     def agents(self) -> Sequence[str]:
-        """The environment that is looked at."""
         return [self._env]
 
     def run(self, client: DebugClient) -> int:
-        """Go through the recording as the client asks for; returns 0."""
+        """Step through the recording on the client's requests, and return 0."""
         for note in self._scrubber.notes:
             client.send_event("output", {"category": "console", "output": f"{note}\n"})
         client.send_event("thread", {"reason": "started", "threadId": 1})
@@ -179,44 +171,38 @@ class RecordedRun(Target):
             if stopped is None:
                 break
             self._wanted = ""
-            client.stay(stopped, lambda: bool(self._wanted) or self._over.is_set())
+            client.serve_stop(stopped, lambda: bool(self._wanted) or self._over.is_set())
         return 0
 
     def interrupt(self) -> None:
-        """End it; from any thread."""
         self._over.set()
 
     def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
-        """Put breakpoints in the place of those of this group."""
         self._groups[group] = wanted
 
     def go_on(self) -> None:
-        """Continue to the next breakpoint."""
         self._wanted, self._back = "continue", False
 
     def step(self, unit: str) -> None:
-        """Continue for a ``rule``, a ``loop`` or a ``transition``; steps within a rule are not recorded."""
+        """Step to the next ``rule``, ``loop`` or ``transition``; steps within a rule are not recorded."""
         self._wanted, self._back = "rule" if unit == "line" else unit, False
 
     def pause(self) -> None:
-        """Nothing goes by itself: there is nothing to stop."""
+        """Do nothing: a recording does not run by itself."""
 
     def go_back(self, unit: str) -> None:
-        """Go back: to the last breakpoint, or a step."""
         self._wanted, self._back = unit or "continue", True
 
     is_loaded = True
 
-    def why_not(self, rule: str, file: Path) -> str:
-        """Return why a rule of a file cannot stop."""
+    def why_no_stop(self, rule: str, file: Path) -> str:
         if not self._has_rules:
             return "no rules were recorded: record with --trace-level rules"
         if rule not in self._sources.constructs.rule_texts() and self._sources.texts:
             return f"the run had no rule {rule} of {file.name}"
         return ""
 
-    def why_never(self, item: Breakpoint) -> str:
-        """Return why nothing that was recorded reaches a breakpoint."""
+    def why_unreachable(self, item: Breakpoint) -> str:
         met = MetNames()
         for event in self._scrubber.events:
             if self._is_mine(event):
@@ -227,28 +213,27 @@ class RecordedRun(Target):
         if not item.is_of_rules:
             return met.lacks(item) or f"nothing in the recording reaches {item}"
         if any(map(item.has_rule, known)):
-            return ""  # it has not fired
+            return ""  # the rule exists but has not fired
         return f"there is no rule '{item.name}' in the recording{or_similar(item.name, known)}"
 
     def files(self) -> Iterator[Path]:
-        """Yield the files with rules that were loaded."""
         yield from (Path(name).resolve() for name in self._sources.texts)
 
-    # -- going
+    # -- execution
 
     def _go(self, client: DebugClient) -> Stopped | None:
-        """Go as is wanted; return where it stops, None when it has come to its end."""
+        """Move as requested and return the stop; None after the end of the recording."""
         if self._wanted == "entry":
             return self._first()
-        events, way = self._scrubber.events, -1 if self._back else 1
-        # the moment is the one after the event before: at that event it stands
-        number = self._scrubber.at - 1 + way
+        events, direction = self._scrubber.events, -1 if self._back else 1
+        # A stop at an event is the moment after it: the scrubber is one ahead of the event.
+        number = self._scrubber.at - 1 + direction
         while 0 <= number < len(events) and not self._over.is_set():
             event = events[number]
             found = self._look(event, number, client)
             if found is not None:
                 return found
-            number += way
+            number += direction
         if self._back:
             return self._first()
         if self._scrubber.at == len(events):
@@ -257,7 +242,7 @@ class RecordedRun(Target):
         return self._stop("step", "at the end of the recording", None)
 
     def _first(self) -> Stopped:
-        number = next((at for at, each in enumerate(self._scrubber.events) if self._is_mine(each)), 0)
+        number = next((index for index, each in enumerate(self._scrubber.events) if self._is_mine(each)), 0)
         self._scrubber.go(number + 1)
         event = self._scrubber.events[number]
         return self._stop("entry", self._text(event), event)
@@ -266,11 +251,11 @@ class RecordedRun(Target):
         return isinstance(event, (*TRANSITION_TYPES, RuleFired)) and event.env == self._env
 
     def _look(self, event: Event, number: int, client: DebugClient) -> Stopped | None:
-        """Return the stop at an event, if it is one to stop at."""
+        """Return the stop at an event, or None if the run does not stop there."""
         if not self._is_mine(event):
             return None
         for identity, item in ((i, b) for group in self._groups.values() for i, b in group.items()):
-            if _reaches(item, event) and (isinstance(event, RuleFired) or self._is_news(number)):
+            if _reaches(item, event) and (isinstance(event, RuleFired) or self._is_change(number)):
                 found = self._reach(identity, item, event, number, client)
                 if found is not None:
                     return found
@@ -279,20 +264,20 @@ class RecordedRun(Target):
             return self._stop("step", self._text(event), event)
         return None
 
-    def _is_news(self, number: int) -> bool:
-        """Whether a transition is one, and not a Skiller that repeats its status."""
+    def _is_change(self, number: int) -> bool:
+        """Return whether a transition changes a state, rather than a Skiller repeating its status."""
         steps = self._scrubber.transitions
-        place = bisect_left(steps, number + 1)
-        return place < len(steps) and steps[place] == number + 1
+        index = bisect_left(steps, number + 1)
+        return index < len(steps) and steps[index] == number + 1
 
     def _is_step(self, event: Event, number: int) -> bool:
         if self._wanted == "rule":
             return isinstance(event, RuleFired) or not self._has_rules
         if self._wanted == "transition":
-            return isinstance(event, TRANSITION_TYPES) and self._is_news(number)
+            return isinstance(event, TRANSITION_TYPES) and self._is_change(number)
         if self._wanted != "loop":
             return False
-        # it begins with the first rule of a run of rules, or, without rules, where time has gone on
+        # A loop begins with the first firing of a run of rules; without recorded rules, with the next time.
         if isinstance(event, RuleFired) or self._has_rules:
             return isinstance(event, RuleFired) and event.number == 1
         times = self._scrubber.times
@@ -301,7 +286,7 @@ class RecordedRun(Target):
     def _reach(
         self, identity: int, item: Breakpoint, event: Event, number: int, client: DebugClient
     ) -> Stopped | None:
-        """Return the stop at a breakpoint, unless it does not stop this time."""
+        """Return the stop at a breakpoint; None if its condition, hit count or log prevents it."""
         self._scrubber.go(number + 1)
         reason = "breakpoint" if item.is_of_rules else "function breakpoint"
         stopped = replace(self._stop(reason, self._text(event), event), breakpoint=identity)
@@ -337,7 +322,7 @@ class RecordedRun(Target):
             return f"before rule {event.rule}"
         return f"at {describe(event)}" if isinstance(event, TRANSITION_TYPES) else ""
 
-    def _stop(self, reason: str, where: str, event: Event | None) -> Stopped:
+    def _stop(self, reason: str, description: str, event: Event | None) -> Stopped:
         """Return the stop at the moment of the scrubber."""
         scrubber = self._scrubber
         state, seconds = scrubber.state, scrubber.now_us / MICROSECONDS
@@ -345,10 +330,10 @@ class RecordedRun(Target):
         firing = None if fired is None else Firing(fired.rule, fired.basis)
         transition = event if isinstance(event, TRANSITION_TYPES) else None
         moment = RecordedMoment(self._env, firing, transition, state, self._gone(), self._sources)
-        return Stopped(1, reason, f"Stopped {where} ({seconds:.3f} s)", moment)
+        return Stopped(1, reason, f"Stopped {description} ({seconds:.3f} s)", moment)
 
     def _gone(self) -> dict[int, FactChange]:
-        """Return the facts that the last rule has retracted up to now."""
+        """Return the facts that the current rule has retracted so far."""
         found: dict[int, FactChange] = {}
         for number in range(self._scrubber.at - 1, -1, -1):
             event = self._scrubber.events[number]
@@ -360,7 +345,7 @@ class RecordedRun(Target):
 
 
 def _reaches(item: Breakpoint, event: Event) -> bool:
-    """Whether an event is at the place of a breakpoint."""
+    """Return whether a breakpoint matches an event."""
     if isinstance(event, RuleFired):
         return item.is_of_rules and item.has_rule(event.rule)
     return isinstance(event, TRANSITION_TYPES) and item.is_of_transitions and item.has_transition(event)

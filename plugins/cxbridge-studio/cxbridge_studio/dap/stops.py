@@ -1,4 +1,4 @@
-"""The client's view of a stop: frames, scopes and variables, by numbers that are valid for the stop."""
+"""The client's view of a stop: frames, scopes and variables, by numbers that are valid until it resumes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge_studio.dap.target import FileLine, Stopped
 class StopView:
     """A stop.
 
-    :param source_of: returns how a place's file is named to the client.
+    :param source_of: returns the client's name for the file of a position.
     """
 
     def __init__(self, stopped: Stopped, source_of: Callable[[FileLine], protocol.Source]) -> None:
@@ -27,7 +27,7 @@ class StopView:
         self._made: dict[int, list[VariableNode]] = {}
 
     def forget(self) -> None:
-        """Look at everything again: something has been changed."""
+        """Discard the cached frames and variables after a change."""
         self._frames = None
         self._made.clear()
 
@@ -53,9 +53,9 @@ class StopView:
         return protocol.StackFrame(number, frame.name, frame.place.line, 1, self._source_of(frame.place))
 
     def check_frame(self, frame: int) -> None:
-        """See that there is a frame of this number.
+        """Check a frame number.
 
-        :raises CxbridgeError: when there is not.
+        :raises CxbridgeError: if there is no such frame.
         """
         if not 0 < frame <= len(self._stack):
             raise CxbridgeError(f"there is no frame {frame} now")
@@ -63,7 +63,7 @@ class StopView:
     def scopes(self, frame: int) -> list[protocol.Scope]:
         """Return the scopes of a frame.
 
-        :raises CxbridgeError: when there is no such frame.
+        :raises CxbridgeError: if there is no such frame.
         """
         self.check_frame(frame)
         groups = groups_of(self.stopped.moment, self._stack[frame - 1])
@@ -84,30 +84,30 @@ class StopView:
         return self._made[reference]
 
     def variables(self, reference: int, start: int, count: int) -> list[protocol.Variable]:
-        """Return the variables below a number.
+        """Return the child variables of a reference.
 
-        :raises CxbridgeError: when there is no such number.
+        :raises CxbridgeError: if there is no such reference.
         """
         nodes = self._nodes(reference)[start:]
         return [self._variable(node) for node in (nodes[:count] if count else nodes)]
 
     def _variable(self, node: VariableNode) -> protocol.Variable:
-        below = 0 if node.children is None else self._number(node.children)
-        # a value with parts is read-only, its parts can be changed
+        reference = 0 if node.children is None else self._number(node.children)
+        # A compound value is read-only; its parts can be changed.
         hint = {} if node.change is not None else {"attributes": ["readOnly"]}
         return protocol.Variable(
             node.name,
             node.value,
-            below,
+            reference,
             type=node.kind,
             evaluate_name=node.expression,
             presentation_hint=hint,
         )
 
     def change(self, reference: int, name: str, text: str) -> str:
-        """Give a variable another value; returns it.
+        """Set a variable and return the new value.
 
-        :raises CxbridgeError: when it cannot have it.
+        :raises CxbridgeError: if the variable is read-only or the value invalid.
         """
         node = next((node for node in self._nodes(reference) if node.name == name), None)
         if node is None or node.change is None:
@@ -117,27 +117,27 @@ class StopView:
         return value
 
     def evaluate(self, expression: str) -> tuple[protocol.EvaluateBody, tuple[str, ...]]:
-        """Return what an expression or a pattern is, and the lines that it printed.
+        """Evaluate an expression or a pattern; return the result and the printed lines.
 
-        :raises CxbridgeError: when it is neither, or fails.
+        :raises CxbridgeError: if the text is invalid or the evaluation fails.
         """
         moment = self.stopped.moment
         found = answer(moment, expression)
         self.forget()
-        below = 0
+        reference = 0
         if found.facts:
-            below = self._number(lambda: [fact_node(moment, fact) for fact in found.facts])
-        return protocol.EvaluateBody(found.text, below), found.output
+            reference = self._number(lambda: [fact_node(moment, fact) for fact in found.facts])
+        return protocol.EvaluateBody(found.text, reference), found.output
 
 
 class Sources:
-    """How files are named to a client: by path, or by a number for what only a recording has."""
+    """The names of files for the client: a path, or a number for text that only a recording has."""
 
     def __init__(self) -> None:
         self._texts: list[tuple[Path, str]] = []
 
     def of(self, place: FileLine) -> protocol.Source:
-        """Return how a place's file is named."""
+        """Return the client's name for the file of a position."""
         if place.text is None:
             return protocol.Source(place.file.name, str(place.file))
         known = (place.file, place.text)
@@ -146,9 +146,9 @@ class Sources:
         return protocol.Source(place.file.name, source_reference=self._texts.index(known) + 1)
 
     def named(self, source: protocol.Source) -> tuple[Path, str]:
-        """Return path and text of a file that a client names.
+        """Return path and text of a file that the client names.
 
-        :raises CxbridgeError: when it cannot be read.
+        :raises CxbridgeError: if the file cannot be read.
         """
         if source.source_reference:
             if source.source_reference > len(self._texts):

@@ -1,4 +1,4 @@
-"""The debugged target: a run or a recording, and its state while it is stopped."""
+"""The interface of debug targets: a run or a recording, and its state while stopped."""
 
 from __future__ import annotations
 
@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 class FileLine:
     """A line of a file.
 
-    :param file: its path.
     :param line: from 1.
-    :param text: the text, when it differs from the file on the disk; else None.
+    :param text: the text, if it differs from the file on the disk.
     """
 
     file: Path
@@ -39,8 +38,8 @@ class FileLine:
 class Firing:
     """A rule that fires next, fires now, or has fired last.
 
-    :param basis: its facts, as the agenda shows them: ``f-1,*``.
-    :param line: of the action that is next; 0: none has been carried out, or all have.
+    :param basis: its facts in the agenda's notation: ``f-1,*``.
+    :param line: the line of the next action; 0 outside of the right-hand side.
     """
 
     rule: str
@@ -49,11 +48,11 @@ class Firing:
 
 
 class StoppedEnvironment(ABC):
-    """A CLIPS environment at rest.
+    """A stopped CLIPS environment.
 
-    :param agent: name of the agent.
-    :param firing: the rule that it is about; None when there is none.
-    :param event: the transition that it is stopped at, if it is.
+    :param agent: the name of the agent.
+    :param firing: the current rule, or None.
+    :param event: the transition that caused the stop, or None.
     """
 
     def __init__(self, agent: str, firing: Firing | None, event: Transition | None) -> None:
@@ -61,26 +60,26 @@ class StoppedEnvironment(ABC):
         self.firing = firing
         self.event = event
         self.changed: dict[int, int] = {}
-        """The new indices of facts that were changed at this moment, by those before."""
+        """New indices of facts changed during the stop, by their old indices."""
 
     @abstractmethod
     def place(self, rule: str) -> FileLine | None:
-        """Return the source place of a rule; None when unknown."""
+        """Return the source position of a rule, or None if it is unknown."""
 
     @abstractmethod
-    def bare(self, rule: str) -> Snapshot:
+    def rule_without_facts(self, rule: str) -> Snapshot:
         """Return a rule without facts.
 
-        :raises CxbridgeError: when it is not known.
+        :raises CxbridgeError: if the rule is unknown.
         """
 
     @abstractmethod
     def templates(self) -> Mapping[str, int]:
-        """Return how many facts there are, by their deftemplates."""
+        """Return the number of facts by deftemplate."""
 
     @abstractmethod
     def template(self, name: str) -> FactTemplate | None:
-        """Return a deftemplate; None when it is not known."""
+        """Return a deftemplate, or None if it is unknown."""
 
     @abstractmethod
     def facts(self, template: str) -> Sequence[FactChange]:
@@ -88,46 +87,46 @@ class StoppedEnvironment(ABC):
 
     @abstractmethod
     def fact(self, index: int) -> FactChange | None:
-        """Return a fact, also one that the rule has just retracted; None when it is not known."""
+        """Return a fact, including facts that the current rule has retracted; None if unknown."""
 
     def agenda(self) -> Sequence[tuple[int, str, str]] | None:
-        """Return salience, rule and facts of what would fire, in order; None when that is not known."""
+        """Return salience, rule and facts of the activations in order; None if unknown."""
         return None
 
     def locals(self) -> Mapping[str, Value] | None:
-        """Return the variables of the right-hand side that it is in; None when it is in none."""
+        """Return the variables of the stopped right-hand side; None outside of one."""
         return None
 
     @abstractmethod
     def is_function(self, name: str) -> bool:
-        """Whether CLIPS has a function of this name."""
+        """Return whether CLIPS has a function of this name."""
 
     @abstractmethod
     def evaluate(self, expression: str) -> Evaluation:
         """Evaluate an expression.
 
-        :raises CxbridgeError: when that fails.
+        :raises CxbridgeError: if the evaluation fails.
         """
 
     def written(self, fact: int) -> str:
-        """Return a fact as expressions for :meth:`evaluate` name it: CLIPS takes an index for a fact."""
+        """Return the expression that :meth:`evaluate` needs for a fact: CLIPS accepts the index."""
         return str(fact)
 
     def modify(self, index: int, slot: str, text: str) -> int:
-        """Give a slot of a fact another value; returns the index of the new fact.
+        """Set a slot of a fact and return the index of the new fact.
 
-        :raises CxbridgeError: when that is not possible.
+        :raises CxbridgeError: if facts are read-only or the value is invalid.
         """
         raise CxbridgeError(f"slot {slot} of f-{index} cannot become {text}: this is a recording")
 
 
 @dataclass(frozen=True, slots=True)
 class Stopped:
-    """A target has stopped.
+    """A stop of a target.
 
     :param agent: the number of the agent, from 1.
-    :param reason: as the protocol names it.
-    :param breakpoint: its number; 0 for none.
+    :param reason: the protocol's name of the reason.
+    :param breakpoint: the number of the breakpoint, or 0.
     """
 
     agent: int
@@ -138,82 +137,82 @@ class Stopped:
 
 
 class DebugClient(Protocol):
-    """The other side, as targets see it."""
+    """The client, as seen by a target."""
 
     def pump(self) -> None:
-        """Carry out the waiting requests."""
+        """Carry out the queued requests."""
 
-    def stay(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
-        """Carry out requests until one continues the run.
+    def serve_stop(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
+        """Carry out requests until one resumes the run.
 
-        :param is_over: whether there is nothing to wait for any more.
+        :param is_over: returns whether to stop waiting.
         """
 
     def send_event(self, name: str, body: Mapping[str, object] | ProtocolObject | None = None) -> None:
-        """Send an event."""
+        """Send an event to the client."""
 
 
 class Target(ABC):
-    """The debugged target. The serving thread calls all methods but :meth:`interrupt`."""
+    """A debug target. The serving thread calls all methods except :meth:`interrupt`."""
 
     can_go_back = False
-    """Whether it can be stepped backwards."""
+    """Whether the target can be stepped backwards."""
 
     can_stop_at_actions = False
-    """Whether it can stop within right-hand sides."""
+    """Whether the target can stop within right-hand sides."""
 
     @property
     @abstractmethod
     def agents(self) -> Sequence[str]:
-        """The names of the agents: one is a thread of the protocol."""
+        """The names of the agents. Each agent is a thread of the protocol."""
 
     @abstractmethod
     def run(self, client: DebugClient) -> int:
-        """Run to the end; returns the exit status.
+        """Run to the end and return the exit status.
 
-        :raises CxbridgeError: when it cannot be run.
+        :raises CxbridgeError: if the target cannot run.
         """
 
     @abstractmethod
     def interrupt(self) -> None:
-        """End it as soon as possible; from any thread."""
+        """End the target as soon as possible; called from any thread."""
 
     @abstractmethod
     def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
-        """Put breakpoints, by their numbers, in the place of those of this group."""
+        """Replace the breakpoints of a group, given by number."""
 
     @abstractmethod
     def go_on(self) -> None:
-        """Continue to the next breakpoint."""
+        """Resume until the next breakpoint."""
 
     @abstractmethod
     def step(self, unit: str) -> None:
-        """Continue for a ``rule``, a ``loop``, a ``transition`` or a ``line``."""
+        """Resume until the next ``rule``, ``loop``, ``transition`` or ``line``."""
 
     @abstractmethod
     def pause(self) -> None:
         """Stop as soon as possible."""
 
     def go_back(self, unit: str) -> None:
-        """Go back: to the last breakpoint (empty), or a step.
+        """Go back to the previous breakpoint (empty unit) or by one step.
 
-        :raises CxbridgeError: when it cannot.
+        :raises CxbridgeError: if the target cannot go back.
         """
         raise CxbridgeError(f"a run cannot go back{unit and f' a {unit}'}")
 
     @property
     @abstractmethod
     def is_loaded(self) -> bool:
-        """Whether it is known which rules there are."""
+        """Whether the rules of the target are known."""
 
     @abstractmethod
-    def why_not(self, rule: str, file: Path) -> str:
-        """Return why a rule of a file cannot stop, among the loaded ones; empty when it can."""
+    def why_no_stop(self, rule: str, file: Path) -> str:
+        """Return why the target cannot stop at a rule of a file; empty if it can."""
 
     @abstractmethod
-    def why_never(self, item: Breakpoint) -> str:
-        """Return why no loaded rule ever reaches a breakpoint; empty when one may."""
+    def why_unreachable(self, item: Breakpoint) -> str:
+        """Return why no loaded rule can reach a breakpoint; empty if one can."""
 
     @abstractmethod
     def files(self) -> Iterator[Path]:
-        """Yield the files with rules that were loaded."""
+        """Yield the loaded CLIPS files."""

@@ -1,4 +1,4 @@
-"""Messages of the Debug Adapter Protocol on a pair of byte streams: a header with the length, then JSON."""
+"""The transport of the Debug Adapter Protocol over byte streams: a header with the length, then JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap.protocol import Event, Request, Response
 
 LONGEST: Final = 16 * 1024 * 1024
-"""Bytes of a message."""
+"""The limit of a message, in bytes."""
 
 _MOST_HEADERS: Final = 32
 _LONGEST_LINE: Final = 4096
@@ -20,13 +20,13 @@ _LENGTH: Final = b"content-length"
 
 
 class WireError(CxbridgeError):
-    """The received bytes are no message of the protocol."""
+    """Received bytes that are not a message of the protocol."""
 
 
 class Wire:
-    """Reads requests from one stream, and writes answers and events to another, from any thread.
+    """Reads requests from one stream and writes responses and events to another, from any thread.
 
-    :param source: better one without a buffer: a thread that waits in one holds its lock to the very end.
+    :param source: preferably unbuffered: a thread that blocks in a buffered stream holds its lock until exit.
     """
 
     def __init__(self, source: RawIOBase | BinaryIO, sink: BinaryIO) -> None:
@@ -38,9 +38,9 @@ class Wire:
         self._decoder = msgspec.json.Decoder(Request)
 
     def read(self) -> Request | None:
-        """Return the next request; None when no more come.
+        """Return the next request, or None at the end of the stream.
 
-        :raises WireError: when it is not one.
+        :raises WireError: if the bytes are not a request.
         """
         length = self._length()
         if length is None:
@@ -54,7 +54,7 @@ class Wire:
             raise WireError(f"this is not a request of the debug adapter protocol: {error}") from error
 
     def _exactly(self, length: int) -> bytes | None:
-        """Read this many bytes; None when the stream ends before."""
+        """Read this many bytes, or return None if the stream ends before."""
         parts: list[bytes] = []
         while length > 0:
             part = self._source.read(length)
@@ -65,7 +65,7 @@ class Wire:
         return b"".join(parts)
 
     def _length(self) -> int | None:
-        """Read a header; return the bytes of the message, None at the end of the stream."""
+        """Read a header and return the length of the message, or None at the end of the stream."""
         length = None
         for _ in range(_MOST_HEADERS):
             line = self._source.readline(_LONGEST_LINE)
@@ -84,7 +84,7 @@ class Wire:
         raise WireError("a message with too many headers")
 
     def write(self, message: Response | Event) -> None:
-        """Send a message, with the next number. Without a reader nothing happens."""
+        """Send a message with the next sequence number; ignored if the client is gone."""
         with self._lock:
             self._last += 1
             message.seq = self._last
@@ -93,4 +93,4 @@ class Wire:
                 self._sink.write(b"Content-Length: %d\r\n\r\n" % len(body) + body)
                 self._sink.flush()
             except (BrokenPipeError, ValueError):
-                pass  # the reader's end says so, too
+                pass  # the end of the source stream ends the session

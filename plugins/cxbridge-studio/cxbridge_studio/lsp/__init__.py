@@ -1,6 +1,6 @@
-"""The language server: what editors ask about the files of an agent (Language Server Protocol).
+"""The language server for the files of an agent (Language Server Protocol).
 
-:mod:`.session` has the agent's model, the knowledge of CLIPS and the results of checks; each request has its
-module: :mod:`.diagnostics`, :mod:`.describe` (hover), :mod:`.completion`, :mod:`.navigation`,
-:mod:`.symbols`. :mod:`.server` speaks the protocol, with pygls. See ``docs/editors.md``.
+:mod:`.session` has the agent's model, the data from CLIPS and the findings. Requests have separate modules:
+:mod:`.diagnostics`, :mod:`.describe` (hover), :mod:`.completion`, :mod:`.navigation`, :mod:`.symbols`.
+:mod:`.server` implements the protocol with pygls. See docs/editors.md.
 """

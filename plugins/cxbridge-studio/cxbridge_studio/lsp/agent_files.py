@@ -1,4 +1,4 @@
-"""The files of the agent that the options name."""
+"""The files of the agent selected by the options."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _HOST_FOLDERS: Final = ("host", "features", "planner")
 
 
 class AgentFiles(Struct, frozen=True):
-    """Where the files of an agent are."""
+    """The locations of an agent's files."""
 
     config: Configuration
     spec: str
@@ -31,9 +31,9 @@ class AgentFiles(Struct, frozen=True):
 
     @classmethod
     def find(cls, options: RunOptions) -> AgentFiles:
-        """Find the files that the options name.
+        """Find the files of the agent.
 
-        :raises CxbridgeError: when the configuration cannot be read, or names no spec.
+        :raises CxbridgeError: if the configuration cannot be read or names no spec.
         """
         source = source_of(options)
         config, config_file = source.load_configuration()
@@ -45,12 +45,12 @@ class AgentFiles(Struct, frozen=True):
         return cls(config, spec, paths, tuple(_library(paths)))
 
     def clips(self) -> Iterator[Path]:
-        """Yield the CLIPS files that a spec can load by their names alone."""
+        """Yield the CLIPS files that a spec can load by name."""
         for folder in (*self.paths.before, self.paths.cx, *self.paths.clips_dirs):
             yield from files_below(folder, (".clp",))
 
     def others(self) -> Iterator[Path]:
-        """Yield the files besides CLIPS that the agent can name: interfaces, skills and protobuf messages."""
+        """Yield the interfaces, skills and protobuf messages that the agent can name."""
         for folder in self.paths.interface_dirs:
             yield from sorted(folder.glob("*.xml"))
         for folder in self.paths.skill_dirs:
@@ -61,7 +61,7 @@ class AgentFiles(Struct, frozen=True):
 
 
 def _library(paths: RunPaths) -> Iterator[Path]:
-    """Yield the CLIPS files that the host brings along."""
+    """Yield the CLIPS files of the host."""
     yield from sorted(paths.library.glob("*.clp"))
     for folder in _HOST_FOLDERS:
         yield from sorted((CORE_DIR / folder).glob("*.clp"))

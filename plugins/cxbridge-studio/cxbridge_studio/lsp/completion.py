@@ -1,4 +1,4 @@
-"""What can be written at a place: the names that fit there."""
+"""Completion: the names that fit at a position."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from cxbridge_studio.lsp.session import Session
 
 
 class Proposal(NamedTuple):
-    """A word that fits.
+    """A proposed word.
 
-    :param detail: a description in a few words.
+    :param detail: a short description.
     """
 
     text: str
@@ -33,7 +33,7 @@ _PDDL_KEYS: Final = (":parameters", ":precondition", ":effect", ":duration", ":c
 
 
 def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
-    """Return the names that fit at a place, each once, sorted."""
+    """Return the names that fit at a position, sorted and without duplicates."""
     if file.path.endswith(".clp"):
         context = context_at(file, offset)
         found = () if context is None else _clips(session, file, context)
@@ -74,7 +74,7 @@ def _clips(session: Session, file: SourceFile, context: Context) -> Iterable[Pro
 
 
 def _heads(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
-    """Yield what can be the head of a list."""
+    """Yield the words that can begin a list here."""
     if context.template and context.head in (context.template, "modify", "duplicate"):
         yield from _slots(session, file, context.template)
     elif context.in_condition and (context.head == "defrule" or context.head in CONDITIONS):
@@ -103,7 +103,7 @@ def _slots(session: Session, file: SourceFile, template: str) -> Iterator[Propos
 
 
 def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
-    """Yield what can follow the head of a list."""
+    """Yield the words that can follow the head of the list."""
     head, template = context.head, context.template
     if template and head != template:
         kind = SLOT_VALUES.get((template, head))
@@ -123,7 +123,7 @@ def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator
 
 
 def _names(session: Session, file: SourceFile, kind: NameKind) -> Iterator[Proposal]:
-    """Yield the names of a kind: those defined; of goal classes, files and features all that are used."""
+    """Yield the defined names of a kind; for goal classes, files and features also the used names."""
     yield from _defined(session, file, kind)
     if kind in (NameKind.GOAL_CLASS, NameKind.FILE, NameKind.FEATURE):
         yield from (Proposal(name, kind, kind.value) for name in session.model.names(kind))
@@ -149,25 +149,24 @@ def _allowed(session: Session, file: SourceFile, template: str, slot: str) -> It
 def _yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     start = file.text.rfind("\n", 0, offset) + 1
     row = file.text[start:offset]
-    above = list(parents(file, start + len(row) - len(row.lstrip())))
+    parent_keys = list(parents(file, start + len(row) - len(row.lstrip())))
     key = re.match(r"\s*(?:- +)?([\w-]+):", row)
-    if "action-mapping" in above[:2]:
-        yield from _mapping(session, file, row, above[0] if above[0] != "action-mapping" else "")
-    elif "file" in (key and key[1], *above[:1]) or "files" in (key and key[1], *above[:1]):
+    if "action-mapping" in parent_keys[:2]:
+        yield from _mapping(session, file, row, parent_keys[0] if parent_keys[0] != "action-mapping" else "")
+    elif "file" in (key and key[1], *parent_keys[:1]) or "files" in (key and key[1], *parent_keys[:1]):
         yield from (Proposal(name, NameKind.FILE, "file") for name in _clips_files(session))
-    elif "blackboard-preload" in (key and key[1], *above[:1]):
+    elif "blackboard-preload" in (key and key[1], *parent_keys[:1]):
         yield from _defined(session, file, NameKind.INTERFACE)
-    elif key and key[1] == "name" and "stage-1" in above[:1]:
+    elif key and key[1] == "name" and "stage-1" in parent_keys[:1]:
         yield from _names(session, file, NameKind.FEATURE)
     elif key and key[1] == "spec":
         yield from _defined(session, file, NameKind.SPEC)
 
 
 def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Iterator[Proposal]:
-    """Yield what fits in a line of an action mapping.
+    """Yield completions in an action mapping.
 
-    :param action: whose skill string begins in a line above; empty when the string is in this line, or
-        missing.
+    :param action: the action whose skill string continues from an earlier line; else empty.
     """
     key = re.match(r"\s*([\w-]+):\s", row)
     if not action and key is None:
@@ -183,7 +182,7 @@ def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Itera
 
 
 def _clips_files(session: Session) -> Iterator[str]:
-    """Yield the CLIPS files as specs name them: with up to one folder."""
+    """Yield the CLIPS files in the notation of specs: the name, with and without its folder."""
     for file in session.model.files:
         if file.path.endswith(".clp"):
             parts = re.split(r"[\\/]", file.path)

@@ -1,4 +1,4 @@
-"""The position of the cursor in CLIPS text: in which list, at its head or behind it, and in which fact."""
+"""The syntactic context of a cursor in CLIPS text: enclosing lists, position in the list, enclosing fact."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _CHANGED = re.compile(r"\(\s*\w+\s+(\?[\w-]+)")
 
 
 class Context(Struct, frozen=True):
-    """The position of the cursor.
+    """The context of a cursor.
 
     :param word: the typed part of the word.
-    :param heads: the heads of the lists around it, the innermost first; of the list at whose head the word
-        is, there is none.
-    :param at_head: whether the word is the first of its list.
-    :param in_condition: whether it is before the arrow of a rule.
-    :param template: the template of the fact or pattern around it; empty when there is none.
+    :param heads: the heads of the enclosing lists, innermost first; a list whose head is being typed is left
+        out.
+    :param at_head: whether the word is the head of its list.
+    :param in_condition: whether the cursor is before the arrow of a rule.
+    :param template: the template of the enclosing fact or pattern; empty outside of one.
     :param text: the construct up to the word.
-    :param pattern: the text of the pattern or fact around it, up to the word.
+    :param pattern: the enclosing pattern or fact up to the word.
     """
 
     word: str
@@ -47,7 +47,7 @@ class Context(Struct, frozen=True):
 
 
 def context_at(file: SourceFile, offset: int) -> Context | None:
-    """Return where a place in a CLIPS file is; None in a comment."""
+    """Return the context of an offset, or None in a comment."""
     placed = file.piece_at(offset)
     start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
     text = file.text[start:offset]
@@ -75,21 +75,21 @@ def _head(text: str, at: int) -> str:
 
 
 def _template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str, int]:
-    """Return the template of the fact or pattern around the end of a text, and where it begins."""
+    """Return the template of the fact or pattern at the end of a text, and its offset."""
     starts = list(reversed(lists))
     for depth, head in enumerate(heads):
-        above = heads[depth + 1] if depth + 1 < len(heads) else ""
+        parent_head = heads[depth + 1] if depth + 1 < len(heads) else ""
         if head in _CHANGES:
             return _of_variable(text, starts[depth]), starts[depth]
-        has_facts = above in _WITH_FACTS or above in CONDITIONS
+        has_facts = parent_head in _WITH_FACTS or parent_head in CONDITIONS
         if has_facts and head not in CONDITIONS and head not in _NO_FACTS:
-            return (head, starts[depth]) if _is_fact(text, above, starts[depth]) else ("", 0)
+            return (head, starts[depth]) if _is_fact(text, parent_head, starts[depth]) else ("", 0)
     return "", 0
 
 
-def _is_fact(text: str, above: str, start: int) -> bool:
-    """Whether a list is a fact or a pattern: below a defrule, those behind the arrow are calls."""
-    if above in ("assert", "deffacts"):
+def _is_fact(text: str, parent_head: str, start: int) -> bool:
+    """Return whether a list is a fact or a pattern: after the arrow of a rule, lists are calls."""
+    if parent_head in ("assert", "deffacts"):
         return True
     return "=>" not in blank(text[:start])
 
@@ -101,21 +101,21 @@ def _of_variable(text: str, start: int) -> str:
 
 
 def template_of_fact(text: str, variable: str) -> str:
-    """Return the template of the fact in a variable, by the text before; empty when unknown."""
+    """Return the template of a variable's fact, judged by the text before; empty if unknown."""
     name = re.escape(variable)
-    ways = (
+    patterns = (
         rf"{name}\s*<-\s*\(\s*([^\s()]+)",
         rf"\(bind\s+{name}\s+\(assert\s+\(\s*([^\s()]+)",
-        rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # of a query
+        rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # member of a query
     )
-    return next((str(found[-1]) for way in ways if (found := re.findall(way, text))), "")
+    return next((str(found[-1]) for way in patterns if (found := re.findall(way, text))), "")
 
 
 def message_type(text: str, variable: str) -> str:
-    """Return the type of the protobuf message in a variable, by the text before; empty when unknown."""
+    """Return the type of a variable's protobuf message, judged by the text before; empty if unknown."""
     name = re.escape(variable)
-    ways = (
+    patterns = (
         rf"\(bind\s+{name}\s+\(pb-create\s+\"([^\"]+)\"",
         rf"\(protobuf-msg\b[^\n]*\(type\s+\"([^\"]+)\"\)[^\n]*\(ptr\s+{name}\s*\)",
     )
-    return next((str(found[-1]) for way in ways if (found := re.findall(way, text))), "")
+    return next((str(found[-1]) for way in patterns if (found := re.findall(way, text))), "")

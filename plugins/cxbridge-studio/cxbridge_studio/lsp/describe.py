@@ -1,4 +1,4 @@
-"""Describes a name for people who point at it: how it is defined, its documentation, where it is used."""
+"""Hover texts: definition, documentation and uses of a name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FIELD: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
 
 
 def describe(session: Session, file: SourceFile, mention: Mention) -> str:
-    """Return the description of a name in a file, as Markdown; empty without one."""
+    """Return the hover text of a name as Markdown; empty if nothing is known."""
     name = mention.name
     found = session.preferred(session.model.definitions(name), file.path)
     parts: list[str] = []
@@ -83,7 +83,7 @@ def _proto_message(found: Found) -> Iterator[str]:
 
 
 def _proto_field(found: Found) -> Iterator[str]:
-    """Yield the line of a field, and its comment."""
+    """Yield the line of a field, with its comment."""
     file, mention = found
     begin = file.text.rfind("\n", 0, mention.start) + 1
     yield f"```proto\n{file.text[begin:].partition(chr(10))[0].strip()}\n```"
@@ -91,7 +91,7 @@ def _proto_field(found: Found) -> Iterator[str]:
 
 
 def _construct(found: Found) -> Iterator[str]:
-    """Yield the text of a construct; of a rule its condition, of a function its head."""
+    """Yield the condition of a rule, the head of a function, or the text of another construct."""
     file, mention = found
     placed = file.piece_at(mention.start)
     if placed is None:
@@ -114,7 +114,7 @@ def _head(function: SyntaxNode) -> str:
 
 
 def _documentation(construct: SyntaxNode) -> str:
-    """Return the string that a construct has behind its name."""
+    """Return the documentation string after the name of a construct."""
     text = construct.arguments[1].text if len(construct.arguments) > 1 else ""
     return text.strip('"') if text.startswith('"') else ""
 
@@ -184,7 +184,7 @@ def _template_of_clips(session: Session, name: Name) -> Iterator[str]:
 
 
 def _uses(session: Session, name: Name) -> str:
-    """Return how often a name is used, and how."""
+    """Return the number of uses of a name, by use."""
     counts = Counter(
         found.mention.use.value
         for found in session.model.mentions(name)
@@ -197,7 +197,7 @@ def _uses(session: Session, name: Name) -> str:
 
 
 def _group_around(file: SourceFile, mention: Mention) -> str:
-    """Return the innermost list that a definition is in; a line when there is none."""
+    """Return the innermost list around a definition, or its line."""
     start = file.text.rfind("(", 0, mention.start + 1)
     placed = file.piece_at(mention.start)
     if placed is None or start < placed.start or file.path.endswith(".xml"):

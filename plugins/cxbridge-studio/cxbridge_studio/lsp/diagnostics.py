@@ -1,4 +1,4 @@
-"""The mistakes that the text of a file shows, live."""
+"""Diagnostics from the text of a file, updated while typing."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, SLOT_OF_VARI
 LIVE: Final = UNKNOWN_NAMES.union(
     {UNREADABLE, UNCLOSED}, (code.name for code in (DOMAIN, DUBIOUS, EFFECT, OBJECT))
 )
-"""The codes of ``cxbridge check`` that the text of the files is enough for."""
+"""The codes of ``cxbridge check`` that need only the text of the files."""
 
 _OF_VARIABLES: Final = (Use.CHANGED, Use.QUERIED)
 _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
 
 
 class LiveFinding(Struct, frozen=True):
-    """A mistake, between two offsets of its file."""
+    """A mistake between two offsets of its file."""
 
     code: str
     start: int
@@ -46,15 +46,15 @@ class LiveFinding(Struct, frozen=True):
 
 
 def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
-    """Return the mistakes of a file that can be seen without running anything."""
+    """Return the mistakes in a file that are visible without running anything."""
     if file.path.endswith(".clp"):
         return [*_unclosed(session, file), *_unknown_names(session, file)]
     if file.path.endswith(".pddl"):
         return list(_pddl(session, file))
     if file.problem is None or PurePath(file.path).suffix == ".lua":
         return []
-    at = file.lines.place(file.problem.line, file.problem.column)
-    return [LiveFinding(UNREADABLE, at, _word_end(file, at), file.problem.message, file.problem.hint)]
+    offset = file.lines.place(file.problem.line, file.problem.column)
+    return [LiveFinding(UNREADABLE, offset, _word_end(file, offset), file.problem.message, file.problem.hint)]
 
 
 def _unclosed(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
@@ -93,11 +93,11 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
                 yield LiveFinding(code, start, end, message, hint)
 
 
-_What = tuple[str, str, str]
+_Problem = tuple[str, str, str]
 """Code, message and hint."""
 
 
-def _template(session: Session, known: AgentDefinitions, placed: PlacedPiece, number: int) -> _What | None:
+def _template(session: Session, known: AgentDefinitions, placed: PlacedPiece, number: int) -> _Problem | None:
     mention = placed.piece.mentions[number]
     name = mention.name.text
     if name in known.slots or name in session.knowledge.templates or name == "object":
@@ -108,11 +108,11 @@ def _template(session: Session, known: AgentDefinitions, placed: PlacedPiece, nu
         return None  # an ordered fact needs no deftemplate
     functions = session.knowledge.functions.keys() | known.names(NameKind.FUNCTION)
     if mention.use is Use.QUERIED or slots[0].name.text in functions:
-        return None  # CLIPS takes any name in a query; and (assert (total (+ 1 2))) is ordered, too
+        return None  # CLIPS accepts any name in a query; and (assert (total (+ 1 2))) is ordered, too
     return TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, known.slots)
 
 
-def _slot(session: Session, known: AgentDefinitions, mention: Mention) -> _What | None:
+def _slot(session: Session, known: AgentDefinitions, mention: Mention) -> _Problem | None:
     name, owner = mention.name.text, mention.name.owner
     slots = known.slots.get(owner, set()) | set(session.knowledge.templates.get(owner, ()))
     if not slots or name in slots or mention.use is Use.DEFINED:
@@ -122,7 +122,7 @@ def _slot(session: Session, known: AgentDefinitions, mention: Mention) -> _What 
     return code, f"the deftemplate '{owner}' has no slot '{name}'", hint
 
 
-def _function(session: Session, known: AgentDefinitions, mention: Mention) -> _What | None:
+def _function(session: Session, known: AgentDefinitions, mention: Mention) -> _Problem | None:
     name = mention.name.text
     functions = known.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
     if name in functions:
@@ -130,7 +130,7 @@ def _function(session: Session, known: AgentDefinitions, mention: Mention) -> _W
     return FUNCTION, f"there is no function '{name}'", did_you_mean(name, functions)
 
 
-def _global(known: AgentDefinitions, mention: Mention) -> _What | None:
+def _global(known: AgentDefinitions, mention: Mention) -> _Problem | None:
     name = mention.name.text
     own = known.names(NameKind.GLOBAL)
     if name in own:
@@ -139,20 +139,20 @@ def _global(known: AgentDefinitions, mention: Mention) -> _What | None:
 
 
 def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
-    """Yield the findings of the check in a domain, or in a problem with its domain."""
+    """Yield the findings of the check for a domain, or for a problem with its domain."""
     as_fawkes = session.knowledge.reads_as_fawkes
     for finding in findings_of(Path(file.path), file.text, fawkes_compat=as_fawkes):
         place = finding.place
         if Path(place.file) == Path(file.path):
-            at = file.lines.place(place.line or 1, place.column or 1)
+            offset = file.lines.place(place.line or 1, place.column or 1)
             code = finding.code
             yield LiveFinding(
-                code.name, at, _word_end(file, at), finding.message, finding.hint, code.severity.value
+                code.name, offset, _word_end(file, offset), finding.message, finding.hint, code.severity.value
             )
 
 
 def _word_end(file: SourceFile, start: int) -> int:
-    """Return where the word at a place ends; behind one character at least, where there is one."""
+    """Return the end of the word at an offset; at least one character unless at the end of the file."""
     end = start + 1
     while end < len(file.text) and not file.text[end].isspace() and file.text[end] not in "()":
         end += 1

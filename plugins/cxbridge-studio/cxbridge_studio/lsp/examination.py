@@ -1,4 +1,4 @@
-"""Examines the agent in a child process, one at a time, and again when a file was saved in between."""
+"""Runs examinations of the agent in a child process, one at a time."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _LAST_WORDS = 300
 
 
 class Examinations:
-    """Examines on demand.
+    """Examinations on request.
 
-    :param options: gives the options, as JSON has them, when an examination begins.
-    :param done: gets the result.
+    :param options: returns the options as JSON values when an examination begins.
+    :param done: called with the result.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class Examinations:
         self._again = False
 
     def request(self) -> None:
-        """Begin an examination; when there is one already, another one follows it."""
+        """Begin an examination, or repeat the running examination when it ends."""
         if self._task is not None and not self._task.done():
             self._again = True
             return
@@ -54,11 +54,10 @@ class Examinations:
         try:
             return decode(output)
         except msgspec.DecodeError:
-            words = errors.decode("utf-8", "replace").strip()[-_LAST_WORDS:]
-            return AgentKnowledge(error=f"the check ended with status {process.returncode}: {words}")
+            error_output = errors.decode("utf-8", "replace").strip()[-_LAST_WORDS:]
+            return AgentKnowledge(error=f"the check ended with status {process.returncode}: {error_output}")
 
     async def close(self) -> None:
-        """End the running examination."""
         if self._task is not None:
             self._task.cancel()
         if self._process is not None and self._process.returncode is None:

@@ -1,8 +1,8 @@
-"""The process that examines an agent: a whole check, and the functions and deftemplates that CLIPS has.
+"""The child process that examines an agent: a complete check, and CLIPS' functions and deftemplates.
 
-``python -m cxbridge_studio.lsp.examine`` reads options as JSON from its input and writes a
-:class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. CLIPS is not loaded into the server itself: it
-stays responsive during the examination, and a file that crashes CLIPS ends this process only.
+``python -m cxbridge_studio.lsp.examine`` reads options as JSON from standard input and writes a
+:class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. The server itself does not load CLIPS: it
+stays responsive, and a file that crashes CLIPS ends only this process.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from cxbridge_studio.lsp.knowledge import AgentKnowledge, FunctionInfo
 
 _LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
 REWRITTEN_MODIFY = "cx-modify-goal"
-"""The built-in core's name of a modify of goals; the loader rewrites it."""
+"""The name of ``modify`` for goals after the loader rewrites the built-in core."""
 
 
 def run_options(plain: Mapping[str, Any]) -> RunOptions:
-    """Return options that came as JSON, by the names that those of a run have; empty ones do not count.
+    """Return run options from JSON values; empty values are ignored.
 
-    :raises CxbridgeError: when there is no such option, or its value is invalid.
+    :raises CxbridgeError: if an option is unknown or its value invalid.
     """
     options = plain_options({name: value for name, value in plain.items() if value not in ("", [])})
     options.check()
@@ -45,7 +45,6 @@ def run_options(plain: Mapping[str, Any]) -> RunOptions:
 
 
 def examine(options: RunOptions) -> AgentKnowledge:
-    """Return the knowledge about an agent."""
     try:
         findings = [finding.plain() for finding in check(options)]
         name = agents(options)[0]
@@ -60,7 +59,7 @@ def examine(options: RunOptions) -> AgentKnowledge:
 
 
 def firings(run: Path) -> dict[str, int]:
-    """Return how often each rule fired in a recording; nothing of one that cannot be read."""
+    """Return the firings by rule in a recording; empty if it cannot be read."""
     use = RecordedUse()
     with suppress(CxbridgeError, OSError):
         use.add(open_run(run), ENVIRONMENT)
@@ -74,20 +73,20 @@ def _templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
 
 
 def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
-    """Yield the functions of CLIPS, the host and the agent's features; last those of the other features."""
+    """Yield the functions of CLIPS, the host and the requested features, then those of other features."""
     written = {
         construct.name
         for file in agent.files
         for construct in file.constructs
         if construct.kind in ("deffunction", "defgeneric")
     }
-    for names in map(agent.env.eval, _LISTS):  # the host has some of CLIPS' functions as deffunctions
+    for names in map(agent.env.eval, _LISTS):  # the host defines some of CLIPS' functions as deffunctions
         for name in names if isinstance(names, tuple) else ():
             if without_module(str(name)) not in written:
                 yield without_module(str(name)), FunctionInfo()
     yield REWRITTEN_MODIFY, FunctionInfo()
     for feature in agent.manager.features:
-        with suppress(CxbridgeError):  # without its dependencies its functions stay unknown
+        with suppress(CxbridgeError):  # a feature with missing dependencies has no known functions
             agent.manager.request(agent.env.name, feature)
     given = agent.manager.feature_functions(agent.env.name)
     owners = {name: feature for feature, names in given.items() for name in names}
@@ -96,13 +95,13 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
 
 
 def main() -> None:
-    """Read options, write the knowledge."""
+    """Read the options from standard input and write the result to standard output."""
     out = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what checks and CLIPS print is not an answer
-    asked = msgspec.json.decode(sys.stdin.buffer.read())
-    recording = asked.pop("recording", "")
+    os.dup2(2, 1)  # Output of checks and of CLIPS must not mix with the result.
+    options = msgspec.json.decode(sys.stdin.buffer.read())
+    recording = options.pop("recording", "")
     try:
-        found = examine(run_options(asked))
+        found = examine(run_options(options))
     except CxbridgeError as error:
         found = AgentKnowledge(error=str(error))
     if recording:

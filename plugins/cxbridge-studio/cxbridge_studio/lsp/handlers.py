@@ -1,4 +1,4 @@
-"""The requests and notifications of the protocol, and what answers them."""
+"""Handlers of the protocol's requests and notifications."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _WATCHED: Final = "**/*.{clp,pddl,yaml,yml,lua,xml,proto}"
 
 
 def make_server(options: Mapping[str, Any] | None = None) -> AgentServer:
-    """Return a server that answers; see :class:`AgentServer`."""
+    """Return a server with all handlers registered; see :class:`AgentServer`."""
     server = AgentServer(options)
     for kind, handler in _HANDLERS.items():
         server.feature(kind, _OPTIONS.get(kind))(handler)
     return server
 
 
-# ---- life and changes
+# ---- life cycle and changes
 
 
 def _initialize(ls: AgentServer, params: lsp.InitializeParams) -> None:
@@ -77,7 +77,7 @@ def _watched(ls: AgentServer, params: lsp.DidChangeWatchedFilesParams) -> None:
     ls.changed_on_disk(params.changes)
 
 
-# ---- questions about a place
+# ---- requests about a position
 
 
 def _at(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, Mention] | None:
@@ -158,7 +158,7 @@ def _rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit | No
     return lsp.WorkspaceEdit(changes=edits)
 
 
-# ---- questions about a file
+# ---- requests about a file
 
 
 def _document_symbols(ls: AgentServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
@@ -195,7 +195,7 @@ def _folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.Foldin
 
 
 def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
-    """Return for each rule how often it fired in the last recording."""
+    """Return the number of firings of each rule in the last recording."""
     file = ls.file(params.text_document.uri)
     known = ls.session.knowledge
     if file is None or not known.recording:
@@ -211,7 +211,7 @@ def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens
 
 
 def _formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
-    """Return one edit, from the first line that changes to the last."""
+    """Return one edit from the first to the last changed line."""
     file = ls.file(params.text_document.uri)
     if file is None or not file.path.endswith(".clp"):
         return []

@@ -1,4 +1,4 @@
-"""The protocol's names for the sorts of names."""
+"""The protocol's kinds for the kinds of names."""
 
 from __future__ import annotations
 

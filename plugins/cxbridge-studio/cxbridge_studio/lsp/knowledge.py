@@ -1,4 +1,4 @@
-"""What only CLIPS and the features know: their functions and deftemplates; and the findings of a check."""
+"""Results of examining an agent: functions and deftemplates in CLIPS, and the findings of the check."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ UNBOUNDED: Final = 65535
 
 
 class FunctionInfo(Struct, frozen=True):
-    """A function of CLIPS, or of a feature.
+    """A function of CLIPS or of a feature.
 
-    :param minimum: least number of arguments; both are 0 where CLIPS does not tell.
-    :param feature: the feature that has it; empty: CLIPS itself or the host.
+    :param minimum: minimum number of arguments; 0 like ``maximum`` if CLIPS does not report it.
+    :param feature: the feature that provides it; empty for CLIPS itself and the host.
     """
 
     minimum: int = 0
@@ -26,7 +26,7 @@ class FunctionInfo(Struct, frozen=True):
 
     @property
     def arguments(self) -> str:
-        """The number of its arguments, in words; empty when unknown."""
+        """The number of arguments in words; empty if unknown."""
         if not self.is_python:
             return ""
         if self.maximum == UNBOUNDED:
@@ -37,15 +37,15 @@ class FunctionInfo(Struct, frozen=True):
 
 
 class AgentKnowledge(Struct, frozen=True):
-    """What an examination of the agent has found.
+    """The result of an examination.
 
-    :param templates: the slots of the deftemplates that CLIPS has.
-    :param findings: those of ``cxbridge check``, as its JSON has them.
+    :param templates: slots by deftemplate.
+    :param findings: the findings of ``cxbridge check``, as in its JSON.
     :param loaded: the CLIPS files that the spec loads.
-    :param firings: how often each rule fired in the last recording.
-    :param recording: its name; empty when there is none.
-    :param reads_as_fawkes: whether the agent reads PDDL as Fawkes does.
-    :param error: why the agent could not be examined; empty when it could.
+    :param firings: number of firings by rule in the last recording.
+    :param recording: the name of the recording; may be empty.
+    :param reads_as_fawkes: whether the agent reads PDDL like Fawkes.
+    :param error: why the agent could not be examined; empty if it could.
     """
 
     functions: dict[str, FunctionInfo] = field(default_factory=dict)
@@ -67,8 +67,8 @@ NOTHING: Final = AgentKnowledge()
 
 
 def decode(data: bytes) -> AgentKnowledge:
-    """Return the output of an examination's process.
+    """Decode the output of an examination.
 
-    :raises msgspec.DecodeError: when it is something else.
+    :raises msgspec.DecodeError: if the output is anything else.
     """
     return msgspec.json.decode(data, type=AgentKnowledge)

@@ -1,4 +1,4 @@
-"""Where a name is defined and mentioned, and what changes when it gets another one."""
+"""Definitions and references of a name, and renaming."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _FIXED: Final = frozenset(
         NameKind.PROTO_FIELD,
     }
 )
-"""Names that a rename would miss at some places: code in other languages has these names, too."""
+"""Kinds that cannot be renamed: code in other languages uses these names, too."""
 
 
 def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Found]:
-    """Return where a name is defined; of a goal class, where such goals are made."""
+    """Return the definitions of a name; for a goal class or an action, the assertions."""
     name = mention.name
     if name.kind is NameKind.FILE:
         return _files(session, file, name)
@@ -43,7 +43,7 @@ def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Fo
 
 
 def _files(session: Session, file: SourceFile, name: Name) -> list[Found]:
-    """Return the files that have a name, as ``folder/name.clp`` or bare."""
+    """Return the files with this name, written as ``folder/name.clp`` or without the folder."""
     wanted = Path(name.text).parts
     found = [
         Found(each, Mention(name, Use.DEFINED, 0, 0))
@@ -54,21 +54,21 @@ def _files(session: Session, file: SourceFile, name: Name) -> list[Found]:
 
 
 def references(session: Session, mention: Mention, *, declaration: bool = True) -> list[Found]:
-    """Return where a name is mentioned, in all files.
+    """Return the mentions of a name in all files.
 
-    :param declaration: whether its definitions count.
+    :param declaration: whether to include definitions.
     """
     found = list(session.model.mentions(mention.name))
-    if mention.name.kind is NameKind.FUNCTION:  # some look like slots
+    if mention.name.kind is NameKind.FUNCTION:  # calls in ordered facts look like slots
         calls = session.model.calls(mention.name.text)
         found += [each for each in calls if each.mention.name.kind is NameKind.SLOT]
     return [each for each in found if declaration or each.mention.use is not Use.DEFINED]
 
 
 def rename(session: Session, mention: Mention, new: str) -> list[Found]:
-    """Return the mentions that get another name.
+    """Return the mentions to rename.
 
-    :raises CxbridgeError: when the name cannot be changed, or not to this.
+    :raises CxbridgeError: if the name cannot be renamed, or the new name is invalid.
     """
     name = mention.name
     check_renamable(session, mention)
@@ -80,9 +80,9 @@ def rename(session: Session, mention: Mention, new: str) -> list[Found]:
 
 
 def check_renamable(session: Session, mention: Mention) -> None:
-    """See that a name can be changed.
+    """Check that a name can be renamed.
 
-    :raises CxbridgeError: when it cannot.
+    :raises CxbridgeError: if it cannot.
     """
     name = mention.name
     if name.kind in _FIXED:

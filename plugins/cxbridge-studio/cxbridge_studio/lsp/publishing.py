@@ -1,4 +1,4 @@
-"""Which findings a file shows: those of the last check, and while it is edited those of its text."""
+"""The published diagnostics of files: findings of the last check, and of the text for changed files."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _WORD: Final = re.compile(r"[^\s()]+|\(")
 
 
 class FindingsOfFiles:
-    """The findings of the last check, by file; and which files have changed since it began.
+    """The findings of the last check by file, and the files changed since it began.
 
-    :ivar changed: files whose text is not the one that was checked.
+    :ivar changed: files whose text differs from the checked text.
     """
 
     def __init__(self, session: Session) -> None:
@@ -37,20 +37,20 @@ class FindingsOfFiles:
 
     @property
     def paths(self) -> set[str]:
-        """The files in which the check has found something."""
+        """The files with findings."""
         return set(self._checked)
 
     def begin(self) -> None:
-        """Note the start of a check: it sees the files on the disk."""
+        """Note the start of a check, which sees the files on the disk."""
         self._began = set()
 
     def change(self, path: str) -> None:
-        """Take note that the text of a file has changed."""
+        """Note a change of a file's text."""
         self.changed.add(path)
         self._began.add(path)
 
     def finish(self, unsaved: set[str]) -> None:
-        """Take the findings of the session's knowledge."""
+        """Take the findings from the session's knowledge."""
         self.changed = self._began | unsaved
         self._checked = {}
         for finding in self._session.knowledge.findings:
@@ -59,7 +59,6 @@ class FindingsOfFiles:
                 self._checked.setdefault(path, []).append(finding)
 
     def diagnostics(self, file: SourceFile, positions: Positions) -> list[Diagnostic]:
-        """Return the diagnostics of a file."""
         is_changed = file.path in self.changed
         found: dict[tuple[str, int], Diagnostic] = {}
         for finding in self._checked.get(file.path, ()):
@@ -86,7 +85,7 @@ def _of_check(file: SourceFile, finding: Mapping[str, Any], positions: Positions
 
 
 def _of_text(session: Session, file: SourceFile, positions: Positions) -> Iterator[Diagnostic]:
-    """Yield the mistakes in a file's text; without an agent, an unknown name may be one of its host's."""
+    """Yield the mistakes in a file's text. Without an agent, an unknown name is only a warning."""
     for finding in live_findings(session, file):
         is_sure = bool(session.loaded) or finding.code not in UNKNOWN_NAMES
         yield Diagnostic(

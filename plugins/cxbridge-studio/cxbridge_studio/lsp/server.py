@@ -1,4 +1,4 @@
-"""The server and its life: reading at the start, changes, and published diagnostics."""
+"""The language server: initial reading of files, changes, and published diagnostics."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from cxbridge_studio.lsp.agent_files import AgentFiles
 
 _FALLBACK: Final = {"scenario": "test-scenario"}
-"""The agent whose core and functions are known where no scenario is found."""
+"""The agent that provides core and functions when no scenario is found."""
 
 
 def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
-    """Return where the files of an agent are.
+    """Return the locations of an agent's files.
 
-    :raises CxbridgeError: when that is not known.
+    :raises CxbridgeError: if they are unknown.
     """
-    # it imports much, and the first answers are to come at once
+    # Imported here, since it imports much and the first responses must be quick.
     from cxbridge_studio.lsp.agent_files import AgentFiles  # noqa: PLC0415
     from cxbridge_studio.lsp.examine import run_options  # noqa: PLC0415
 
@@ -40,7 +40,7 @@ def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
 
 
 def _names_agent(options: Mapping[str, Any]) -> bool:
-    """Whether the options name an agent; wrong ones do, so that their mistake is reported."""
+    """Return whether the options name an agent. Invalid options do, so that their error is reported."""
     from cxbridge.run.source import source_of  # noqa: PLC0415
     from cxbridge_studio.lsp.examine import run_options  # noqa: PLC0415 - as above
 
@@ -53,8 +53,8 @@ def _names_agent(options: Mapping[str, Any]) -> bool:
 class AgentServer(LanguageServer):
     """A language server for one agent.
 
-    :param options: those of a run, as JSON has them (``scenario``, ``fawkes_dir``, ``clips_dirs`` ...), and
-        ``recording``. The client's ``initializationOptions`` are laid over them.
+    :param options: options of a run as JSON values (``scenario``, ``fawkes_dir``, ``clips_dirs`` ...) and
+        ``recording``. The client's ``initializationOptions`` override them.
     """
 
     def __init__(self, options: Mapping[str, Any] | None = None) -> None:
@@ -72,17 +72,17 @@ class AgentServer(LanguageServer):
 
     @property
     def positions(self) -> Positions:
-        """Converts places as the client counts."""
+        """The converter for the client's character encoding."""
         return Positions(self.workspace.position_codec)
 
     def file(self, uri: str) -> SourceFile | None:
-        """Return a file that the client names; None for one that is not of an agent's sorts."""
+        """Return a file that the client names, or None for other kinds of files."""
         return self.session.model.file(path_of(uri))
 
     # ---- start and end
 
     def begin(self, parameters: lsp.InitializeParams) -> None:
-        """Take the client's parameters at the start."""
+        """Take the client's initialisation parameters."""
         given = parameters.initialization_options
         if isinstance(given, Mapping):
             self._given.update(given)
@@ -91,19 +91,18 @@ class AgentServer(LanguageServer):
         self.session.root = Path(path_of(uri)) if uri else None
 
     def start(self) -> None:
-        """Read the agent's files and examine it, while questions are answered already."""
+        """Read and examine the agent's files in the background."""
         self._index_task = asyncio.get_running_loop().create_task(self._read_all())
 
     async def end(self) -> None:
-        """Stop all work."""
         if self._index_task is not None:
             self._index_task.cancel()
         await self.examinations.close()
 
     async def _read_all(self) -> None:
-        """Read all files, without collections of garbage: each would hold up answers for 0.1 s.
+        """Read all files with the garbage collector off: each collection would delay responses by 0.1 s.
 
-        Objects made so far stay, and no later collection looks through them.
+        Afterwards the objects are frozen, so that later collections skip them.
         """
         gc.disable()
         try:
@@ -137,17 +136,17 @@ class AgentServer(LanguageServer):
         self.publish()
 
     async def _read(self, paths: Iterable[Path]) -> None:
-        """Read files that are not known yet, and answer questions in between."""
+        """Read new files, and let the event loop serve requests in between."""
         for path in paths:
             resolved = path.resolve()
             if self.session.model.file(str(resolved)) is None:
                 file = self.session.read(resolved)
                 if file is not None:
-                    _ = file.by_name  # made here: the first question does not wait for it
+                    _ = file.by_name  # built here, so that the first request does not wait for it
                 await asyncio.sleep(0)
 
     def _complain(self, text: str) -> None:
-        """Show an error of the settings, once."""
+        """Show an error of the settings once."""
         if text not in self._shown_errors:
             self._shown_errors.add(text)
             self.window_show_message(lsp.ShowMessageParams(lsp.MessageType.Error, f"cxbridge: {text}"))
@@ -158,14 +157,14 @@ class AgentServer(LanguageServer):
 
     @property
     def _opened(self) -> dict[str, str]:
-        """The documents that are open: by path, the URI as the client writes it."""
-        # pygls' own keys are unquoted: they are no URIs
+        """The open documents: the client's URI by path."""
+        # the keys of pygls are unquoted, so they are not URIs
         return {path_of(each.uri): each.uri for each in self.workspace.text_documents.values()}
 
     # ---- changes
 
     def change(self, uri: str, *, saved: bool) -> None:
-        """Take the text of a document as the client has it."""
+        """Take the client's text of a document."""
         path = path_of(uri)
         document = self.workspace.get_text_document(uri)
         file = self.session.model.file(path)
@@ -178,20 +177,20 @@ class AgentServer(LanguageServer):
             self._publish(file)
 
     def save(self, uri: str) -> None:
-        """Examine the agent, since a file was saved."""
+        """Examine the agent after a file was saved."""
         self._unsaved.discard(path_of(uri))
         if self.session.root is not None or self._has_agent:
             self.examinations.request()
 
     def close(self, uri: str) -> None:
-        """Take the file on the disk again."""
+        """Read the file from the disk again."""
         path = path_of(uri)
         if path in self._unsaved:
             self._unsaved.discard(path)
             self.session.read(Path(path))
 
     def changed_on_disk(self, changes: Iterable[lsp.FileEvent]) -> None:
-        """Read files again that other programs have changed; open documents are the client's."""
+        """Read files that other programs have changed; open documents belong to the client."""
         for change in changes:
             path = path_of(change.uri)
             if path in self._opened:
@@ -212,7 +211,7 @@ class AgentServer(LanguageServer):
     def _take(self, knowledge: AgentKnowledge) -> None:
         if knowledge.error:
             self._log_warning(knowledge.error)
-        if not self._has_agent:  # of the agent in its place, only the functions are of use
+        if not self._has_agent:  # of the fallback agent, only the functions are useful
             knowledge = AgentKnowledge(
                 knowledge.functions, firings=knowledge.firings, recording=knowledge.recording
             )
@@ -225,7 +224,7 @@ class AgentServer(LanguageServer):
             self.workspace_code_lens_refresh(None)
 
     def publish(self) -> None:
-        """Publish the findings of all files that are open or have some."""
+        """Publish the findings of all open files and of files with findings."""
         for path in self._opened.keys() | self.findings.paths | self._shown:
             file = self.session.model.file(path) or self.session.read(Path(path))
             if file is not None:

@@ -1,4 +1,4 @@
-"""The state of the server: the agent's model, the files that the spec loads, and CLIPS' knowledge."""
+"""The state of the server: the agent's model, the loaded files, and the last examination."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _MOST_FILES: Final = 5000
 class Session:
     """The state of the server.
 
-    :ivar loaded: the files that the spec loads; empty when there is no spec.
+    :ivar loaded: the files that the spec loads; empty without a spec.
     :ivar library: files of the host that every agent has.
     :ivar knowledge: the result of the last examination.
-    :ivar root: the folder that the editor has open; None without one.
+    :ivar root: the folder opened in the editor, or None.
     :ivar is_indexed: whether all files have been read once.
     """
 
@@ -39,17 +39,14 @@ class Session:
     _cached: dict[bool, tuple[int, AgentDefinitions]] = field(default_factory=dict)
 
     def update(self, path: str, text: str) -> SourceFile | None:
-        """Take the text of a file."""
         self._revision += 1
         return self.model.update(path, text)
 
     def read(self, path: Path) -> SourceFile | None:
-        """Take a file from the disk."""
         self._revision += 1
         return self.model.read(path)
 
     def forget(self, path: str) -> None:
-        """Take note that a file is gone."""
         self._revision += 1
         self.model.remove(path)
 
@@ -59,11 +56,11 @@ class Session:
         self.knowledge, self.loaded = knowledge, set(knowledge.loaded)
 
     def is_of_agent(self, path: str) -> bool:
-        """Whether the spec loads a file, or every agent has it."""
+        """Return whether the spec loads a file, or every agent has it."""
         return path in self.loaded or path in self.library
 
     def definitions(self, path: str) -> AgentDefinitions:
-        """Return the definitions for a file: for a loaded file, all definitions of loaded files."""
+        """Return the definitions visible in a file: a loaded file sees only definitions in loaded files."""
         narrow = path in self.loaded
         cached = self._cached.get(narrow)
         if cached is None or cached[0] != self._revision:
@@ -76,19 +73,18 @@ class Session:
         return not path.endswith(".clp") or self.is_of_agent(path)
 
     def preferred(self, found: Iterable[Found], near: str) -> list[Found]:
-        """Return the agent's places, if the requesting file is the agent's and any are left; else all."""
+        """Return the mentions in the agent's files if `near` is one of them; else all mentions."""
         every = list(found)
         if near in self.loaded:
             return [each for each in every if self._counts(each.file.path)] or every
         return every
 
     def function(self, name: str) -> FunctionInfo | None:
-        """Return a function of CLIPS or a feature; None when there is none."""
         return self.knowledge.functions.get(name)
 
 
 class AgentDefinitions:
-    """The names that some files define."""
+    """The names that a set of files defines."""
 
     def __init__(self, files: Iterable[SourceFile]) -> None:
         self._names: dict[NameKind, set[str]] = {}
@@ -108,32 +104,31 @@ class AgentDefinitions:
             self.slots.setdefault(name.owner, set()).add(name.text)
 
     def names(self, kind: NameKind) -> set[str]:
-        """Return the names of a kind."""
         return self._names.get(kind, set())
 
 
 def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Path]:
-    """Yield the files of an agent's sorts below a folder; hidden folders and large files are left out."""
+    """Yield the agent files below a folder, without hidden folders and large files."""
     wanted = frozenset(suffixes)
-    waiting = [folder]
+    pending = [folder]
     count = 0
-    while waiting and count < _MOST_FILES:
+    while pending and count < _MOST_FILES:
         try:
-            entries = sorted(waiting.pop().iterdir())
+            entries = sorted(pending.pop().iterdir())
         except OSError:
             continue
         for entry in entries:
             if entry.name.startswith(".") or entry.name in _SKIPPED:
                 continue
             if entry.is_dir() and not entry.is_symlink():
-                waiting.append(entry)
+                pending.append(entry)
             elif entry.suffix in wanted and entry.is_file() and entry.stat().st_size <= _LARGEST_FILE:
                 count += 1
                 yield entry.resolve()
 
 
 def find_scenario(root: Path) -> Path | None:
-    """Return the scenario of a folder: its own, or the only one right below it."""
+    """Return the scenario of a folder, or the only one in its subfolders."""
     for name in _SCENARIO_FILES:
         if (root / name).is_file():
             return root / name if name != _SCENARIO_FILES[0] else root
@@ -142,14 +137,14 @@ def find_scenario(root: Path) -> Path | None:
 
 
 def last_recording(root: Path) -> Path | None:
-    """Return the newest recording in a folder, or right below it."""
+    """Return the newest recording in a folder or its subfolders."""
     found = [*root.glob("*.mcap"), *root.glob("*/*.mcap")]
     return max(found, key=lambda path: path.stat().st_mtime, default=None)
 
 
 @lru_cache(maxsize=64)
 def comment_above(text: str, offset: int) -> str:
-    """Return the comment in the lines right above a place, without its marks."""
+    """Return the comment directly above an offset, without comment marks."""
     rows: list[str] = []
     for row in reversed(text[: text.rfind("\n", 0, offset) + 1].splitlines()):
         stripped = row.strip()

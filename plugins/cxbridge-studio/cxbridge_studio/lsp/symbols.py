@@ -1,4 +1,4 @@
-"""The outline of a file, the names of all files, and what can be folded."""
+"""Document outline, workspace symbols and folding ranges."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ _MOST: Final = 200
 class OutlineSymbol(Struct, frozen=True):
     """An entry of an outline.
 
-    :param mention: the name, where it is defined.
-    :param start: the start of the definition; ``end``: its end.
+    :param mention: the defining mention.
+    :param start: start of the definition.
+    :param end: end of the definition.
     """
 
     mention: Mention
@@ -48,7 +49,7 @@ def _symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
 
 
 def find(session: Session, query: str) -> list[Found]:
-    """Return the names of all files in which the letters of a query are, in their order."""
+    """Return the names in all files that contain the letters of a query in order."""
     wanted = query.lower()
     found: list[Found] = []
     for file in session.model.files:
@@ -67,7 +68,7 @@ def _matches(wanted: str, text: str) -> bool:
 
 
 def folds(file: SourceFile) -> list[tuple[int, int]]:
-    """Return first and last line, from 1, of what can be folded: lists and comments of several lines."""
+    """Return first and last line, from 1, of the lists and comments that span several lines."""
     lines = file.lines
     found: dict[int, int] = {}
     if file.path.endswith((".clp", ".pddl")):
@@ -88,7 +89,7 @@ def folds(file: SourceFile) -> list[tuple[int, int]]:
 
 
 def _lists(file: SourceFile) -> Iterator[tuple[int, int]]:
-    """Yield the lists of a file, each construct by itself, so that one that never closes spoils no other."""
+    """Yield the lists of a file. Constructs are parsed separately, so an unclosed one affects no other."""
     for start, piece in file.pieces:
         unclosed = set(open_lists(piece.text))
         opened: list[int] = []

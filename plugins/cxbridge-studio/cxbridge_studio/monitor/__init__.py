@@ -1,1 +1,1 @@
-"""The terminal's view of a daemon or of a recorded run; see docs/monitor.md."""
+"""The terminal view of a daemon or a recorded run; see docs/monitor.md."""

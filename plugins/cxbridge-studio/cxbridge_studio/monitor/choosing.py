@@ -1,4 +1,4 @@
-"""The filter of goals and rows, and times as people read them."""
+"""The filter of goals and rows, and the text of durations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _HOUR_S: Final = 3600
 
 
 def duration_text(seconds: float) -> str:
-    """Return a duration as people say it: ``5.3 s``, ``2 min 05.3 s``, ``1 h 02 min 05 s``."""
+    """Return a duration as text: ``5.3 s``, ``2 min 05.3 s``, ``1 h 02 min 05 s``."""
     seconds = round(seconds, 1)
     if seconds < _MINUTE_S:
         return f"{seconds:.1f} s"
@@ -25,15 +25,15 @@ def duration_text(seconds: float) -> str:
 
 
 def has_words(words: str, cells: Iterable[str]) -> bool:
-    """Whether a text is in one of the cells, or spans from one to the next.
+    """Return whether a text is in the cells, joined by blanks.
 
-    :param words: in small letters; empty is in all.
+    :param words: in lower case; the empty text is in all cells.
     """
     return not words or words in " ".join(cells).lower()
 
 
 def choose_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
-    """Return the goals that have a text in them, with all above them."""
+    """Return the goals that contain a text, with all their parents."""
     if not words:
         return goals
     by_id = {(goal.env, goal.id): goal for goal in goals}
@@ -44,7 +44,7 @@ def choose_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
 
 
 def goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
-    """Return the trees of goals, by environment and id."""
+    """Return the forest of goals, by environment and id."""
     parents = {
         (goal.env, goal.id): None if (above := parent_id(goal.parent)) is None else (goal.env, above)
         for goal in goals
@@ -53,16 +53,16 @@ def goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
 
 
 def page(rows: Iterable[tuple[str, ...]], words: str, noun: str) -> Table:
-    """Return the first rows that have a text in them, and how many more there are.
+    """Return the first rows that contain a text, and a note about further rows.
 
-    :param noun: the noun for the rows, for the note.
+    :param noun: the noun for the rows in the note.
     """
     shown: list[tuple[str, ...]] = []
-    more = 0
+    remaining = 0
     for row in rows:
         if has_words(words, row):
             if len(shown) < MOST_ROWS:
                 shown.append(row)
             else:
-                more += 1
-    return Table(shown, f"{more} more {noun}: / finds them" if more else "")
+                remaining += 1
+    return Table(shown, f"{remaining} more {noun}: / finds them" if remaining else "")

@@ -1,4 +1,4 @@
-"""The keys of the monitor, and their actions."""
+"""The keys of the monitor and their actions."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from cxbridge.history.outcome import LEGEND
 class KeyBinding(NamedTuple):
     """A key.
 
-    :param keys: as textual calls them, with commas between.
-    :param action: as textual calls it.
-    :param label: for the last line of the screen; empty: the key is not shown there.
-    :param about: for the list of keys.
-    :param shown: how the key is written.
+    :param keys: textual's names of the keys, separated by commas.
+    :param action: textual's name of the action.
+    :param label: the label in the last line of the screen; empty to hide the key there.
+    :param about: the description in the list of keys.
+    :param shown: the key as displayed.
     :param where: ``live``, ``recorded`` or ``both``.
     """
 
@@ -70,8 +70,8 @@ def help_text(where: str, panes: str, commands: str) -> str:
     """Return the list of keys.
 
     :param where: ``live`` or ``recorded``.
-    :param panes: the names of the panes, in the order of the digits that show them.
-    :param commands: that can be typed.
+    :param panes: the names of the panes, in the order of their digits.
+    :param commands: the list of commands.
     """
     lines = [f"{key.shown:10} {key.about}" for key in KEYS if key.about and key.where in {where, "both"}]
     lines += [

@@ -1,4 +1,4 @@
-"""The layout of the monitor's screen: panes, their columns, style, keys and the list of keys."""
+"""The layout of the monitor's screen: panes, columns, style and key bindings."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from textual.widgets import Static
 from cxbridge_studio.monitor.keys import KEYS, SCRUBBING
 
 NARROW: Final = 118
-"""Columns below which goals are above the panes, not next to them."""
+"""Below this number of columns, the goals are above the panes."""
 
 WIDE: Final = 180
-"""Columns from which skills and the log have separate panes."""
+"""From this number of columns, skills and the log have separate panes."""
 
 LOW: Final = 30
-"""Rows below which the legend has one line."""
+"""Below this number of rows, the legend has one line."""
 
 COLUMNS: Final = {
     "actions": ("goal", "id", "action", "arguments", "state"),
@@ -66,10 +66,7 @@ HelpScreen { align: center middle; }
 
 
 class HelpScreen(ModalScreen[None]):
-    """The list of keys, above everything.
-
-    :param text: the list.
-    """
+    """A modal screen with the list of keys."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(key, "app.pop_screen", show=False) for key in ("escape", "question_mark", "q", "enter")
@@ -80,13 +77,12 @@ class HelpScreen(ModalScreen[None]):
         self._text = text
 
     def compose(self) -> ComposeResult:
-        """Make the screen."""
         with Vertical(id="help"):
             yield Static(self._text, markup=False)
 
 
 def key_bindings(where: str) -> list[BindingType]:
-    """Return the keys of a source."""
+    """Return the key bindings for a kind of source."""
     return [
         Binding(
             key.keys,

@@ -1,4 +1,4 @@
-"""A daemon as the monitor sees it."""
+"""The monitor's source for a daemon."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface
 
 ANSWER_S: Final = 5.0
-"""Seconds that a daemon has to answer."""
+"""Timeout of a daemon's reply, in seconds."""
 
 MOST_GOALS: Final = 1000
-"""Goals that are asked for."""
+"""The limit of requested goals."""
 
 _FEWEST_GOALS: Final = 50
 _RATE_LOOKS: Final = 20
@@ -64,10 +64,10 @@ HELP: Final = (
 
 
 class DaemonSource:
-    """A daemon that is watched. When it is gone it is looked for again, at each look.
+    """A watched daemon. After a lost connection, each look tries to reconnect.
 
-    :param name: its URL.
-    :param connect: opens its blackboard.
+    :param name: the daemon's URL.
+    :param connect: opens the daemon's blackboard.
     """
 
     is_live = True
@@ -97,7 +97,7 @@ class DaemonSource:
         }
 
     def close(self) -> None:
-        """Let go of the daemon."""
+        """Disconnect from the daemon."""
         self._hide()
         board, self._board = self._board, None
         if board is not None:
@@ -107,9 +107,9 @@ class DaemonSource:
     # -- reading
 
     def look(self, query: ViewQuery) -> MonitorSnapshot:
-        """Return how it stands.
+        """Return the state of the daemon.
 
-        :raises CxbridgeError: when it cannot be reached, or is not a daemon.
+        :raises CxbridgeError: if it cannot be reached, or the server is not a daemon.
         """
         try:
             return self._look(self._reach(), query)
@@ -126,7 +126,7 @@ class DaemonSource:
 
     def _look(self, board: BlackBoard, query: ViewQuery) -> MonitorSnapshot:
         status = read_status(board)
-        if status["started_us"] != self._started_us:  # another daemon: its log has own numbers
+        if status["started_us"] != self._started_us:  # a restarted daemon numbers its log from 1 again
             self._started_us, self._last_line, self._search = status["started_us"], 0, _FactSearch()
             self._log.clear()
             self._loops.clear()
@@ -173,7 +173,7 @@ class DaemonSource:
         )
 
     def _times(self, status: Mapping[str, Any], state: Mapping[str, Any]) -> Iterator[str]:
-        """Yield the daemon's clock, and the state of its main loop."""
+        """Yield the daemon's clock and the state of its main loop."""
         if "time_us" not in state:
             return
         kind = status["clock"]
@@ -189,7 +189,7 @@ class DaemonSource:
         return request(self._reach(), verb, ANSWER_S, **arguments)
 
     def _state(self, words: str) -> Mapping[str, Any]:
-        """Return a daemon's reports; of fewer goals when the answer would be too long."""
+        """Return the daemon's report, with fewer goals if the reply is too long."""
         while True:
             try:
                 state: Mapping[str, Any] = self._ask(
@@ -216,7 +216,7 @@ class DaemonSource:
         return Table([(name, shown(value)) for name, value in self._shown.as_dict().items()])
 
     def _hide(self) -> None:
-        """Show no interface."""
+        """Close the shown interface."""
         interface, self._shown = self._shown, None
         if interface is not None and interface.valid:
             with suppress(CxbridgeError):
@@ -230,12 +230,12 @@ class DaemonSource:
         table = page(((str(salience), rule, facts) for salience, rule, facts in rows), query.words, "")
         return Table(table.rows[:MOST_ROWS], f"more than {MOST_ROWS}" if len(rows) > MOST_ROWS else "")
 
-    # -- what can be done
+    # -- commands
 
     def do(self, command: str, query: ViewQuery) -> str:
-        """Carry out a command, one of :data:`HELP`.
+        """Carry out a command of :data:`HELP`.
 
-        :raises CxbridgeError: when it is none, cannot be done, or is refused.
+        :raises CxbridgeError: if the command is unknown, fails or is refused.
         """
         word, _, rest = command.strip().partition(" ")
         action = self._commands.get(word)
@@ -277,7 +277,7 @@ class DaemonSource:
         return "; ".join(filter(None, (*found["output"], found["text"]))) or "it has no value"
 
     def _send(self, rest: str, query: ViewQuery) -> str:
-        """Send a message to the interface that is shown, no matter who writes it."""
+        """Send a message to the shown interface, whichever program writes it."""
         if not query.interface:
             raise CxbridgeError("to which interface?", hint="choose one on the blackboard")
         try:
@@ -294,7 +294,7 @@ class DaemonSource:
 
 
 class _FactSearch:
-    """Looks for facts bit by bit: a daemon looks at some in a loop only."""
+    """An incremental search of facts: a daemon searches only a part in each loop."""
 
     def __init__(self) -> None:
         self._query: tuple[str, str] | None = None
@@ -309,7 +309,7 @@ class _FactSearch:
         self._is_over = False
 
     def look(self, query: ViewQuery, ask: Callable[..., Mapping[str, Any]]) -> Table:
-        """Return the present snapshot."""
+        """Return the facts found so far."""
         begun = time.monotonic()
         if (query.env, query.words) != self._query:
             self._query, self._last = (query.env, query.words), Table()
@@ -336,10 +336,10 @@ class _FactSearch:
 
 
 def _noted(look: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
-    """Return a table, or in its note why there is none.
+    """Return a table, or an empty table with the error as its note.
 
-    :raises BlackBoardError: when the daemon is gone.
-    :raises NoAnswerError: when it does not answer.
+    :raises BlackBoardError: if the daemon is gone.
+    :raises NoAnswerError: if the daemon does not reply.
     """
     try:
         return look(query)
@@ -353,16 +353,16 @@ def _goal_row(**goal: str) -> GoalRow:
     return GoalRow("executive", goal.pop("id"), goal.pop("class"), **goal)
 
 
-def stop_text(where: Mapping[str, Any]) -> str:
-    """Return where rules are stopped, and why."""
-    number = f" (breakpoint {where['breakpoint']})" if where["breakpoint"] else ""
-    return f"rules stopped {where['reason']}{number}; next: {where['next_rule'] or '-'}"
+def stop_text(stop: Mapping[str, Any]) -> str:
+    """Return the rule at which rules are stopped, and the reason."""
+    number = f" (breakpoint {stop['breakpoint']})" if stop["breakpoint"] else ""
+    return f"rules stopped {stop['reason']}{number}; next: {stop['next_rule'] or '-'}"
 
 
 def _indices(text: str) -> list[int]:
-    """Return numbers, as of facts.
+    """Return the numbers in a text, with or without ``f-``.
 
-    :raises CxbridgeError: when one is none, or there are none.
+    :raises CxbridgeError: if the text has no numbers, or other words.
     """
     words = [word.removeprefix("f-") for word in text.split()]
     if not words or not all(word.isdecimal() for word in words):

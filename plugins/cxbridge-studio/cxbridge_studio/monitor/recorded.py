@@ -1,4 +1,4 @@
-"""A recorded run as the monitor sees it."""
+"""The monitor's source for a recorded run."""
 
 from __future__ import annotations
 
@@ -40,11 +40,10 @@ HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
 
 
 class RecordedSource:
-    """A recording that is scrubbed. It begins at its last transition: afterwards goals may be gone.
+    """A recording to scrub, positioned at its last transition: the goals may be retracted after it.
 
-    :param path: a recorded run of any format.
-    :param now: seconds, for how fast it plays.
-    :raises TraceError: when it is none, or has no events.
+    :param now: returns seconds, for the playing speed.
+    :raises TraceError: if the file is not a recording or has no events.
     """
 
     is_live = False
@@ -64,9 +63,9 @@ class RecordedSource:
         self._speed = 1.0
         self._since: tuple[float, int] | None = None
         self._commands: dict[str, Callable[[str], str]] = {
-            "event": lambda rest: self._move(lambda it: it.go(it.at + _whole(rest))),
-            "transition": lambda rest: self._move(lambda it: it.go_transitions(_whole(rest))),
-            "begin": lambda _rest: self._move(lambda it: it.go(0)),
+            "event": lambda rest: self._move(lambda scrubber: scrubber.go(scrubber.at + _whole(rest))),
+            "transition": lambda rest: self._move(lambda scrubber: scrubber.go_transitions(_whole(rest))),
+            "begin": lambda _rest: self._move(lambda scrubber: scrubber.go(0)),
             "end": self._end,
             "jump": self._jump,
             "play": lambda _rest: self._play(),
@@ -75,18 +74,17 @@ class RecordedSource:
 
     @property
     def period_s(self) -> float:
-        """Seconds between two looks."""
         return _FAST_S if self._since is not None or self._scrubber.is_loading else _SLOW_S
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: the file is already closed."""
 
-    # -- what can be done
+    # -- commands
 
-    def do(self, command: str, query: ViewQuery) -> str:  # noqa: ARG002 - a source's signature
-        """Carry out a command, one of :data:`HELP`.
+    def do(self, command: str, query: ViewQuery) -> str:  # noqa: ARG002 - the protocol's signature
+        """Carry out a command of :data:`HELP`.
 
-        :raises CxbridgeError: when it is none.
+        :raises CxbridgeError: if the command is invalid.
         """
         word, _, rest = command.strip().partition(" ")
         action = self._commands.get(word)
@@ -100,11 +98,11 @@ class RecordedSource:
         return ""
 
     def _end(self, _rest: str) -> str:
-        return self._move(lambda it: it.go(len(it.events)))
+        return self._move(lambda scrubber: scrubber.go(len(scrubber.events)))
 
     def _jump(self, rest: str) -> str:
         seconds = _number(rest.removesuffix("s").strip())
-        return self._move(lambda it: it.go_time(round(seconds * MICROSECONDS)))
+        return self._move(lambda scrubber: scrubber.go_time(round(seconds * MICROSECONDS)))
 
     def _play(self) -> str:
         if self._since is not None:
@@ -126,23 +124,25 @@ class RecordedSource:
     # -- reading
 
     def look(self, query: ViewQuery) -> MonitorSnapshot:
-        """Return how the run is at its moment; reads on when there is more."""
-        it = self._scrubber
-        if it.is_loading:
-            it.load(_SLICE_S)
+        """Return the state at the current moment, and read more of the file."""
+        scrubber = self._scrubber
+        if scrubber.is_loading:
+            scrubber.load(_SLICE_S)
         if self._since is not None:
             begun, from_us = self._since
-            it.go_time(from_us + round((self._now() - begun) * self._speed * MICROSECONDS))
-            if it.at >= len(it.events) and not it.is_loading:
+            scrubber.go_time(from_us + round((self._now() - begun) * self._speed * MICROSECONDS))
+            if scrubber.at >= len(scrubber.events) and not scrubber.is_loading:
                 self._since = None
         elif self._follows:
-            it.go(it.transitions[-1] if it.transitions else len(it.events))
+            scrubber.go(scrubber.transitions[-1] if scrubber.transitions else len(scrubber.events))
         goals = self._goals()
         chosen = choose_goals(goals, query.words)
         return MonitorSnapshot(
             head=self._head(),
             stop=self._happened(),
-            progress=it.now_us / it.end_us if it.end_us else it.at / len(it.events),
+            progress=scrubber.now_us / scrubber.end_us
+            if scrubber.end_us
+            else scrubber.at / len(scrubber.events),
             goals=chosen,
             actions=page(self._actions(), query.words, "plan-actions"),
             skills=page(self._skills(), query.words, "Skillers"),
@@ -151,28 +151,29 @@ class RecordedSource:
             facts=self._facts(query) if query.pane == "facts" else Table(),
             events=self._events() if query.pane == "events" else Table(),
             log=self._log(),
-            environments=sorted({env for env, _ in it.state.goals} | set(it.state.facts.by_env)),
-            notes=it.notes,
+            environments=sorted({env for env, _ in scrubber.state.goals} | set(scrubber.state.facts.by_env)),
+            notes=scrubber.notes,
         )
 
     def _head(self) -> str:
-        it = self._scrubber
+        scrubber = self._scrubber
+        now_s, end_s = scrubber.now_us / MICROSECONDS, scrubber.end_us / MICROSECONDS
         words = [
-            f"{duration_text(it.now_us / MICROSECONDS)} of {duration_text(it.end_us / MICROSECONDS)}",
-            f"event {it.at:,} of {len(it.events):,}",
+            f"{duration_text(now_s)} of {duration_text(end_s)}",
+            f"event {scrubber.at:,} of {len(scrubber.events):,}",
         ]
-        if it.is_loading:
+        if scrubber.is_loading:
             words.append("reading")
         if self._since is not None:
             words.append(f"playing x{self._speed:g}")
         return " · ".join(words)
 
     def _happened(self) -> str:
-        """Return what happened last: a transition, or else whatever there was."""
-        it = self._scrubber
-        if not it.at:
+        """Return the last transition before the moment, or else the last event."""
+        scrubber = self._scrubber
+        if not scrubber.at:
             return "the begin"
-        recent = it.events[max(0, it.at - _EVENTS_EACH_SIDE) : it.at]
+        recent = scrubber.events[max(0, scrubber.at - _EVENTS_EACH_SIDE) : scrubber.at]
         last = next((event for event in reversed(recent) if isinstance(event, TRANSITION_TYPES)), recent[-1])
         return f"{last.KIND.name} {event_text(last)}"
 
@@ -222,28 +223,28 @@ class RecordedSource:
         return page(((f"f-{index}", fact.text) for index, fact in facts.items()), query.words, "facts")
 
     def _events(self) -> Table:
-        it = self._scrubber
-        first = max(0, it.at - _EVENTS_EACH_SIDE)
+        scrubber = self._scrubber
+        first = max(0, scrubber.at - _EVENTS_EACH_SIDE)
         rows = [
-            (f"{it.times[number] / MICROSECONDS:.3f}", event.KIND.name, event_text(event))
-            for number, event in enumerate(it.events[first : it.at + _EVENTS_EACH_SIDE], first)
+            (f"{scrubber.times[number] / MICROSECONDS:.3f}", event.KIND.name, event_text(event))
+            for number, event in enumerate(scrubber.events[first : scrubber.at + _EVENTS_EACH_SIDE], first)
         ]
-        return Table(rows, at=it.at - first - 1 if it.at else None)
+        return Table(rows, at=scrubber.at - first - 1 if scrubber.at else None)
 
     def _log(self) -> list[LogRow]:
-        it = self._scrubber
-        last = bisect_left(it.log_lines, it.at)
+        scrubber = self._scrubber
+        last = bisect_left(scrubber.log_lines, scrubber.at)
         rows = []
-        for number in it.log_lines[max(0, last - MOST_LINES) : last]:
-            event = it.events[number]
+        for number in scrubber.log_lines[max(0, last - MOST_LINES) : last]:
+            event = scrubber.events[number]
             if isinstance(event, LogLine):
-                text = f"{it.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}"
+                text = f"{scrubber.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}"
                 rows.append(LogRow(number, event.level.value, text))
         return rows
 
 
 def event_text(event: Event) -> str:
-    """Return the content of an event, without its kind, in a few words."""
+    """Return the content of an event in a few words, without its kind."""
     if isinstance(event, GoalTransition):
         outcome = "" if event.outcome in {"", "UNKNOWN"} else f" {event.outcome}"
         error = f": {event.error}" if _bare(event.error) else ""
@@ -256,7 +257,6 @@ def event_text(event: Event) -> str:
 
 
 def value_text(value: object) -> str:
-    """Return a field's value as text."""
     if isinstance(value, list | tuple):
         return ",".join(value_text(each) for each in value)
     if isinstance(value, bool):
@@ -265,14 +265,14 @@ def value_text(value: object) -> str:
 
 
 def _bare(error: str) -> str:
-    """Return a goal's error, as the slots of CLIPS have it."""
+    """Return a goal's error; CLIPS' ``nil`` becomes the empty text."""
     return "" if error == "nil" else error
 
 
 def _number(text: str) -> float:
     """Return a number.
 
-    :raises CxbridgeError: when it is none.
+    :raises CxbridgeError: if the text is not a finite number.
     """
     try:
         number = float(text)

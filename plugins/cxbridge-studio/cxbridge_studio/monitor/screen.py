@@ -48,9 +48,9 @@ _Widget = TypeVar("_Widget", bound=Widget)
 
 
 class MonitorApp(App[None]):
-    """Shows the state of a daemon or a recording, and sends it commands.
+    """Shows the state of a daemon or a recording and sends commands to it.
 
-    :param source: used by a second thread.
+    :param source: called from a second thread only.
     """
 
     CSS = STYLE
@@ -78,7 +78,6 @@ class MonitorApp(App[None]):
         """Returns whether a signal has requested the end; called at each look."""
 
     def compose(self) -> ComposeResult:
-        """Make the screen."""
         yield Static(one_line(f"{self._source.name}: ..."), id="status", markup=False)
         yield Static("", id="said", markup=False)
         with Container(id="main"):
@@ -108,25 +107,24 @@ class MonitorApp(App[None]):
         yield Static("", id=f"{name}-note", classes="note", markup=False)
 
     def on_mount(self) -> None:
-        """Begin to watch."""
         self._find("#goals", GoalTree).root.expand()
         self._find("#goals", GoalTree).focus()
         self.set_interval(_DELIVERY_S, self._deliver)
         self._thread.start()
 
     def on_resize(self, event: events.Resize) -> None:
-        """Put goals above the panes or next to them, and further panes next to them when there is room."""
+        """Arrange goals and panes for the width and height of the terminal."""
         self.screen.set_class(event.size.width < NARROW, "narrow")
         self.screen.set_class(event.size.width >= WIDE, "wide")
         self.screen.set_class(event.size.height < LOW, "low")
 
     def on_unmount(self) -> None:
-        """Watch no more. A source that waits for an answer is not waited for."""
+        """Stop the watching thread, without waiting for a source that is slow to reply."""
         self._over.set()
         self._wake.set()
         self._thread.join(_PATIENCE_S)
 
-    # -- in the thread that watches
+    # -- in the watching thread
 
     def _watch(self) -> None:
         while not self._over.is_set():
@@ -138,7 +136,7 @@ class MonitorApp(App[None]):
                 self._seen.append(self._source.look(self._view_query))
             except CxbridgeError as error:
                 self._seen.append(error.message)
-            except Exception as error:  # noqa: BLE001 - shown: a screen that stands still explains nothing
+            except Exception as error:  # noqa: BLE001 - shown, since a frozen screen explains nothing
                 self._seen.append(f"a fault of cxbridge: {type(error).__name__}: {error}")
             self._wake.wait(self._source.period_s)
             self._wake.clear()
@@ -153,11 +151,11 @@ class MonitorApp(App[None]):
     # -- display
 
     def _deliver(self) -> None:
-        """Show the snapshot of the thread."""
+        """Show the latest snapshot of the watching thread."""
         if self.is_end_requested():
             self.exit()
-        elif self.screen_stack:  # else the screen has been taken down,
-            with suppress(NoMatches):  # or is being taken down
+        elif self.screen_stack:  # else the screen is already removed,
+            with suppress(NoMatches):  # or is being removed
                 self._show_news()
 
     def _show_news(self) -> None:
@@ -178,7 +176,6 @@ class MonitorApp(App[None]):
             self._show_head(f"{self._trouble or 'no answer'}, for {silence_s:.0f} s")
 
     def show(self, snapshot: MonitorSnapshot) -> None:
-        """Show how it stands."""
         self.snapshot = snapshot
         words = [snapshot.head]
         if snapshot.more_goals:
@@ -203,20 +200,20 @@ class MonitorApp(App[None]):
         self._show_note(pane)
 
     def _write(self, name: str, text: str) -> None:
-        """Set the text of a line; an equal text costs no new layout."""
+        """Set the text of a line; unchanged text causes no layout."""
         if self._texts.get(name) != text:
             self._texts[name] = text
             self._find(f"#{name}", Static).update(visible(text))
 
     def _find(self, selector: str, kind: type[_Widget]) -> _Widget:
-        """Return a part of the screen, which may be below the list of keys."""
+        """Return a widget of the main screen, which may be below the list of keys."""
         return self.screen_stack[0].query_one(selector, kind)
 
     def _show_head(self, text: str) -> None:
         self._write("status", f"{self._source.name}: {text}")
 
     def _show_note(self, pane: str) -> None:
-        """Show the note below a pane, and the whole text of a chosen fact."""
+        """Show the note below a pane, and the full text of the selected fact."""
         table = getattr(self.snapshot, pane)
         notes = [table.note, self.snapshot.fields.note if pane == "interfaces" else ""]
         chosen = self._find("#fields" if pane == "interfaces" else f"#{pane}", Rows).chosen
@@ -224,10 +221,10 @@ class MonitorApp(App[None]):
         self._write(f"{pane}-note", "\n".join(filter(None, notes)))
 
     def _forget_said(self) -> None:
-        self._said = ""  # the next look shows it
+        self._said = ""  # the next look clears it
 
     def _show_said(self) -> None:
-        """Show the last message, or where rules are stopped, or where a recording is."""
+        """Show the last message, or the stop of the rules, or the position in a recording."""
         snapshot = self.snapshot
         text = self._said or snapshot.stop or "; ".join(snapshot.notes)
         if snapshot.progress is not None:
@@ -239,10 +236,10 @@ class MonitorApp(App[None]):
     def _pane_shown(self) -> str:
         return self._find("#panes", TabbedContent).active.removeprefix("pane-")
 
-    # -- selection; widgets send events still while the screen is taken down: there is nothing to show
+    # -- selection; widgets still send events while the screen is being removed: is_running is false then
 
     def _want(self, **changes: str) -> None:
-        """Look for something else."""
+        """Change the query and look at once."""
         query = self._view_query
         self._view_query = ViewQuery(
             changes.get("pane", query.pane),
@@ -253,13 +250,13 @@ class MonitorApp(App[None]):
         self._wake.set()
 
     def on_tabbed_content_tab_activated(self, _event: TabbedContent.TabActivated) -> None:
-        """Look for the content of the pane."""
+        """Show the content of the pane."""
         if self.is_running:
             self._want(pane=self._pane_shown)
             self.show(self.snapshot)
 
     def on_data_table_row_highlighted(self, event: Rows.RowHighlighted) -> None:
-        """Follow the cursor: values of an interface, all of a fact."""
+        """Show the values of the selected interface, or the full text of the selected fact."""
         if not self.is_running:
             return
         table = event.data_table
@@ -270,7 +267,7 @@ class MonitorApp(App[None]):
             self._show_note(self._pane_shown)
 
     def on_tree_node_highlighted(self) -> None:
-        """Show all of the goal that is chosen; the icons' meaning while none is."""
+        """Show the details of the selected goal, or the legend of icons."""
         if not self.is_running:
             return
         goal = self._find("#goals", GoalTree).chosen
@@ -293,29 +290,27 @@ class MonitorApp(App[None]):
         return isinstance(self.focused, Input)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Keys that scrub belong to the line that is typed, while one is."""
+        """Leave the scrubbing keys to the prompt while it has the focus."""
         return not (action == "do" and self._is_typing)
 
     def action_do(self, command: str) -> None:
-        """Have it done by the thread that watches."""
+        """Queue a command for the watching thread."""
         self._said = ""
         self._todo.append(command)
         self._wake.set()
 
     def action_help(self) -> None:
-        """Show the list of keys."""
         commands = live.HELP if self._source.is_live else recorded.HELP
         self.push_screen(HelpScreen(help_text(self._where, ", ".join(self._panes), commands)))
 
     def action_next_environment(self) -> None:
-        """Show facts and agenda of the next environment."""
         names = list(self.snapshot.environments)
         if names:
             at = names.index(self._view_query.env) if self._view_query.env in names else -1
             self._want(env=names[(at + 1) % len(names)])
 
     def action_breakpoint(self) -> None:
-        """Ask for a breakpoint, at the selection."""
+        """Open the prompt for a breakpoint at the selection."""
         spec, pane, goals = "", self._pane_shown, self._find("#goals", GoalTree)
         if goals.has_focus:
             spec = "" if goals.chosen is None else f"goal:{goals.chosen.goal_class}:"
@@ -325,21 +320,21 @@ class MonitorApp(App[None]):
         self.action_ask(f":break {spec}")
 
     def action_delete(self) -> None:
-        """Remove the breakpoint, or ask whether to retract the fact."""
+        """Remove the selected breakpoint, or open the prompt to retract the selected fact."""
         if self._pane_shown == "breakpoints" and (row := self._find("#breakpoints", Rows).chosen):
             self.action_do(f"delete {row[0]}")
         elif self._pane_shown == "facts" and (row := self._find("#facts", Rows).chosen):
             self.action_ask(f":retract {row[0]}")
 
     def action_edit(self) -> None:
-        """Ask how to modify the fact that is chosen."""
+        """Open the prompt to modify the selected fact."""
         if self._pane_shown == "facts" and (row := self._find("#facts", Rows).chosen):
             self.action_ask(f":modify {row[0]} (")
 
-    # -- the line that is typed
+    # -- prompt
 
     def action_ask(self, begin: str) -> None:
-        """Let a line be typed: ``/`` a filter, ``:`` a command, with its begin."""
+        """Open the prompt, for a filter (``/``) or a command (``:`` and its first words)."""
         prompt = self._find("#prompt", Input)
         prompt.placeholder = "filter: part of an id, a mode, a name" if begin == "/" else "command"
         prompt.set_class(begin == "/", "filter")
@@ -351,7 +346,7 @@ class MonitorApp(App[None]):
         prompt.focus()
 
     def action_dismiss(self) -> None:
-        """Type no more; with nothing typed, end the filter."""
+        """Close the prompt; if it has no command, also clear the filter."""
         was_command = self._is_typing and not self._find("#prompt", Input).has_class("filter")
         self._leave_prompt()
         if not was_command:
@@ -368,29 +363,25 @@ class MonitorApp(App[None]):
         self._find(f"#{name}", Widget).focus()
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Filter while it is typed."""
+        """Apply the filter while typing."""
         if event.input.has_class("filter") and event.input.has_class("shown"):
             self._want(words=event.value.strip().lower())
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Carry out the typed text, or keep the filter."""
+        """Carry out the command, or keep the filter."""
         if not event.input.has_class("filter") and event.value.strip():
             self.action_do(event.value.strip())
         self._leave_prompt()
 
 
 class LiveApp(MonitorApp):
-    """The screen of a daemon."""
-
     BINDINGS: ClassVar[list[BindingType]] = key_bindings("live")
 
 
 class RecordedApp(MonitorApp):
-    """The screen of a recording."""
-
     BINDINGS: ClassVar[list[BindingType]] = key_bindings("recorded")
 
 
 def monitor_app(source: MonitorSource) -> MonitorApp:
-    """Return the screen of a source."""
+    """Return the screen for a source."""
     return (LiveApp if source.is_live else RecordedApp)(source)

@@ -1,4 +1,4 @@
-"""The values that the monitor shows: the state of a daemon, or of a recorded run at a moment."""
+"""The values that the monitor shows: the state of a daemon, or of a recorded run at one moment."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol
 
 MOST_ROWS: Final = 400
-"""Facts, activations, plan-actions or events that are shown; a filter finds further ones."""
+"""The limit of shown facts, activations, plan-actions or events; a filter finds further rows."""
 
 MOST_LINES: Final = 1000
-"""Log lines that are shown."""
+"""The limit of shown log lines."""
 
 
 class GoalRow(NamedTuple):
@@ -31,8 +31,8 @@ class GoalRow(NamedTuple):
 class LogRow(NamedTuple):
     """A log line.
 
-    :param number: counts the lines.
-    :param level: a letter, as :class:`cxbridge.events.Level` has them.
+    :param number: its position in the log, from 1.
+    :param level: a letter of :class:`cxbridge.events.Level`.
     """
 
     number: int
@@ -42,11 +42,10 @@ class LogRow(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows of text.
+    """Rows of text, all of the same length.
 
-    :param rows: all of them have the same length.
-    :param note: a note about them, e.g. how many more there are.
-    :param at: the selected row, None without one.
+    :param note: a remark, such as the number of further rows.
+    :param at: the index of the selected row, or None.
     """
 
     rows: Sequence[tuple[str, ...]] = ()
@@ -56,12 +55,12 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class ViewQuery:
-    """Selects the parts of a snapshot that would be too large to be always in it.
+    """The selection of the parts that would be too large to include in each snapshot.
 
-    :param pane: the name of the pane that is shown.
-    :param interface: ``Type::id`` of the interface whose values are shown; empty for none.
+    :param pane: the name of the shown pane.
+    :param interface: ``Type::id`` of the interface whose values are shown, or empty.
     :param env: the CLIPS environment whose facts and agenda are shown.
-    :param words: only goals and rows that have this text in them, in small letters.
+    :param words: show only goals and rows with this text, in lower case.
     """
 
     pane: str = ""
@@ -72,14 +71,14 @@ class ViewQuery:
 
 @dataclass(frozen=True, slots=True)
 class MonitorSnapshot:
-    """The state of the watched run or daemon.
+    """The state of a watched run or daemon.
 
-    :param head: in a few words.
-    :param stop: where rules are stopped, and why; or what happened last. Empty for nothing.
-    :param progress: between 0 and 1, how much of a recording is over; None for a daemon.
-    :param tables: by the name of their pane; those of ``fields`` belong to the interface that is shown.
+    :param head: the state in a few words.
+    :param stop: the stop of the rules with its reason, or the last event of a recording; may be empty.
+    :param progress: position in a recording, from 0 to 1; None for a daemon.
+    :param fields: the fields of the shown interface.
     :param environments: names of the CLIPS environments.
-    :param notes: what must be known about a recording.
+    :param notes: remarks about the recording.
     """
 
     head: str
@@ -101,31 +100,31 @@ class MonitorSnapshot:
 
 
 class MonitorSource(Protocol):
-    """A daemon or a recording that is watched; called by one thread at a time."""
+    """A daemon or a recording; called by one thread at a time."""
 
     @property
     def name(self) -> str:
-        """Its name, a URL or a file."""
+        """A URL or a file name."""
 
     @property
     def is_live(self) -> bool:
-        """Whether it is a daemon."""
+        """Whether the source is a daemon."""
 
     @property
     def period_s(self) -> float:
         """Seconds between two looks."""
 
     def look(self, query: ViewQuery) -> MonitorSnapshot:
-        """Return how it stands.
+        """Return the current state.
 
-        :raises CxbridgeError: when it cannot be reached.
+        :raises CxbridgeError: if the source cannot be reached.
         """
 
     def do(self, command: str, query: ViewQuery) -> str:
-        """Carry out a command; returns the message to show, nothing when the result is visible.
+        """Carry out a command and return a message to show; empty if the result is visible.
 
-        :raises CxbridgeError: when it is invalid, cannot be done, or is refused.
+        :raises CxbridgeError: if the command is invalid, fails or is refused.
         """
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""

@@ -1,4 +1,4 @@
-"""Parts of the monitor's screen: the tree of goals, tables, the log."""
+"""Widgets of the monitor's screen: the tree of goals, tables, the log."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _LONGEST: Final = 200
 _LEVELS: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
 
 GoalKey = tuple[str, str]
-"""Environment and id of a goal; no id: the environment itself."""
+"""Environment and id of a goal; an empty id means the environment."""
 
 
 class GoalTree(Tree[GoalKey]):
-    """Goals below their parents. Built again only when goals come, go or move."""
+    """The tree of goals. It is rebuilt only if goals are added, removed or moved."""
 
     def __init__(self) -> None:
         super().__init__("goals", id="goals")
@@ -56,20 +56,19 @@ class GoalTree(Tree[GoalKey]):
         return None if node is None or node.data is None else self._goals.get(node.data)
 
     def show(self, goals: Sequence[GoalRow]) -> None:
-        """Show these goals."""
         rows = {(goal.env, goal.id): goal for goal in goals}
         structure = [(key, goal.parent, goal.goal_class) for key, goal in rows.items()]
-        before, self._goals = self._goals, rows
+        previous, self._goals = self._goals, rows
         if structure != self._goal_structure:
             self._goal_structure = structure
             self._build_goals(rows)
             return
         for key, row in rows.items():
-            if before[key] != row:
+            if previous[key] != row:
                 self._goal_nodes[key].set_label(self._goal_label(key, row))
 
     def _build_goals(self, rows: dict[GoalKey, GoalRow]) -> None:
-        at = self.cursor_node.data if self.cursor_node is not None else None
+        cursor_key = self.cursor_node.data if self.cursor_node is not None else None
         scrolled = self.scroll_y
         self.clear()
         self._goal_nodes = {}
@@ -89,17 +88,17 @@ class GoalTree(Tree[GoalKey]):
                 node = over.add(label, data=key, expand=not leaf, allow_expand=not leaf)
                 self._goal_nodes[key] = node
         self.root.expand()
-        if at in self._goal_nodes:
-            self.call_after_refresh(self._return_to, at, scrolled)
+        if cursor_key in self._goal_nodes:
+            self.call_after_refresh(self._return_to, cursor_key, scrolled)
 
     def on_resize(self, _event: events.Resize) -> None:
-        """Let the states of goals are in a column that can be seen."""
+        """Fit the column of states into the new width."""
         self._measure(self._goals)
         for key, node in self._goal_nodes.items():
             node.set_label(self._goal_label(key, self._goals[key]))
 
     def _measure(self, rows: Mapping[GoalKey, GoalRow]) -> None:
-        """Work out how wide titles are, so that the states are in a column that can be seen."""
+        """Compute the width of titles, so that all states are in one visible column."""
         forest = goal_forest(rows.values())
         below = 1 if len({env for env, _ in rows}) > 1 else 0
         indents = {key: (depth + below + 1) * _GUIDE for key, depth in forest.walk()}
@@ -111,7 +110,6 @@ class GoalTree(Tree[GoalKey]):
         self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
 
     def _goal_label(self, key: GoalKey, goal: GoalRow) -> Text:
-        """Return the text of a goal in the tree."""
         line = goal_line("", goal.id, goal)
         width = self._widths[key]
         title = one_line(line.title)
@@ -129,7 +127,7 @@ class GoalTree(Tree[GoalKey]):
         return label
 
     def _return_to(self, key: GoalKey, scrolled: float) -> None:
-        """Put the cursor back to a goal, if it is still there."""
+        """Move the cursor back to a goal, if the goal still exists."""
         node = self._goal_nodes.get(key)
         if node is not None:
             self.move_cursor(node)
@@ -138,10 +136,10 @@ class GoalTree(Tree[GoalKey]):
 
 
 class Rows(DataTable[Text]):
-    """A table that is brought up to date cell by cell, as far as that goes.
+    """A table that updates only changed cells if the number of rows is the same.
 
     :param name: also its id.
-    :param columns: their titles.
+    :param columns: the titles.
     """
 
     def __init__(self, name: str, columns: Sequence[str]) -> None:
@@ -150,7 +148,6 @@ class Rows(DataTable[Text]):
         self._shown: list[tuple[str, ...]] = []
 
     def on_mount(self) -> None:
-        """Make the columns."""
         self.add_columns(*self._titles)
 
     @property
@@ -159,15 +156,14 @@ class Rows(DataTable[Text]):
         return self._shown[self.cursor_row] if 0 <= self.cursor_row < len(self._shown) else None
 
     def show(self, table: Table) -> None:
-        """Show these rows."""
-        rows, before = list(table.rows), self._shown
-        if rows == before:
+        rows, previous = list(table.rows), self._shown
+        if rows == previous:
             self._mark(table.at)
             return
         chosen, scrolled = self.chosen, self.scroll_y
         self._shown = rows
-        if len(rows) == len(before):
-            for number, (row, old) in enumerate(zip(rows, before, strict=True)):
+        if len(rows) == len(previous):
+            for number, (row, old) in enumerate(zip(rows, previous, strict=True)):
                 for column, (cell, other) in enumerate(zip(row, old, strict=True)):
                     if cell != other:
                         self.update_cell_at(Coordinate(number, column), _cell(cell), update_width=True)
@@ -183,7 +179,7 @@ class Rows(DataTable[Text]):
             self.move_cursor(row=min(at, len(rows) - 1), scroll=False)
 
     def _mark(self, row: int | None) -> None:
-        """Put the cursor to a row, with some rows before and behind it."""
+        """Move the cursor to a row, centred in the view."""
         if row is not None and row != self.cursor_row:
             self.move_cursor(row=row, scroll=False)
             self.call_after_refresh(self._scroll_around, row)
@@ -200,7 +196,7 @@ class LogLines(RichLog):
         self._last: LogRow | None = None
 
     def show(self, rows: Sequence[LogRow]) -> None:
-        """Show these lines: append new ones, start again when the sequence goes back."""
+        """Show these lines: append new lines, or start again if the moment goes back."""
         last = rows[-1] if rows else None
         if last == self._last:
             return
@@ -213,14 +209,14 @@ class LogLines(RichLog):
 
 
 class KeyLine(Footer):
-    """The active keys. Made again only when they change: the cursor goes from pane to pane often."""
+    """The active keys. It is rebuilt only when they change, since the cursor moves between panes often."""
 
     def __init__(self) -> None:
         super().__init__()
         self._keys_shown: list[tuple[Binding, bool]] = []
 
     def bindings_changed(self, screen: Screen[Any]) -> None:
-        """Show the keys that work now; see the base class, which does nothing while the terminal is left."""
+        """Show the active keys; the base class does nothing while the terminal has no focus."""
         keys = [(each.binding, each.enabled) for each in screen.active_bindings.values() if each.binding.show]
         if keys != self._keys_shown and screen.app.app_focus:
             self._keys_shown = keys
@@ -228,7 +224,7 @@ class KeyLine(Footer):
 
 
 class Aside(Vertical):
-    """The panes that a wide screen always shows: skills and the log."""
+    """The panes that only a wide screen shows: skills and the log."""
 
     def __init__(self) -> None:
         super().__init__(id="aside")
@@ -236,39 +232,37 @@ class Aside(Vertical):
         self._log = LogLines("aside-log")
 
     def compose(self) -> ComposeResult:
-        """Make it."""
         yield self._skills
         yield self._log
 
     def show(self, snapshot: MonitorSnapshot) -> None:
-        """Show how it stands, if it is to be seen."""
+        """Show a snapshot if the widget is visible."""
         if self.display:
             self._skills.show(snapshot.skills)
             self._log.show(snapshot.log)
 
 
 def _place(rows: Sequence[LogRow], row: LogRow) -> int:
-    """Return the index of a row, -1 when it is missing."""
+    """Return the index of a row, or -1."""
     return next((at for at in range(len(rows) - 1, -1, -1) if rows[at] == row), -1)
 
 
 def _cell(text: str) -> Text:
-    """Return a cell of one line, of a text of any length."""
+    """Return a one-line cell for a text of any length."""
     line = " ".join(text[:_LONGEST].splitlines())
     more = " ..." if len(text) > _LONGEST else ""
     return Text(one_line(line) + more, style=_COLOURS.get(text, ""), no_wrap=True)
 
 
 def bar(progress: float, width: int) -> str:
-    """Return how much is over as a bar of text.
+    """Return a progress bar as text.
 
-    :param progress: between 0 and 1.
+    :param progress: from 0 to 1.
     """
     inner = max(1, width - 2)
-    at = min(inner - 1, int(progress * inner))
-    return "[" + "=" * at + "|" + "-" * (inner - 1 - at) + "]"
+    position = min(inner - 1, int(progress * inner))
+    return "[" + "=" * position + "|" + "-" * (inner - 1 - position) + "]"
 
 
 def plain(widget: Any) -> str:
-    """Return the text that a widget shows."""
     return str(widget.render())
