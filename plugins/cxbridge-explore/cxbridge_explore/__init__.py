@@ -1,1 +1,1 @@
-"""Exploration: every way that a run can go, up to a number of faults, by forking it at its choice points."""
+"""Exploration: plays a scenario in every way that its world allows, by forking the run at choice points."""

@@ -1,4 +1,4 @@
-"""What an exploration covers, and how it goes about it."""
+"""The bounds of an exploration, and the options of its execution."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.process.forking import HAS_FORK
 
 PATIENCE_S = 60.0
-"""Seconds of processor time that a run may take from one choice to the next."""
+"""Default limit of a run's processor time between two choices, in seconds."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """The bounds of an exploration: a result is complete up to them.
+    """The bounds of an exploration. The result is complete within them.
 
-    :param faults: how many faults a run may meet.
-    :param depth: at how many choice points, from the first, the world may do other than usual; None: at all.
-    :param merge: whether states that are equal are visited once.
+    :param faults: the maximum number of faults in a run.
+    :param depth: the number of first choice points with unusual options; None for all.
+    :param merge: whether to visit equal states once.
     """
 
     faults: int = 1
@@ -26,20 +26,20 @@ class Bounds:
     merge: bool = True
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` when a bound is invalid."""
+        """Raise `CxbridgeError` if a bound is invalid."""
         for name, value in (("faults", self.faults), ("depth", self.depth or 0)):
             if value < 0:
                 raise CxbridgeError(f"--{name} cannot be {value}", hint="use 0 or more")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Means:
-    """How an exploration is carried out; the result does not depend on it.
+class ExecutionOptions:
+    """Options without influence on the result.
 
-    :param jobs: the number of runs at the same time; None: the number of cores.
-    :param fork: whether to fork; else each run begins at the beginning.
-    :param patience_s: seconds of processor time that a run may take from one choice to the next.
-    :param coverage: whether the used parts of the agent are noted.
+    :param jobs: the number of parallel runs; None for the number of cores.
+    :param fork: whether to fork runs; otherwise each run starts from the beginning.
+    :param patience_s: the limit of a run's processor time between two choices.
+    :param coverage: whether to record the used parts of the agent.
     """
 
     jobs: int | None = None
@@ -49,13 +49,13 @@ class Means:
 
     @property
     def processes(self) -> int:
-        """The number of runs at the same time."""
+        """The number of parallel runs."""
         if self.jobs is not None:
             return self.jobs
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` when an option is invalid here."""
+        """Raise `CxbridgeError` if an option is invalid on this system."""
         if self.jobs is not None and self.jobs < 1:
             raise CxbridgeError(f"--jobs cannot be {self.jobs}", hint="use 1 or more")
         if not self.patience_s > 0:

@@ -1,4 +1,4 @@
-"""Finds mistakes in the files of a scenario that searches read: its world and its properties."""
+"""Check of a scenario's world and properties."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ CODES: Final = (WORLD, PROPERTIES)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for the first mistake of each file."""
+    """Yield the first error of each file."""
     folder = agent.context.paths.config_file.parent
     if (world := find_world(folder)) is not None:
         names = [name for name in agents(replace(agent.options, agent=None)) if name]

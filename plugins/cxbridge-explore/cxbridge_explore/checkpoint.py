@@ -1,4 +1,4 @@
-"""An interrupted exploration as a file: a resumed exploration comes to the same counts."""
+"""Checkpoint file of an interrupted exploration. A resumed exploration gives the same counts."""
 
 from __future__ import annotations
 
@@ -26,30 +26,30 @@ from cxbridge_explore.worlds.run import MakeAssembly
 class _Checkpoint(Struct, frozen=True):
     """The content of the file.
 
-    :param kind: the kind of the file, its first field.
-    :param about: the explored program (:func:`about`); all of it must be the same.
+    :param kind: identifies the file format.
+    :param about: the explored program, see :func:`about`; a resumed exploration must have the same.
     """
 
     kind: Literal["cxbridge exploration"]
-    about: dict[str, str]
+    identity_of: dict[str, str]
     graph: SavedGraph
 
 
-About = Mapping[str, str]
-"""The explored program, as texts to compare, by their subject."""
+ProgramIdentity = Mapping[str, str]
+"""Texts that identify the explored program, by subject."""
 
 
-def about(
+def identity_of(
     options: RunOptions,
     bounds: Bounds,
     properties: Sequence[Property],
     world: WorldModel | None,
     make: MakeAssembly,
-) -> About:
-    """Return the explored program. A difference leads to other runs, or to other verdicts."""
+) -> ProgramIdentity:
+    """Return the identity of the explored program. Any difference leads to other runs or verdicts."""
     found = {each.name: str(getattr(bounds, each.name)) for each in fields(bounds)}
     found |= {each.name: str(getattr(options, each.name)) for each in fields(options)}
-    # a game of the league is a method of it, for a seed
+    # The seed of a league game is in the bound method or in the arguments.
     game = make if isinstance(make, partial) else partial(make)
     return found | {
         "world": repr(world),
@@ -60,20 +60,20 @@ def about(
     }
 
 
-def write_checkpoint(file: Path, graph: Graph, known: About) -> None:
-    """Write the explored graph, and its open edges.
+def write_checkpoint(file: Path, graph: Graph, known: ProgramIdentity) -> None:
+    """Write the explored graph with its open edges.
 
     :param known: see :func:`about`.
-    :raises CxbridgeError: when the file cannot be written; an earlier file is unchanged then.
+    :raises CxbridgeError: if the file cannot be written; an existing file stays unchanged.
     """
     write_file(file, encode(_Checkpoint("cxbridge exploration", dict(known), graph.save())))
 
 
-def read_checkpoint(file: Path, graph: Graph, known: About) -> None:
-    """Take over an explored graph.
+def read_checkpoint(file: Path, graph: Graph, known: ProgramIdentity) -> None:
+    """Load an explored graph.
 
     :param known: see :func:`about`.
-    :raises CxbridgeError: when the file is none of ours, or of another exploration.
+    :raises CxbridgeError: if the file is not a checkpoint, or belongs to another exploration.
     """
     try:
         found = Decoder(_Checkpoint).decode(file.read_bytes())
@@ -81,7 +81,7 @@ def read_checkpoint(file: Path, graph: Graph, known: About) -> None:
         raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
     except (DecodeError, UnicodeDecodeError) as error:
         raise CxbridgeError("is not an exploration that was interrupted", file=file) from error
-    different = [name for name in known if found.about.get(name) != known[name]]
+    different = [name for name in known if found.identity_of.get(name) != known[name]]
     if different:
         raise CxbridgeError(
             f"is of another exploration: {', '.join(different)} differ"
@@ -94,7 +94,7 @@ def read_checkpoint(file: Path, graph: Graph, known: About) -> None:
 
 
 def _digest(options: RunOptions) -> str:
-    """Return a digest of the files in the folder of the scenario."""
+    """Return a digest of the files in the scenario's folder."""
     folder = options.scenario
     if folder is None or not folder.is_dir():
         return ""

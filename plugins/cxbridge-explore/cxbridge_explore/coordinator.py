@@ -1,8 +1,7 @@
-"""Coordinates the processes of an exploration: owns the graph, and lets runs continue or copy themselves.
+"""Coordinates the processes of an exploration: owns the graph, and resumes or forks runs.
 
-Depth first: of the runs that wait at a choice point the latest continues, so there are few of
-them. A run that dies takes nothing along: the edge that it was on is open still, and another run is sent
-along its path.
+The exploration is depth-first: of the runs that wait at a choice point, the latest continues, so that few
+wait. If a process dies, its edge stays open and another process replays the path to it.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ from typing import Final
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.process import forking
-from cxbridge_explore.bounds import Means
+from cxbridge_explore.bounds import ExecutionOptions
 from cxbridge_explore.graph import BAD_INPUT, DIVERGED, Edge, Graph, Leaf
 from cxbridge_explore.wire import (
+    Continue,
     Ended,
     Fork,
-    GoOn,
     Hello,
     Leave,
     Order,
@@ -38,6 +37,7 @@ from cxbridge_explore.wire import (
 )
 from cxbridge_explore.worlds.points import DivergedError
 
+# Limits: seconds between two looks at the processes, and tries of an edge before it counts as crashed.
 _LOOK_S: Final = 0.25
 _ATTEMPTS: Final = 3
 _BACKLOG: Final = 128
@@ -45,9 +45,9 @@ _CHUNK: Final = 65536
 
 
 class _Peer:
-    """A process at the other end of a connection.
+    """A process of the exploration.
 
-    :ivar edge: the open edge that its run is on; None: it waits.
+    :ivar edge: the open edge of its run; None while the run waits.
     :ivar held: the edges of the choice point at which its run waits, the usual one first.
     """
 
@@ -57,46 +57,46 @@ class _Peer:
         self.pid = 0
         self.edge: Edge | None = None
         self.held: list[Edge] = []
-        self.ordered: list[Edge] = []  # copies that it has to make
-        self.used_s = 0.0  # processor time, as it reports
+        self.ordered: list[Edge] = []  # edges of ordered copies that have not reported yet
+        self.used_s = 0.0  # processor time, as the process reports it
         self.since = time.monotonic()
         self.cpu_s = 0.0
 
     def take(self, edge: Edge) -> None:
-        """Note that its run is on an edge from now on."""
+        """Put the run of the process on an edge."""
         self.edge = edge
         self.mark()
 
     def release(self) -> Edge:
-        """Return the edge that its run was on until now."""
+        """Return the edge of the run, and take the run off it."""
         edge, self.edge = self.edge, None
         if edge is None:
             raise ValueError("a process that is on no edge has reached a choice point")
         return edge
 
     def mark(self) -> None:
-        """Count its processor time from now on."""
+        """Restart the measurement of its processor time."""
         self.since, self.cpu_s = time.monotonic(), forking.cpu_seconds(self.pid)
 
     def send(self, order: Order) -> None:
-        """Send it an order; a process that is gone shows by the end of its connection."""
+        """Send an order. The end of the connection reveals a dead process."""
         with contextlib.suppress(OSError):
             self.connection.sendall(frame(order))
 
 
 class Coordinator(Closing):
-    """Explores with processes, as long as there is something left to do. A context manager.
+    """Explores with processes until no edge is open. A context manager.
 
-    :param graph: the known graph; its open edges are explored.
-    :param serve: the work of a process that loads the scenario, given the address of our socket.
+    :param graph: the known graph, whose open edges are explored.
+    :param serve: runs the process that loads the scenario, given the address of the coordinator's socket.
     """
 
-    def __init__(self, graph: Graph, means: Means, serve: Callable[[str], object]) -> None:
+    def __init__(self, graph: Graph, means: ExecutionOptions, serve: Callable[[str], object]) -> None:
         self.graph = graph
         self.hidden: dict[str, None] = {}
-        """Why states were not compared."""
+        """Reasons why states were not compared."""
         self.cpu_seconds = 0.0
-        """Processor time of all processes but this one and the one that has loaded the scenario."""
+        """Processor time of all copies, without this process and the loader."""
         self._means, self._serve = means, serve
         self._folder = tempfile.TemporaryDirectory(prefix="cxbridge-explore-")
         self._address = str(Path(self._folder.name) / "socket")
@@ -114,12 +114,12 @@ class Coordinator(Closing):
         self._is_ready = False
         self._deaths = 0
 
-    # ---- the whole
+    # ---- main loop
 
     def explore(self, is_over: Callable[[], bool]) -> None:
-        """Explore until no edge is open, or ``is_over`` is true, which is called now and then.
+        """Explore until no edge is open or ``is_over`` returns True.
 
-        :raises CxbridgeError: when the scenario is wrong.
+        :raises CxbridgeError: if the scenario is invalid.
         """
         self._load()
         while self.graph.open and not is_over():
@@ -129,7 +129,7 @@ class Coordinator(Closing):
                     self._accept()
                 else:
                     self._receive(key.data)
-            self._end_endless()
+            self._kill_endless_runs()
             self._look_after_loader()
 
     def _load(self) -> None:
@@ -151,31 +151,30 @@ class Coordinator(Closing):
 
     @property
     def _running(self) -> int:
-        """The number of active runs."""
         return sum((peer.edge is not None) + len(peer.ordered) for peer in self._peers.values())
 
     def _schedule(self) -> None:
-        """Continue as many runs as the limit allows."""
+        """Resume as many runs as the limit allows."""
         for _ in range(self._means.processes - self._running):
             if self._holders:
-                self._go_on(self._holders[-1])
+                self._continue_run(self._holders[-1])
             elif self._waiting and self._is_ready and self._loader is not None:
                 self._send_along(self._loader, self._waiting.pop())
             else:
                 return
 
-    def _go_on(self, peer: _Peer) -> None:
-        """Let a run that waits be copied for an option that is left; in the end it takes the usual one."""
+    def _continue_run(self, peer: _Peer) -> None:
+        """Fork a waiting run for its next option; the last option is taken by the run itself."""
         edge = peer.held.pop()
         if peer.held:
             self._order_copy(peer, edge, Fork(edge))
             return
         self._holders.remove(peer)
         peer.take(edge)
-        peer.send(GoOn(edge[1]))
+        peer.send(Continue(edge[1]))
 
     def _send_along(self, loader: _Peer, edge: Edge) -> None:
-        """Let a run begin at the beginning, and follow the path to an edge."""
+        """Start a run from the beginning along the path to an edge."""
         path = self.graph.path_to(edge)
         choices = tuple((index, step.subject, step.option) for index, step in path.items())
         number = edge[0]
@@ -224,10 +223,10 @@ class Coordinator(Closing):
         elif hello.pid:
             peer.pid = hello.pid
             peer.mark()
-        else:  # the copy's parent has opened this connection; the copy follows
+        else:  # The parent opens the connection for its copy, so the copy greets a second time.
             orderer = next((each for each in self._peers.values() if hello.edge in each.ordered), None)
             if orderer is None:
-                self._drop(peer)  # the parent has died before the copy, and the edge is open again
+                self._drop(peer)  # the parent died before the fork; the edge is open again
             else:
                 orderer.ordered.remove(hello.edge)
                 peer.take(hello.edge)
@@ -244,19 +243,19 @@ class Coordinator(Closing):
         peer.held = [(number, option) for option in self.graph.options(number)]
         self._holders.append(peer)
         if len(peer.held) == 1:
-            self._go_on(peer)
+            self._continue_run(peer)
 
-    # ---- processes that die
+    # ---- dead processes
 
     def _drop(self, peer: _Peer) -> None:
-        """Have no more to do with a process; it ends as soon as it notices."""
+        """Close the connection of a process. The process ends when it notices."""
         self._selector.unregister(peer.connection)
         peer.connection.close()
         del self._peers[peer.connection]
         self.cpu_seconds += peer.used_s
 
     def _lose(self, peer: _Peer) -> None:
-        """Take back the edges of a process that has died."""
+        """Reopen the edges of a process that has died."""
         if peer.connection not in self._peers:
             return
         self._drop(peer)
@@ -266,9 +265,9 @@ class Coordinator(Closing):
             self._loader, self._is_ready = None, False
         self._waiting += [*peer.held, *peer.ordered]
         if peer.edge is not None:
-            self._try_again(peer.edge)
+            self._retry(peer.edge)
 
-    def _try_again(self, edge: Edge) -> None:
+    def _retry(self, edge: Edge) -> None:
         self._attempts[edge] = self._attempts.get(edge, 0) + 1
         if self._attempts[edge] < _ATTEMPTS:
             self._waiting.append(edge)
@@ -277,7 +276,7 @@ class Coordinator(Closing):
             self.graph.ended(edge, Leaf("crashed", reason, 0.0, is_given_up=True))
 
     def _look_after_loader(self) -> None:
-        """Start another process that loads the scenario when the one before is gone."""
+        """Restart the loader if it has died."""
         if not forking.has_ended(self._loader_pid):
             return
         self._loader_pid = 0
@@ -286,8 +285,8 @@ class Coordinator(Closing):
             raise CxbridgeError("the process that loads the scenario ends each time without a word")
         self._load()
 
-    def _end_endless(self) -> None:
-        """End the runs that do not come to a choice point any more."""
+    def _kill_endless_runs(self) -> None:
+        """Kill runs that exceed the processor time between two choice points."""
         patience_s = self._means.patience_s
         for peer in list(self._peers.values()):
             is_loading = peer is self._loader and not self._is_ready
@@ -306,7 +305,7 @@ class Coordinator(Closing):
             self._drop(peer)
 
     def close(self) -> None:
-        """End all processes, and release all resources; open edges stay open."""
+        """End all processes and release all resources. Open edges stay open."""
         pids = {peer.pid for peer in self._peers.values()} | {self._loader_pid}
         for pid in pids - {0}:
             with contextlib.suppress(ProcessLookupError):

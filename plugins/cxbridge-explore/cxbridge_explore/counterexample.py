@@ -1,4 +1,4 @@
-"""A counterexample that people can use: a recording, a test and a sentence about the shortest failing run."""
+"""Counterexamples: the shortest failing run, as a recording, a test and a sentence."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.counterexample_playing import Played, Wanted, WantedChooser, play, wanted
+from cxbridge_explore.counterexample_playing import Played, Wanted, WantedChooser, play, unusual_choices
 from cxbridge_explore.counterexample_pytest import identifier, pytest_text
 from cxbridge_explore.counterexample_shrinking import shrunk
 from cxbridge_explore.counterexample_words import in_words
@@ -23,14 +23,12 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """A shortest run that a property does not hold in.
+    """A shortest run that violates a property.
 
-    :param property: the name of the property.
     :param message: the violation, in a sentence.
-    :param choices: those of the run that are not usual.
-    :param recording: of the run.
-    :param test: a file with a test that fails in the same way; None when its choices cannot be scripted.
-    :param words: the choices and the message, in a sentence.
+    :param choices: the unusual choices of the run.
+    :param test: a file with a test that fails like the run; None if a test cannot script the choices.
+    :param words: choices and violation, in a sentence.
     """
 
     property: str
@@ -41,7 +39,7 @@ class Counterexample:
     words: str
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the counterexample as JSON values."""
         return {
             "property": self.property,
             "message": self.message,
@@ -61,15 +59,13 @@ def write_counterexample(
     world: WorldModel | None = None,
     make: MakeAssembly = make_scenario,
 ) -> Counterexample:
-    """Shrink a failing path, and write what people can use into a folder.
+    """Shrink a failing path and write its recording and test into a folder.
 
-    :param options: of the exploration.
-    :param properties: those that were watched.
-    :param name: of the property that is violated.
-    :param path: a path on which it is.
-    :param world: that of the exploration.
-    :param make: makes the program to run; a test is only written for a scenario.
-    :raises CxbridgeError: when it is not violated on that path, or a file cannot be written.
+    :param properties: the watched properties.
+    :param name: the violated property.
+    :param path: a path that violates it.
+    :param make: makes the program to run; only scenarios get a test.
+    :raises CxbridgeError: if the path does not violate the property, or a file cannot be written.
     """
     chosen = [each for each in properties if each.name == name]
 
@@ -77,14 +73,14 @@ def write_counterexample(
         return play(options, chosen, WantedChooser(choices), world=world, make=make, briefly=True)
 
     first = play(options, chosen, PathChooser(path), world=world, make=make, briefly=True)
-    found = shrunk(wanted(first.choices), name, play_wanted) if first.violation(name) else None
+    found = shrunk(unusual_choices(first.choices), name, play_wanted) if first.violation(name) else None
     violation = None if found is None else found.violation(name)
     if found is None or violation is None:
         raise CxbridgeError(f"'{name}' is not violated on this path", hint="the agent may have changed since")
     words = in_words(found, violation)
     stem = identifier(name)
     recording = folder / f"{stem}.mcap"
-    chooser = WantedChooser(wanted(found.choices))
+    chooser = WantedChooser(unusual_choices(found.choices))
     _writing(folder, partial(folder.mkdir, parents=True, exist_ok=True))
     play(options, chosen, chooser, recording, world=world, make=make, briefly=True)
     file, test = folder / f"test_{stem}.py", None

@@ -1,4 +1,4 @@
-"""Plays a path of choices under the eyes of properties, with a recording if one is asked for."""
+"""Plays a path of choices while properties are watched, optionally with a recording."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from cxbridge_explore.worlds.skills import SkillAnswer
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """A choice of a path, named so that it can be found in another run, too.
+    """A choice, identified independently of the run.
 
-    :param subject: of its choice point.
-    :param nth: which one of the points with that subject, from 0.
-    :param option: the option.
+    :param subject: the subject of its choice point.
+    :param nth: the number of earlier points with this subject.
+    :param option: the name of the option.
     """
 
     subject: str
@@ -33,8 +33,8 @@ class Wanted:
     option: str
 
 
-def wanted(choices: Sequence[Choice]) -> tuple[Wanted, ...]:
-    """Return the choices of a run that are not the usual ones."""
+def unusual_choices(choices: Sequence[Choice]) -> tuple[Wanted, ...]:
+    """Return the unusual choices of a run."""
     counts: dict[str, int] = {}
     found = []
     for choice in choices:
@@ -47,14 +47,13 @@ def wanted(choices: Sequence[Choice]) -> tuple[Wanted, ...]:
 
 
 class WantedChooser:
-    """Takes the wanted choices where they come, and the usual ones elsewhere."""
+    """Takes the given choices at their points, and the usual option elsewhere."""
 
     def __init__(self, choices: Sequence[Wanted]) -> None:
         self._options = {(each.subject, each.nth): each.option for each in choices}
         self._counts: dict[str, int] = {}
 
-    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - points are named by subjects
-        """Return the wanted option at the next point of a subject."""
+    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - subjects identify the points
         nth = self._counts.get(point.subject, 0)
         self._counts[point.subject] = nth + 1
         option = self._options.get((point.subject, nth))
@@ -66,13 +65,10 @@ class WantedChooser:
 class Played:
     """A run that was played.
 
-    :param choices: all that were taken.
-    :param violations: of the properties.
-    :param history: goals, actions and skills.
-    :param start_us: when it began.
-    :param answers: how the calls of skills ended.
-    :param agents: how many there are.
-    :param on_board: whether skills are executed on a skill board.
+    :param choices: all choices.
+    :param answers: the results of the skill calls.
+    :param agents: the number of agents.
+    :param on_board: whether a skill board executes the skills.
     """
 
     choices: tuple[Choice, ...]
@@ -84,7 +80,7 @@ class Played:
     on_board: bool
 
     def violation(self, name: str) -> Violation | None:
-        """Return how a property is violated; None when it is not."""
+        """Return the violation of a property, or None."""
         return next((each for each in self.violations if each.property == name), None)
 
 
@@ -100,11 +96,11 @@ def play(
 ) -> Played:
     """Play a run to its end.
 
-    :param world: the possible events; None: the file in the scenario's folder.
+    :param trace: the file to record to.
+    :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
-    :param briefly: only until a property is violated.
-    :param trace: the file that it is recorded to.
-    :raises CxbridgeError: when the scenario is wrong, or the file cannot be written.
+    :param briefly: stop at the first violation.
+    :raises CxbridgeError: if the scenario is invalid, or the file cannot be written.
     """
     if trace is not None:
         options = replace(options, trace=trace, trace_level="facts")
@@ -116,7 +112,8 @@ def play(
         history = RunHistory(UNLIMITED, assembly.clock.now_us())
         assembly.bus.subscribe(history.take, *TRANSITION_TYPES)
         stack.callback(start_recording(assembly, options).close)
-        stack.callback(assembly.finalize)  # before the recorder: the rules' good-bye belongs to the run
+        # Finalise before the recorder closes, so that the shutdown rules are recorded.
+        stack.callback(assembly.finalize)
         start_us = assembly.clock.now_us()
         _, result = run.play()
         on_board = any(agent.skill_board is not None for agent in assembly.agents)

@@ -1,4 +1,4 @@
-"""Writes a pytest test that scripts the choices of a run, and fails while the agent lacks a property."""
+"""Writes a pytest test that scripts the choices of a run, and fails while the agent violates a property."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ _OPTIONS: Final = (
 )
 _OF_SKILLS: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
 _USUAL_S: Final = 1.0
-"""Seconds that a scripted skill takes unless the test says otherwise."""
+"""Default duration of a scripted skill, in seconds."""
 
 _NO_NAME: Final = re.compile(r"\W+")
 
 
 def pytest_text(options: RunOptions, played: Played, violated: Property, words: str, folder: Path) -> str:
-    """Return the text of a file with the test.
+    """Return the text of a test file.
 
-    :param folder: where the file is going to be: the test names the agent's files as seen from there.
-    :param violated: the property.
-    :raises CxbridgeError: when a choice is not about a skill: the fixture cannot script such choices.
+    :param violated: the violated property.
+    :param folder: the folder of the file; paths in the test are relative to it.
+    :raises CxbridgeError: if the fixture cannot script a choice.
     """
     if not violated.source:
-        raise CxbridgeError("a function of Python has no text that a test could have")
+        raise CxbridgeError("a Python function cannot be written into a test")
     lines = ['"""A counterexample that `cxbridge explore` has found: the agent lacks a property."""', "", ""]
     script = list(_script(played))
     if played.on_board and any(".does(usual" in line for line in script):
         lines += [
             "def usual(call):",
-            "    return None  # it ends as it does when nobody says anything",
+            "    return None  # the usual result",
             "",
             "",
         ]
@@ -66,9 +66,9 @@ def pytest_text(options: RunOptions, played: Played, violated: Property, words: 
 
 
 def _script(played: Played) -> Iterator[str]:
-    """Yield the lines that say how skills end."""
+    """Yield the lines that script the results of skills."""
     if played.agents > 1:
-        raise CxbridgeError("a test runs one agent, and not several")
+        raise CxbridgeError("a test runs only one agent")
     for choice in played.choices:
         if choice.option != USUAL and choice.point.kind not in _OF_SKILLS:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
@@ -108,13 +108,13 @@ def _given(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
 
 
 def _plain(value: object, folder: Path) -> object:
-    """Return an option's value as a text of Python can have it, a path as seen from a folder."""
+    """Return an option's value as a Python literal; paths are relative to a folder."""
     if isinstance(value, Path):
         if not value.exists():
-            return str(value)  # it names a shipped scenario
+            return str(value)  # the name of a shipped scenario
         try:
             return Path(os.path.relpath(value.resolve(), folder.resolve())).as_posix()
-        except ValueError:  # it is on another drive of Windows
+        except ValueError:  # another drive of Windows
             return str(value.resolve())
     if isinstance(value, tuple):
         return tuple(_plain(each, folder) for each in value)
@@ -122,7 +122,7 @@ def _plain(value: object, folder: Path) -> object:
 
 
 def identifier(name: str) -> str:
-    """Return a name as functions and files can have it."""
+    """Return a name as an identifier."""
     return _NO_NAME.sub("_", name).strip("_").lower()[:60].strip("_") or "property"
 
 

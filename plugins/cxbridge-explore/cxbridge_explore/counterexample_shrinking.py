@@ -1,4 +1,4 @@
-"""Finds the shortest path of choices on which a property is still violated."""
+"""Finds the shortest path of choices that violates a property."""
 
 from __future__ import annotations
 
@@ -6,36 +6,36 @@ from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import Final
 
-from cxbridge_explore.counterexample_playing import Played, Wanted, wanted
+from cxbridge_explore.counterexample_playing import Played, Wanted, unusual_choices
 
 _ALL_SUBSETS: Final = 6
-"""Up to this many choices are tried in all combinations."""
+"""The limit of choices for trying all subsets."""
 
 PlayWanted = Callable[[Sequence[Wanted]], Played]
-"""Plays a run with some choices."""
+"""Plays a run with these choices."""
 
 
 def shrunk(choices: Sequence[Wanted], name: str, play: PlayWanted) -> Played | None:
-    """Return a run with as few choices as possible that violates a property; of those, the earliest.
+    """Return the run with the fewest choices that violates a property; of equal runs, the earliest violation.
 
-    :param choices: those of a run that violates it.
-    :param name: of the property.
-    :returns: None when not even the run with all of them does.
+    :param choices: the unusual choices of a failing run.
+    :param name: the property.
+    :returns: None if the run with all choices does not violate the property.
     """
     tried: dict[frozenset[Wanted], Played] = {}
 
-    def violates(some: Sequence[Wanted]) -> Played | None:
-        key = frozenset(some)
+    def violates(subset: Sequence[Wanted]) -> Played | None:
+        key = frozenset(subset)
         if key not in tried:
-            tried[key] = play(some)
+            tried[key] = play(subset)
         return tried[key] if tried[key].violation(name) is not None else None
 
     if len(choices) > _ALL_SUBSETS:
-        choices = _without_needless(choices, lambda some: violates(some) is not None)
+        choices = _without_needless(choices, lambda subset: violates(subset) is not None)
     for size in range(min(len(choices), _ALL_SUBSETS) + 1):
-        found = [run for some in combinations(choices, size) if (run := violates(some)) is not None]
+        found = [run for subset in combinations(choices, size) if (run := violates(subset)) is not None]
         if found:
-            return min(found, key=lambda run: (len(wanted(run.choices)), _seconds(run, name)))
+            return min(found, key=lambda run: (len(unusual_choices(run.choices)), _seconds(run, name)))
     return violates(choices)
 
 
@@ -47,7 +47,7 @@ def _seconds(run: Played, name: str) -> float:
 def _without_needless(
     choices: Sequence[Wanted], violates: Callable[[Sequence[Wanted]], bool]
 ) -> list[Wanted]:
-    """Return choices none of which can be left out: Zeller's delta debugging, by halves, quarters ..."""
+    """Remove choices until none can be left out: Zeller's delta debugging, by halves, quarters and so on."""
     rest = list(choices)
     parts = 2
     while len(rest) > 1:

@@ -1,4 +1,4 @@
-"""A path of choices in words: ``deliver fails the second time while robot2 executes charge``."""
+"""Describes a path of choices: ``deliver fails the second time while robot2 executes charge``."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _ORDINALS: Final = ("first", "second", "third", "fourth", "fifth", "sixth", "sev
 
 
 def skill_of(choice: Choice) -> tuple[str, str, str] | None:
-    """Return who executes which skill with which arguments, when the choice is about that."""
+    """Return Skiller, skill and arguments of a choice about a skill; None for another choice."""
     match = _CALL.match(choice.point.subject) if choice.point.kind is ChoiceKind.SKILL else None
     return None if match is None else (match["who"], match["skill"], match["args"])
 
 
 def in_words(played: Played, violation: Violation) -> str:
-    """Return the events of a run, and the violation, in a sentence."""
+    """Describe the unusual events of a run and the violation in a sentence."""
     times: dict[tuple[str, str], list[str]] = {}
     for event, time, where in _choices(played):
         times.setdefault((event, where), []).append(time)
@@ -39,7 +39,7 @@ def _listed(words: list[str]) -> str:
 
 
 def _choices(played: Played) -> Iterator[tuple[str, str, str]]:
-    """Yield the event, its count, and its place or time."""
+    """Yield event, count, and place or time of each unusual choice."""
     counts: dict[str, int] = {}
     several = len({skill[0] for each in played.choices if (skill := skill_of(each)) is not None}) > 1
     for choice in played.choices:
@@ -55,25 +55,29 @@ def _choices(played: Played) -> Iterator[tuple[str, str, str]]:
         performer, called, args = skill
         given = f" ({args})" if args else ""
         where = f" on {performer}" if several else ""
-        yield f"{called}{given} {name}", ordinal(counts[key]), where + _meanwhile(played, choice, performer)
+        yield (
+            f"{called}{given} {name}",
+            ordinal(counts[key]),
+            where + _concurrent_skills(played, choice, performer),
+        )
 
 
-def _meanwhile(played: Played, choice: Choice, performer: str) -> str:
-    """Return the skills of other Skillers at a choice."""
+def _concurrent_skills(played: Played, choice: Choice, performer: str) -> str:
+    """Return the skills that other Skillers execute at a choice."""
     now = round(choice.point.seconds * MICROSECONDS)
     skiller = performer.rpartition("/")[2]
-    others = sorted(
+    concurrent_skills = sorted(
         {
             f"{call.skiller} executes {call.skill_string}"
             for call in played.history.calls
             if call.skiller != skiller and call.begin[1] <= now and (call.end is None or call.end[1] > now)
         }
     )
-    return f" while {' and '.join(others)}" if others else ""
+    return f" while {' and '.join(concurrent_skills)}" if concurrent_skills else ""
 
 
 def ordinal(number: int) -> str:
-    """Return a number as a word: first, second ... 10th."""
+    """Return an ordinal number: first, second ... 10th."""
     if number <= len(_ORDINALS):
         return _ORDINALS[number - 1]
     ending = "th" if number % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")

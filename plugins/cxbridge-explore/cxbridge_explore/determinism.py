@@ -1,4 +1,4 @@
-"""Finds out whether an agent decides the same each time: the usual run is played twice."""
+"""Checks whether an agent is deterministic, by playing the usual run twice."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 Moment = tuple[float, str]
-"""Seconds since the run began, and what happened then, for people."""
+"""Seconds since the start of the run, and a description of the event."""
 
 _SEED: Final = 1
 
 
-class _Notes:
-    """Notes what happens in a run, and takes the usual options."""
+class _MomentRecorder:
+    """Records the events of a run, and takes the usual options."""
 
     def __init__(self) -> None:
         self.moments: list[Moment] = []
         self.start_us = 0
 
-    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - all alike
+    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - the same option everywhere
         self.moments.append((round(point.seconds, 6), point.subject))
         return USUAL
 
@@ -53,11 +53,11 @@ class _Notes:
 
 
 class UsualRun:
-    """A run without a fault in a child process, which begins now.
+    """A fault-free run in a child process, started at once.
 
     :param make: makes the run.
-    :param is_detailed: whether all that happens is noted, and not the choice points and the end alone.
-    :param seed: of Python's random numbers; None: another one each time.
+    :param is_detailed: record all events, not only choice points and the end.
+    :param seed: the seed of Python's random numbers; None for a different seed each time.
     """
 
     def __init__(self, make: MakeRun, *, is_detailed: bool = False, seed: int | None = None) -> None:
@@ -67,7 +67,7 @@ class UsualRun:
         sending.close()
 
     def moments(self) -> list[Moment] | None:
-        """Wait for its end, and return what happened; None when it broke."""
+        """Wait for the end and return the events; None if the run failed."""
         try:
             found: list[Moment] | None = self._receiving.recv()
         except EOFError:
@@ -76,7 +76,7 @@ class UsualRun:
         return found
 
     def close(self) -> None:
-        """End it, if it still runs."""
+        """Kill the run if it is still active."""
         self._process.kill()
         self._process.join()
         self._receiving.close()
@@ -98,7 +98,7 @@ def _play(sending: Connection, make: MakeRun, is_detailed: bool, seed: int | Non
     """Play the usual run in a child process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     random.seed(seed)
-    notes = _Notes()
+    notes = _MomentRecorder()
     try:
         with file_errors():
             run = make(notes)
@@ -108,12 +108,12 @@ def _play(sending: Connection, make: MakeRun, is_detailed: bool, seed: int | Non
             run.world.assembly.bus.subscribe(notes.take, LogLine, RuleFired, *TRANSITION_TYPES)
         leaf = run.leaf()
     except CxbridgeError:
-        return  # the exploration meets it, too
+        return  # the exploration reports the same error
     sending.send([*notes.moments, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")])
 
 
 def usual_moments(graph: Graph) -> list[Moment] | None:
-    """Return the choice points and the end of the usual run of an exploration; None when it has none."""
+    """Return the events of the usual run in an explored graph; None if the graph lacks it."""
     found: list[Moment] = []
     edge: Edge = ROOT
     while edge in graph.links:
@@ -125,14 +125,14 @@ def usual_moments(graph: Graph) -> list[Moment] | None:
         edge = number, USUAL
     leaf = graph.leaves.get(edge)
     if leaf is None or leaf.is_given_up:
-        return None  # another one might never end
+        return None  # a second run may never end, either
     return [*found, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")]
 
 
 def explain_difference(make: MakeRun, found: DivergedError) -> CxbridgeError:
-    """Return the explanation for an agent whose runs differed; plays the usual run twice more.
+    """Play the usual run twice more and return the error that explains their difference.
 
-    :param found: how that was noticed.
+    :param found: the difference that was noticed first.
     """
     first, second = _two(make, None)
     difference = _difference(first, second)
@@ -157,10 +157,10 @@ def _two(make: MakeRun, seed: int | None) -> tuple[list[Moment], list[Moment]]:
 
 
 def _difference(first: Iterable[Moment], second: Iterable[Moment]) -> str:
-    """Return the first difference of two runs; empty: none."""
-    for one, other in zip_longest(first, second):
-        if one != other:
-            return f"the first difference of two runs is {_words(one)}, and {_words(other)}"
+    """Return the first difference of two runs; empty if they are equal."""
+    for first_moment, second_moment in zip_longest(first, second):
+        if first_moment != second_moment:
+            return f"the first difference of two runs is {_words(first_moment)}, and {_words(second_moment)}"
     return ""
 
 

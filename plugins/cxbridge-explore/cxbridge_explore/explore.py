@@ -1,4 +1,4 @@
-"""Explores a scenario: every way that its runs can go, within bounds."""
+"""Explores a scenario: plays every way that its runs can go, within bounds."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.bounds import Bounds, Means
-from cxbridge_explore.checkpoint import about, read_checkpoint
+from cxbridge_explore.bounds import Bounds, ExecutionOptions
+from cxbridge_explore.checkpoint import identity_of, read_checkpoint
 from cxbridge_explore.coordinator import Coordinator
 from cxbridge_explore.determinism import UsualRun, explain_difference, usual_moments
 from cxbridge_explore.graph import Graph
@@ -32,7 +32,7 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 def explore(
     options: RunOptions,
     bounds: Bounds,
-    means: Means,
+    means: ExecutionOptions,
     *,
     properties: Sequence[Property] | None = None,
     world: WorldModel | None = None,
@@ -40,18 +40,18 @@ def explore(
     resume: Path | None = None,
     show: Callable[[str], None] | None = None,
 ) -> ExploreResult:
-    """Explore until nothing is left, or a signal asks for the end.
+    """Explore until no edge is open, or a signal requests the end.
 
-    No thread may be alive: processes are forked from this one.
+    The calling process must have no other threads, since it is forked.
 
-    :param options: as for ``cxbridge run``.
-    :param properties: the properties of every run; None: the built-in ones, and those of the scenario's
+    :param options: the options of ``cxbridge run``.
+    :param properties: the properties of every run; None for the built-in ones and those in the scenario's
         folder.
-    :param world: the possible events; None: the file in the scenario's folder.
+    :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
-    :param resume: an interrupted exploration, which is continued.
-    :param show: gets a line that says how far it is, now and then.
-    :raises CxbridgeError: when the scenario is wrong, or an option.
+    :param resume: the checkpoint of an interrupted exploration.
+    :param show: called with a line of progress from time to time.
+    :raises CxbridgeError: if the scenario or an option is invalid.
     """
     options.check()
     properties = properties_of(options) if properties is None else properties
@@ -60,7 +60,7 @@ def explore(
     explored = partial(ExploredRun, options, properties, world=world, make=make, coverage=means.coverage)
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
-        read_checkpoint(resume, graph, about(options, bounds, properties, world, make))
+        read_checkpoint(resume, graph, identity_of(options, bounds, properties, world, make))
     progress = ProgressReporter(graph, show)
     coordinator: Coordinator | None = None
     hidden: tuple[str, ...] = ()
@@ -92,9 +92,9 @@ def explore(
 
 
 def _check_determinism(graph: Graph, usual: UsualRun) -> None:
-    """Compare the usual run of the exploration with another one.
+    """Compare the usual run of the exploration with another usual run.
 
-    :raises DivergedError: when they are not the same.
+    :raises DivergedError: if they differ.
     """
     explored = usual_moments(graph)
     if explored is not None and usual.moments() not in (None, explored):
@@ -108,17 +108,17 @@ def _cpu_seconds() -> float:
 
 @contextmanager
 def _signals() -> Iterator[list[int]]:
-    """Note the signals that ask for an end; without a thread, since this process forks."""
+    """Record the signals that request the end, without a thread, since this process forks."""
     received: list[int] = []
 
     def note(number: int, _frame: object) -> None:
         if received:
-            signal.default_int_handler(number, None)  # once more: at once
+            signal.default_int_handler(number, None)  # the second signal ends at once
         received.append(number)
 
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    outer_handlers = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield received
     finally:
-        for number, handler in before.items():
+        for number, handler in outer_handlers.items():
             signal.signal(number, handler)

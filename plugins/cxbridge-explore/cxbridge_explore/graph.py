@@ -1,8 +1,8 @@
-"""The explored graph: the states in which the world had a choice, and where each option has led.
+"""The explored graph: the states with a choice, and where each option leads.
 
-A node is a choice point in a state; an edge is an option that was taken there. A run that is under way is on
-exactly one open edge, so whatever becomes of its process, the open edges are the remaining work.
-The counts depend on the graph alone, and not on the order in which it was found.
+A node is a choice point in a state; an edge is an option taken there. An active run is on exactly one open
+edge, so the open edges are the remaining work whatever happens to processes. The counts depend only on the
+graph, not on the order of exploration.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from cxbridge_explore.use import Used
 from cxbridge_explore.worlds.points import USUAL, ChoicePath, Step
 
 ROOT: Final = (-1, USUAL)
-"""The edge on which each run begins."""
+"""The edge on which each run starts."""
 
 BAD_INPUT: Final = "bad input"
-"""The outcome of a run whose scenario is wrong: it ends the exploration."""
+"""The outcome of a run with an invalid scenario; it ends the exploration."""
 
 DIVERGED: Final = "diverged"
-"""The outcome of a run that had other choice points than the run before on the same path."""
+"""The outcome of a run that had other choice points than an earlier run on the same path."""
 
 Edge = tuple[int, int]
-"""A node's number, and the option that is taken there."""
+"""The number of a node, and the index of the option taken there."""
 
 
-class Way(Struct, frozen=True):
+class PointOption(Struct, frozen=True):
     """An option of a choice point.
 
-    :param name: what paths call it.
-    :param faults: how many faults it uses up.
+    :param name: its name in paths.
+    :param faults: the number of faults it uses up.
     """
 
     name: str
@@ -41,31 +41,29 @@ class Way(Struct, frozen=True):
 
 
 class Point(Struct, frozen=True):
-    """A choice point as the graph keeps it.
+    """A choice point as stored in the graph.
 
     :param index: its number in the run, from 0.
-    :param kind: the kind of the choice.
-    :param subject: its subject in particular.
-    :param seconds: the time, by the run's clock.
-    :param ways: its options.
+    :param seconds: the time of the run's clock.
+    :param ways: the options.
     """
 
     index: int
     kind: str
     subject: str
     seconds: float
-    ways: tuple[Way, ...]
+    ways: tuple[PointOption, ...]
 
 
 class Leaf(Struct, frozen=True):
-    """How a run ended.
+    """The end of a run.
 
-    :param outcome: a word: completed, unsuccessful, stuck, timed out, fault, crashed.
-    :param reason: why, in a sentence.
-    :param seconds: how long it took, by its clock.
-    :param violations: the properties that it does not have.
-    :param evaluated: the names of the properties that it could have violated.
-    :param is_given_up: whether its process was ended, or has died, before it could say.
+    :param outcome: completed, unsuccessful, stuck, timed out, fault, or crashed.
+    :param reason: the reason, in a sentence.
+    :param seconds: the duration by the run's clock.
+    :param violations: the violated properties.
+    :param evaluated: names of the properties that the run could have violated.
+    :param is_given_up: whether the process was killed, or died without a report.
     """
 
     outcome: str
@@ -79,10 +77,10 @@ class Leaf(Struct, frozen=True):
 class GraphNode(Struct):
     """A choice point in a state.
 
-    :param point: as the first run that came here has seen it.
-    :param edge: by which that run came.
-    :param faults: how many faults it had met.
-    :param share: the part of the whole tree of runs below, if all options of a node lead to equally many.
+    :param point: as seen by the first run.
+    :param edge: the edge of the first run.
+    :param faults: the number of faults so far.
+    :param share: the part of the run tree below, if all options lead to equally many runs.
     """
 
     point: Point
@@ -92,7 +90,7 @@ class GraphNode(Struct):
 
 
 class SavedGraph(Struct, frozen=True):
-    """A graph as a file can have it; see :class:`Graph`."""
+    """A graph in a checkpoint; see :class:`Graph`."""
 
     nodes: list[GraphNode]
     leaves: list[tuple[Edge, Leaf]]
@@ -103,31 +101,31 @@ class SavedGraph(Struct, frozen=True):
 
 
 class Graph:
-    """The known graph of the runs' choices.
+    """The explored graph.
 
-    :param faults: how many faults a run may meet.
-    :param depth: at how many choice points options other than the usual one are taken; None: at all.
+    :param faults: the maximum number of faults in a run.
+    :param depth: the number of first choice points with unusual options; None for all.
     """
 
     def __init__(self, faults: int, depth: int | None) -> None:
         self.nodes: list[GraphNode] = []
         self.leaves: dict[Edge, Leaf] = {}
         self.links: dict[Edge, int] = {}
-        """Where the edges lead that end at a node."""
+        """The target node of each edge that ends at a node."""
         self.open: dict[Edge, None] = {ROOT: None}
-        """The edges of which it is not known where they lead, in the order in which they were found."""
+        """The unexplored edges, in the order of discovery."""
         self.merged = 0
-        """How many runs have come to a node where another one had been."""
+        """The number of runs that reached a known state."""
         self.used: set[Used] = set()
-        """The parts of the agent that the runs have used, if that is noted."""
+        """The parts of the agent used by the runs, if recorded."""
         self.explored = 0.0
-        """The share of the tree of runs whose end is known: Knuth's estimate."""
+        """The explored share of the run tree: Knuth's estimate."""
         self._faults = faults
         self._depth = depth
         self._known: dict[bytes, int] = {}
 
     def save(self) -> SavedGraph:
-        """Return it as a file can have it."""
+        """Return the graph for a checkpoint."""
         return SavedGraph(
             self.nodes,
             list(self.leaves.items()),
@@ -138,7 +136,7 @@ class Graph:
         )
 
     def load(self, saved: SavedGraph) -> None:
-        """Take over what another graph with the same bounds has had."""
+        """Load a saved graph with the same bounds."""
         self.nodes = saved.nodes
         self.leaves = dict(saved.leaves)
         self.links = dict(saved.links)
@@ -148,17 +146,17 @@ class Graph:
         self.merged = len(self.links) - len(self.nodes)
         self.explored = 1.0 - sum(map(self._share, self.open))
 
-    # ---- what runs report
+    # ---- reports of runs
 
     def reached(self, edge: Edge, point: Point, digest: bytes) -> int | None:
-        """Note that the run on an open edge has come to a choice point.
+        """Record that the run on an open edge has reached a choice point.
 
-        :param digest: of its state; empty: the state is not compared.
-        :returns: the new node, whose edges are open now; None when another run has been in that state.
+        :param digest: the digest of its state; empty to compare no states.
+        :returns: the new node, whose edges are now open; None if the state is known.
         """
         del self.open[edge]
         faults = self.faults_of(edge)
-        if digest:  # states are equal when the bounds leave them the same ways, too
+        if digest:  # States are equal only if the bounds leave the same options.
             digest = b"%b %d %d" % (digest, faults, point.index if self._depth is not None else 0)
         known = self._known.get(digest) if digest else None
         if known is not None:
@@ -176,15 +174,15 @@ class Graph:
         return number
 
     def ended(self, edge: Edge, leaf: Leaf) -> None:
-        """Note that the run on an open edge has come to its end."""
+        """Record the end of the run on an open edge."""
         del self.open[edge]
         self.leaves[edge] = leaf
         self.explored += self._share(edge)
 
-    # ---- what follows
+    # ---- analysis
 
     def faults_of(self, edge: Edge) -> int:
-        """Return how many faults a run has met that takes an edge."""
+        """Return the number of faults of a run on an edge."""
         number, option = edge
         if number < 0:
             return 0
@@ -196,52 +194,56 @@ class Graph:
         return 1.0 if number < 0 else self.nodes[number].share / len(self.options(number))
 
     def options(self, number: int) -> list[int]:
-        """Return the options that are to be taken at a node; the usual one is the first."""
+        """Return the options to explore at a node, the usual one first."""
         node = self.nodes[number]
         if self._depth is not None and node.point.index >= self._depth:
             return [USUAL]
-        left = self._faults - node.faults
-        return [option for option, way in enumerate(node.point.ways) if option == USUAL or way.faults <= left]
+        faults_left = self._faults - node.faults
+        return [
+            option
+            for option, way in enumerate(node.point.ways)
+            if option == USUAL or way.faults <= faults_left
+        ]
 
     def cycles(self) -> list[int]:
-        """Return a node of each part of the graph in which a run can go round without end, by number."""
-        below: dict[int, list[int]] = {}
+        """Return a node of each cycle, in which a run never ends."""
+        successors: dict[int, list[int]] = {}
         for (number, _), target in self.links.items():
-            below.setdefault(number, []).append(target)
-        left = {number: len(set(targets)) for number, targets in below.items()}
-        above: dict[int, set[int]] = {}
-        for number, targets in below.items():
+            successors.setdefault(number, []).append(target)
+        open_successors = {number: len(set(targets)) for number, targets in successors.items()}
+        predecessors: dict[int, set[int]] = {}
+        for number, targets in successors.items():
             for target in targets:
-                above.setdefault(target, set()).add(number)
-        ends = [number for number in range(len(self.nodes)) if number not in left]
-        while ends:  # remove nodes that lead to ends only; the rest lies on cycles, or leads to one
-            for number in above.get(ends.pop(), ()):
-                left[number] -= 1
-                if not left[number]:
+                predecessors.setdefault(target, set()).add(number)
+        ends = [number for number in range(len(self.nodes)) if number not in open_successors]
+        while ends:  # Remove nodes that only lead to ends; the remaining nodes are on a cycle or lead to one.
+            for number in predecessors.get(ends.pop(), ()):
+                open_successors[number] -= 1
+                if not open_successors[number]:
                     ends.append(number)
-        endless = {number for number, count in left.items() if count and number >= 0}
-        return self._entries(endless, below)
+        endless = {number for number, count in open_successors.items() if count and number >= 0}
+        return self._entries(endless, successors)
 
     @staticmethod
-    def _entries(endless: set[int], below: dict[int, list[int]]) -> list[int]:
-        """Return a node of each cycle, the first that was found."""
+    def _entries(endless: set[int], successors: dict[int, list[int]]) -> list[int]:
+        """Return the first node of each cycle."""
         found = []
         done: set[int] = set()
         for number in sorted(endless):
             reached: set[int] = set()
-            waiting = [number]
-            while waiting:
-                for target in below.get(waiting.pop(), ()):
+            pending = [number]
+            while pending:
+                for target in successors.get(pending.pop(), ()):
                     if target in endless and target not in reached:
                         reached.add(target)
-                        waiting.append(target)
+                        pending.append(target)
             if number in reached and not done & reached:
                 found.append(number)
                 done |= reached
         return found
 
     def edges_to(self, edge: Edge) -> list[Edge]:
-        """Return the edges of the run that found an edge, from its first choice to this one."""
+        """Return the edges from the first choice of a run to an edge."""
         found = []
         while edge != ROOT:
             found.append(edge)
@@ -249,7 +251,7 @@ class Graph:
         return found[::-1]
 
     def path_to(self, edge: Edge) -> ChoicePath:
-        """Return the path of choices that leads a run onto an edge."""
+        """Return the path of choices to an edge."""
         return {
             node.point.index: Step(node.point.subject, node.point.ways[option].name)
             for node, option in self._choices(edge)
@@ -257,7 +259,7 @@ class Graph:
         }
 
     def choices_to(self, edge: Edge) -> list[dict[str, object]]:
-        """Return the choices on the way to an edge that are not usual, as JSON can have them."""
+        """Return the unusual choices on the path to an edge, as JSON values."""
         return [
             {
                 "index": node.point.index,

@@ -1,4 +1,4 @@
-"""What every run of an exploration is to have, as its user says it."""
+"""Selects the properties of an exploration."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from cxbridge_explore.properties.reading import beside, find_property, joined
 def properties_of(
     options: RunOptions, given: Sequence[str] = (), *, is_cut: bool = False
 ) -> tuple[Property, ...]:
-    """Return the properties that are given; without any those that are built in, and those of the scenario.
+    """Return the given properties; without any, the built-in ones and those of the scenario.
 
     :param given: names and forms.
-    :param is_cut: whether runs end with their time, while goals are under way.
-    :raises CxbridgeError: when one is wrong.
+    :param is_cut: whether runs are cut by a time limit with unfinished goals.
+    :raises CxbridgeError: if a property is invalid.
     """
     if given:
         return joined(map(find_property, given))

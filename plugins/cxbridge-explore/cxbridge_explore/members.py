@@ -1,4 +1,4 @@
-"""The members of this plug-in in tests: ``cx.explore`` and ``run.assert_properties``."""
+"""The members of the pytest fixture: ``cx.explore`` and ``run.assert_properties``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from cxbridge.process.forking import HAS_FORK
 from cxbridge.run.options import RunOptions
 from cxbridge.run.standstill import StuckWatch
-from cxbridge_explore.bounds import Bounds, Means
+from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.explore import explore as explore_scenario
 from cxbridge_explore.judging import properties_of
 from cxbridge_explore.properties.monitor import Ending, Property, RunEnd
@@ -35,24 +35,24 @@ def explore(
     timeout: float = 600.0,
     **options: Any,
 ) -> ExploreResult:
-    """Play a scenario in every way that its world can go; see ``cxbridge explore``.
+    """Play a scenario in every way that its world allows; see ``cxbridge explore``.
 
     :param cx: the fixture.
-    :param properties: names or forms of the properties of every run; by default those of the command.
-    :param faults: the most faults of a run.
-    :param depth: the number of choice points with an unusual option; None: any.
+    :param properties: names or forms of properties; by default those of the command.
+    :param faults: the maximum number of faults in a run.
+    :param depth: the number of first choice points with unusual options; None for all.
     :param world: the file of possible events; by default the one in the scenario's folder.
-    :param timeout: seconds of a run's clock until it is given up.
-    :param options: as ``config`` and ``spec`` of the command line.
-    :raises AssertionError: when a property is violated.
-    :raises CxbridgeError: when the scenario, the world or an option is wrong.
+    :param timeout: the limit of a run's clock in seconds.
+    :param options: further options of the command, such as ``config`` and ``spec``.
+    :raises AssertionError: if a property is violated.
+    :raises CxbridgeError: if the scenario, the world or an option is invalid.
     """
     given = RunOptions(scenario=cx.find(scenario), skiller="none", timeout=timeout, **options)
     result = explore_scenario(
         given,
         Bounds(faults=faults, depth=depth),
-        # a copy of this process has none of its threads, but the locks that they hold
-        Means(fork=HAS_FORK and threading.active_count() == 1),
+        # A fork has none of the other threads, but keeps the locks that they hold.
+        ExecutionOptions(fork=HAS_FORK and threading.active_count() == 1),
         properties=properties_of(given, properties),
         world=None if world is None else read_world(cx.find(world)),
     )
@@ -62,11 +62,11 @@ def explore(
 
 
 def assert_properties(run: AgentRun, *properties: str | Property, timeout: float = 600.0) -> None:
-    """Run to the end, and check properties on the way; the agent is finalized then.
+    """Run to the end and check properties on the way. Afterwards the agent is finalised.
 
-    :param properties: names of built-in ones, or their text form; to be watched from now on.
-    :param timeout: seconds of the run's clock.
-    :raises AssertionError: when a property is violated.
+    :param properties: names of built-in properties, or forms; they are watched from now on.
+    :param timeout: the limit of the run's clock in seconds.
+    :raises AssertionError: if a property is violated.
     """
     agent = run.assembly
     watch = PropertyWatch(

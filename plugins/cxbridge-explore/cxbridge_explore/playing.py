@@ -1,4 +1,4 @@
-"""One run of an exploration, from its start or from where it was forked, to how it ended."""
+"""One run of an exploration, from its start or its fork to its end."""
 
 from __future__ import annotations
 
@@ -18,16 +18,15 @@ from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, make_scenario
 
 
 class ExploredRun(JudgedRun):
-    """A run whose properties are watched, and of which only its end is kept.
+    """A run with watched properties.
 
-    :param options: as for ``cxbridge run``.
-    :param properties: those that it is to have.
-    :param chooser: is asked at each choice point.
-    :param world: the possible events; None: the file in the scenario's folder.
+    :param options: the options of ``cxbridge run``.
+    :param chooser: decides at each choice point.
+    :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
-    :param briefly: end as soon as a property is violated.
-    :param coverage: note the used parts of the agent.
-    :raises CxbridgeError: when the scenario is wrong.
+    :param briefly: stop at the first violation.
+    :param coverage: record the used parts of the agent.
+    :raises CxbridgeError: if the scenario is invalid.
     """
 
     def __init__(
@@ -49,11 +48,11 @@ class ExploredRun(JudgedRun):
         self.world.watchers.append(self.properties)
 
     def used(self) -> tuple[Used, ...]:
-        """Return the parts of the agent that were used for the first time since the last call."""
-        return () if self._use is None else self._use.news()
+        """Return the newly used parts of the agent since the last call."""
+        return () if self._use is None else self._use.new_parts()
 
     def play(self) -> tuple[RunResult, WorldResult]:
-        """Play it to its end, and let the properties see it; see :class:`JudgedRun`."""
+        """Play the run to its end and evaluate the properties; see :class:`JudgedRun`."""
         ended, result = super().play()
         is_over = ended.status in (COMPLETED, UNSUCCESSFUL)
         ending = Ending.OVER if is_over else Ending.STUCK if ended.is_stuck else Ending.CUT
@@ -63,9 +62,9 @@ class ExploredRun(JudgedRun):
         return ended, result
 
     def leaf(self) -> Leaf:
-        """Play it to its end, and return the result.
+        """Play the run to its end and return the result.
 
-        :raises CxbridgeError: when the agent is broken.
+        :raises CxbridgeError: if the agent is broken.
         """
         ended, result = self.play()
         return Leaf(
@@ -82,11 +81,11 @@ class ExploredRun(JudgedRun):
 
 
 MakeRun = Callable[[Chooser], ExploredRun]
-"""Makes a run whose world is chosen."""
+"""Makes a run with a chooser."""
 
 
 def failure(error: Exception) -> Leaf:
-    """Return how a run ended that an error of Python has ended."""
+    """Return the end of a run that raised an exception."""
     if isinstance(error, DivergedError):
         return Leaf(DIVERGED, str(error), 0.0)
     if isinstance(error, CxbridgeError):

@@ -1,4 +1,4 @@
-"""The tables of this plug-in; docs/plugins.md describes them."""
+"""The rows that this plug-in adds to tables; see docs/plugins.md."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from cxbridge.plugins import Row
 API = 1
 
 HOOKS = ("EXPLORED_GAMES", "PLAYED_GAMES")
-"""The tables of this plug-in, to which other plug-ins add rows: ``cxbridge_explore.game.kinds``."""
+"""The tables that this plug-in defines in ``cxbridge_explore.game.kinds``."""
 
 CHECKS = (Row("explore", "cxbridge_explore.check"),)
 COMMANDS = (

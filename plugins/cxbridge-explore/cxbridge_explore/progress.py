@@ -1,4 +1,4 @@
-"""How far an exploration is, on a terminal: one line that is written over."""
+"""Progress of an exploration as one line that is overwritten."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from cxbridge_explore.graph import Graph
 
 _PERIOD_S: Final = 0.2
 _LEAST_SHARE: Final = 1e-3
-"""Below it, an estimate of the whole says nothing."""
+"""Below this share, an estimate of the total is meaningless."""
 
 
 class ProgressReporter:
-    """Says now and then how far it is.
+    """Shows progress from time to time.
 
-    :param graph: the known graph.
-    :param show: gets the line; None: no progress is shown.
+    :param graph: the explored graph.
+    :param show: called with the line; None to show nothing.
     """
 
     def __init__(self, graph: Graph, show: Callable[[str], None] | None) -> None:
@@ -26,16 +26,16 @@ class ProgressReporter:
         self._begin = self._next = time.monotonic()
 
     def tick(self) -> None:
-        """Say it, if it is time to."""
+        """Show the progress if it is due."""
         now = time.monotonic()
         if self._show is not None and now >= self._next:
             self._next = now + _PERIOD_S
             self._show(self.line(now - self._begin))
 
     def line(self, seconds: float) -> str:
-        """Return how far it is.
+        """Return the progress as text.
 
-        :param seconds: since the beginning.
+        :param seconds: since the start.
         """
         graph = self._graph
         text = f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged, {seconds:.0f} s"

@@ -1,4 +1,4 @@
-"""Explores without fork: each run begins at the beginning, one after the other."""
+"""Explores without fork: each run starts from the beginning, one after the other."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from cxbridge_explore.worlds.points import USUAL, ChoicePoint, PathChooser
 
 
 class _MergedError(BaseException):
-    """The run has come to a state in which another one has been."""
+    """The run has reached a known state."""
 
 
 class _FrontierChooser:
-    """Takes the usual options, and leaves the other options open for later runs.
+    """Takes the usual options and leaves all further options open for later runs.
 
-    :param edge: the open edge that the run is for.
-    :param free: the number of the first choice point that is not on the way there.
+    :param edge: the open edge to explore.
+    :param free: the number of the first choice point after the edge.
     """
 
     def __init__(self, graph: Graph, edge: Edge, free: int) -> None:
@@ -44,12 +44,12 @@ class _FrontierChooser:
 def explore_by_replay(
     make: MakeRun, graph: Graph, is_over: Callable[[], bool], *, merge: bool
 ) -> tuple[str, ...]:
-    """Explore until no edge is open, or ``is_over`` is true, which is asked before each run.
+    """Explore until no edge is open or ``is_over`` returns True before a run.
 
     :param make: makes a run.
-    :param merge: whether states are compared.
-    :returns: why some states were not compared.
-    :raises CxbridgeError: when the scenario is wrong.
+    :param merge: whether to compare states.
+    :returns: the reasons why states were not compared.
+    :raises CxbridgeError: if the scenario is invalid.
     """
     hidden: dict[str, None] = {}
     while graph.open and not is_over():
@@ -68,12 +68,12 @@ def explore_by_replay(
 
 
 def _play(run: ExploredRun) -> Leaf | None:
-    """Play a run; None when it was not played to its end."""
+    """Play a run; None if it reached a known state."""
     try:
         return run.leaf()
     except _MergedError:
         return None
     except CxbridgeError:
         raise
-    except Exception as error:  # noqa: BLE001 - an agent's Python may fail in any way
+    except Exception as error:  # noqa: BLE001 - an agent's Python code may raise anything
         return failure(error)

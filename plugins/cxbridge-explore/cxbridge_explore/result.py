@@ -1,4 +1,4 @@
-"""The result of an exploration, for people and for scripts."""
+"""The result of an exploration, as text and as JSON values."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)
 
 @dataclass(frozen=True, slots=True)
 class ExploreResult:
-    """What an exploration has found.
+    """The result of an exploration.
 
-    :param graph: of all that was visited.
-    :param properties: what every run was to have.
-    :param hidden: why states were not compared.
-    :param cpu_seconds: of all processes.
-    :param wall_seconds: from the first to the last.
-    :param counterexamples: the files of the violations, by property.
+    :param properties: the properties of every run.
+    :param hidden: the reasons why states were not compared.
+    :param cpu_seconds: the processor time of all processes.
+    :param wall_seconds: the real time.
+    :param counterexamples: by property.
     """
 
     graph: Graph
@@ -37,19 +36,19 @@ class ExploreResult:
 
     @property
     def is_complete(self) -> bool:
-        """Whether nothing is left to explore."""
+        """Whether no edge is open."""
         return not self.graph.open
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """How many runs ended how."""
+        """The number of runs by outcome."""
         counts = Counter(leaf.outcome for leaf in self.graph.leaves.values())
         counts.update({"endless": len(self.graph.cycles())})
         return dict(sorted((+counts).items()))
 
     @property
     def violations(self) -> list[dict[str, Any]]:
-        """The properties that do not hold, each with its counterexample if one was written, or a path."""
+        """The violated properties, each with its counterexample, or with its shortest path."""
         found: dict[str, dict[str, Any]] = {}
         for edge, leaf in self.graph.leaves.items():
             for each in leaf.violations:
@@ -81,7 +80,10 @@ class ExploreResult:
         return [found[name] for name in sorted(found)]
 
     def _given_up(self, edge: Edge, leaf: Leaf) -> dict[str, Any]:
-        """Return that a run does not end; it is not played again, since it would not end then, either."""
+        """Return the violation of a run that was given up.
+
+        It has no counterexample, which would not end either.
+        """
         return {
             "property": RUN_ENDS,
             "message": leaf.reason,
@@ -94,7 +96,7 @@ class ExploreResult:
 
     @property
     def vacuous(self) -> list[str]:
-        """The properties that no run could have violated: they say nothing."""
+        """The properties that no run could have violated."""
         evaluated = {name for leaf in self.graph.leaves.values() for name in leaf.evaluated}
         return [each.name for each in self.properties if each.name not in evaluated]
 
@@ -106,7 +108,7 @@ class ExploreResult:
         return CLEAN if self.is_complete else INCOMPLETE
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the result as JSON values."""
         graph = self.graph
         return {
             "complete": self.is_complete,
@@ -122,7 +124,7 @@ class ExploreResult:
         }
 
     def lines(self) -> Iterator[str]:
-        """Yield the report in lines of text."""
+        """Yield the lines of the report."""
         graph = self.graph
         rest = "complete" if self.is_complete else f"not complete, {len(graph.open)} branches are open"
         yield f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged: {rest}"

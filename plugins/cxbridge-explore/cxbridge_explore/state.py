@@ -1,7 +1,7 @@
-"""The state of a run at a choice point, as a value: equal states have equal futures.
+"""The state of a run at a choice point as a value: equal states have equal futures.
 
-Times count from now, generated names (``gen12``) and ids of messages by their first occurrence. Where a part
-of a run has an invisible state, the run is not compared.
+Times are relative to now. Generated names (``gen12``) and message ids are numbered by first occurrence. Runs
+with a hidden part of their state are not compared.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ if TYPE_CHECKING:
 _SEEN_FEATURES: Final = frozenset(
     {"blackboard", "config", "redefine-warning", "pddl-parser", "navgraph", "motor-switch"}
 )
-"""The features whose state is in facts and on the blackboard, or does not change."""
+"""Features without hidden state: it is in facts or on the blackboard, or never changes."""
 
 _GENERATED: Final = re.compile(r"gen\d+")
 _EPOCH_S: Final = VIRTUAL_EPOCH_US // MICROSECONDS
 _LONGEST_S: Final = 10_000_000
-"""A number that many seconds after the epoch of the virtual clock is a time; a run has an end before that."""
+"""A number up to this many seconds after the epoch of the virtual clock is a time; runs are shorter."""
 
 _MESSAGE_IDS: Final = frozenset({"msgid", "msg-id"})
 _CALLED: Final = re.compile(r"\(([^\s()\"]+)")
 
 
 _ASKED_AGAIN_S: Final = 3.0
-"""After so long the core asks a Skiller for control again (``skills.clp``)."""
+"""After this time the core requests control of a Skiller again (``skills.clp``)."""
 
 
 Digest = Callable[["ChoicePoint"], tuple[bytes, str]]
-"""Returns the digest of a state; or empty, and the reason why there is none."""
+"""Returns the digest of a state and an empty text; or an empty digest and the reason."""
 
 
 def state_digest(run: ExploredRun, *, merge: bool) -> Digest:
-    """Return what digests the states of a run.
+    """Return the digest function for a run.
 
     :param merge: whether states are compared at all.
     """
@@ -57,21 +57,18 @@ def state_digest(run: ExploredRun, *, merge: bool) -> Digest:
 
 
 class HiddenStateError(Exception):
-    """A part of the run has an invisible state."""
+    """A part of the run's state is hidden."""
 
 
 class StateReader:
-    """Reads the state of a run. For the choices of that run and of its copies.
-
-    :param run: the run.
-    """
+    """Reads the state of a run, at the choices of the run and of its copies."""
 
     def __init__(self, run: ExploredRun) -> None:
         self._run = run
         self._hidden: str | None = None
 
     def digest(self, point: ChoicePoint) -> tuple[bytes, str]:
-        """Return a digest of the state at a choice point; empty, and why, when it cannot be known."""
+        """Return the digest of the state at a choice point; empty with the reason if a part is hidden."""
         if self._hidden is None:
             self._hidden = next((text for agent in self._agents for text in _hidden_parts(agent)), "")
         if self._hidden:
@@ -103,9 +100,9 @@ class StateReader:
 
 
 class _Names:
-    """Gives things that are only compared with each other names by their order.
+    """Replaces names that are only compared with each other by numbers.
 
-    :param now_us: from when times count.
+    :param now_us: the time to which times are relative.
     """
 
     def __init__(self, now_us: int) -> None:
@@ -116,7 +113,7 @@ class _Names:
         self._skills: dict[str, str] = {}
 
     def note_skill(self, skill: str, message: object) -> None:
-        """Note the id of a skill fact, which ends with that of its message."""
+        """Record the id of a skill fact, which ends with its message id."""
         end = f"-{message}"
         if isinstance(message, int) and skill.endswith(end):
             number = self._messages.setdefault(message, len(self._messages))
@@ -133,7 +130,7 @@ class _Names:
                 slots["last-try"] = Symbol("long-ago")
 
     def plain(self, value: object) -> Hashable:
-        """Return a value so that values which differ in times and names only are equal."""
+        """Return a value in which differing times and names become equal."""
         if isinstance(value, str):
             value = self._skills.get(value, value)
             return _GENERATED.sub(self._rename, value) if "gen" in value else str(value)
@@ -147,7 +144,7 @@ class _Names:
         return repr(value)
 
     def _sequence(self, values: tuple[object, ...] | list[object]) -> Hashable:
-        """Return several values; seconds and microseconds of a time belong together."""
+        """Return the values of a sequence; a pair of seconds and microseconds is one time."""
         found: list[Hashable] = []
         rest = iter(range(len(values)))
         for number in rest:
@@ -194,7 +191,7 @@ def _agent_state(agent: Run, names: _Names) -> Hashable:
         tuple((template, names.slots(slots)) for _, template, slots in facts),
         _globals(env, names),
         (env.quit_requested, env.is_ended, bool(env.faults), agent.executive.skills.running),
-        # the verdict on the run depends on these
+        # these decide the verdict on the run
         (bool(goals.outcomes), goals.outcomes.total() > goals.outcomes["COMPLETED"]),
         _board_state(agent.board, names),
     )
@@ -222,23 +219,23 @@ def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
         unread = tuple(each.version_read != memory.version for each in instances)
         block: Hashable = stamp, names.slots(values)
         if being_handled and any(each.is_writer and each.msgq_size() for each in instances):
-            block = None  # its Skiller is about to write all of it, and its own state is known
+            block = None  # The Skiller is about to write all fields, and its state is included elsewhere.
         found.append((memory.uid, info.writer, info.readers, unread, block))
     return tuple(found)
 
 
 def _hidden_parts(agent: Run) -> list[str]:
-    """Return the parts of an agent whose state is invisible."""
+    """Return the parts of an agent with hidden state."""
     env = agent.executive.env
     found = [
-        f"nobody sees the state of the feature {name}"
+        f"the feature {name} has a hidden state"
         for name in agent.manager.loaded_features(env.name)
         if name not in _SEEN_FEATURES
     ]
     if agent.memory.is_open:
-        found.append("nobody sees the state of the robot memory")
+        found.append("the robot memory has a hidden state")
     if agent.additions.features:
-        found.append("nobody sees the state of a program's own features")
+        found.append("a program's own features have a hidden state")
     if lib.GetNextInstance(env.env, NULL) != NULL:
         found.append("the agent has instances of COOL")
     drawing = _drawing_functions(env)
@@ -251,7 +248,7 @@ def _hidden_parts(agent: Run) -> list[str]:
 
 
 def _drawing_functions(env: ClipsEnvironment) -> set[str]:
-    """Return the functions that draw random numbers, directly or through functions that they call."""
+    """Return the functions that draw random numbers, directly or through other functions."""
     calls: dict[str, set[str]] = {}
     function = lib.GetNextDeffunction(env.env, NULL)
     while function != NULL:

@@ -1,4 +1,4 @@
-"""What runs of an exploration use of their agents: rules, modes and outcomes of goals, actions, skills."""
+"""The parts of their agents that runs use: rules, modes and outcomes of goals, actions, skills."""
 
 from __future__ import annotations
 
@@ -11,29 +11,28 @@ from cxbridge.run.agent import Run
 RULE, MODE, OUTCOME, ACTION, SKILL = "rule", "mode", "outcome", "action", "skill"
 
 Used = tuple[str, str, str]
-"""The kind of a used part, its name, and of goals their mode or outcome."""
+"""The kind of a part, its name, and the mode or outcome of a goal."""
 
 _EVENTS: Final = (RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
 
 
 class UseWatch:
-    """Notes the parts of an agent that a run uses. A copy of its process starts with the same notes.
+    """Records the parts of an agent that a run uses. A forked process keeps the record.
 
-    :param bus: of the run.
-    :param agents: of the run, not started yet.
+    :param agents: agents that are not started yet.
     """
 
     def __init__(self, bus: EventBus, agents: Iterable[Run]) -> None:
         self._known: set[Used] = set()
-        self._news: list[Used] = []
+        self._new_parts: list[Used] = []
         bus.subscribe(self._take, *_EVENTS)
-        for agent in agents:  # a configuration may watch no rules
+        for agent in agents:  # the agent's configuration may switch the watching off
             agent.executive.env.watcher.rules.set((), on=True)
 
-    def news(self) -> tuple[Used, ...]:
-        """Return the parts that were used for the first time since the last call."""
-        found = tuple(self._news)
-        self._news.clear()
+    def new_parts(self) -> tuple[Used, ...]:
+        """Return the parts used for the first time since the last call."""
+        found = tuple(self._new_parts)
+        self._new_parts.clear()
         return found
 
     def _take(self, event: Event) -> None:
@@ -53,4 +52,4 @@ class UseWatch:
         used = kind, name, more
         if used not in self._known:
             self._known.add(used)
-            self._news.append(used)
+            self._new_parts.append(used)

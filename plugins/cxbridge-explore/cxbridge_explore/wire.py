@@ -1,4 +1,4 @@
-"""The messages between the processes of an exploration: frames over a Unix socket, one for each process."""
+"""The messages between the processes of an exploration, as frames over a Unix socket."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _LENGTH = struct.Struct("!I")
 
 
 class Hello(Struct, frozen=True, tag=True):
-    """A process has started: it continues with an edge, or (None) it has loaded the scenario.
+    """A process has started for an edge; without an edge, it has loaded the scenario.
 
-    :param pid: 0: it will be known when it says something else.
+    :param pid: 0 if it is sent before the fork.
     """
 
     pid: int
@@ -26,12 +26,12 @@ class Hello(Struct, frozen=True, tag=True):
 
 
 class Reached(Struct, frozen=True, tag=True):
-    """The run has come to a choice point.
+    """The run has reached a choice point.
 
-    :param digest: of its state; empty when the state cannot be compared.
-    :param hidden: the reason of that.
-    :param cpu_s: seconds of processor time that this process has used.
-    :param used: the parts of the agent that the run has used since its last report.
+    :param digest: the digest of its state; empty if states are not compared.
+    :param hidden: the reason for an empty digest.
+    :param cpu_s: the processor time of this process.
+    :param used: the parts of the agent used since the last report.
     """
 
     point: Point
@@ -42,10 +42,10 @@ class Reached(Struct, frozen=True, tag=True):
 
 
 class Ended(Struct, frozen=True, tag=True):
-    """The run is over.
+    """The run has ended.
 
-    :param cpu_s: seconds of processor time that this process has used.
-    :param used: the parts of the agent that the run has used since its last report.
+    :param cpu_s: the processor time of this process.
+    :param used: the parts of the agent used since the last report.
     """
 
     leaf: Leaf
@@ -54,19 +54,19 @@ class Ended(Struct, frozen=True, tag=True):
 
 
 class Refused(Struct, frozen=True, tag=True):
-    """The scenario cannot be explored: it is wrong, or something is missing.
+    """The scenario cannot be explored.
 
-    :param text: the error, for people.
+    :param text: the error message.
     """
 
     text: str
 
 
 class Play(Struct, frozen=True, tag=True):
-    """Begin a run that follows a path, and continues with an edge.
+    """Start a run that follows a path to an edge.
 
-    :param choices: the choices of the path: index, subject, option.
-    :param free: the number of the first choice point that is asked about.
+    :param choices: index, subject and option of each choice.
+    :param free: the number of the first choice point to ask about.
     """
 
     edge: tuple[int, int]
@@ -75,23 +75,23 @@ class Play(Struct, frozen=True, tag=True):
 
 
 class Fork(Struct, frozen=True, tag=True):
-    """Make a copy of the run that continues with an option."""
+    """Fork the run for an option."""
 
     edge: tuple[int, int]
 
 
-class GoOn(Struct, frozen=True, tag=True):
+class Continue(Struct, frozen=True, tag=True):
     """Continue with an option."""
 
     option: int
 
 
 class Leave(Struct, frozen=True, tag=True):
-    """End: nothing is left to do here."""
+    """Exit: no option is left."""
 
 
 Report = Hello | Reached | Ended | Refused
-Order = Play | Fork | GoOn | Leave
+Order = Play | Fork | Continue | Leave
 
 _encoder = Encoder()
 _reports: Decoder[Report] = Decoder(Report)
@@ -105,7 +105,7 @@ def frame(message: Report | Order) -> bytes:
 
 
 class Link:
-    """A run's connection to who coordinates the exploration; blocks.
+    """A run's blocking connection to the coordinator.
 
     :param address: the path of the coordinator's socket.
     """
@@ -115,13 +115,12 @@ class Link:
         self._socket.connect(address)
 
     def send(self, report: Report) -> None:
-        """Say something."""
         self._socket.sendall(frame(report))
 
     def receive(self) -> Order:
         """Wait for an order.
 
-        :raises EOFError: when the coordinator is gone.
+        :raises EOFError: if the coordinator is gone.
         """
         (size,) = _LENGTH.unpack(self._exactly(_LENGTH.size))
         return _orders.decode(self._exactly(size))
@@ -136,12 +135,12 @@ class Link:
         return data
 
     def close(self) -> None:
-        """Close it; another process may have it still."""
+        """Close this process's end of the connection."""
         self._socket.close()
 
 
 class Reports:
-    """Reads reports out of the bytes of a connection."""
+    """Parser of reports from the bytes of a connection."""
 
     def __init__(self) -> None:
         self._data = b""

@@ -1,4 +1,4 @@
-"""The processes of an exploration: one has loaded the scenario, its copies run it and copy themselves."""
+"""The processes of an exploration: the loader, and its forks, which run the scenario and fork again."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from typing import NoReturn
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import file_errors
 from cxbridge.process import forking
-from cxbridge_explore.graph import Edge, Point, Way
+from cxbridge_explore.graph import Edge, Point, PointOption
 from cxbridge_explore.playing import ExploredRun, MakeRun, failure
 from cxbridge_explore.state import Digest, state_digest
 from cxbridge_explore.use import Used
-from cxbridge_explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
+from cxbridge_explore.wire import Continue, Ended, Fork, Hello, Link, Order, Play, Reached, Refused
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
 _GENERATION_SIZE = 50_000
-"""Objects between two collections of a copy: each one touches pages that the copy shares with its parent."""
+"""New objects between two garbage collections in a copy: a collection touches shared pages."""
 
 
 class Process:
-    """The connection of this process, and how it makes copies of itself.
+    """The current process: its connection, and its forked copies.
 
-    :param address: of the coordinator's socket.
+    :param address: the path of the coordinator's socket.
     """
 
     def __init__(self, address: str) -> None:
@@ -37,18 +37,18 @@ class Process:
         self.link.send(Hello(os.getpid()))
 
     def copy(self, edge: Edge) -> bool:
-        """Make a copy of the process for an edge; returns True in the copy.
+        """Fork the process for an edge and return True in the copy.
 
-        The copy's connection exists before the copy: however the copy dies, the coordinator notices.
+        The copy's connection is opened before the fork, so the coordinator notices every death.
         """
-        self._bury()
+        self._reap()
         link = Link(self._address)
         link.send(Hello(0, edge))
         try:
             pid = forking.fork()
         except OSError as error:
             self.link.send(Refused(f"the system cannot make another process: {error.strerror}"))
-            leave(1)
+            exit_process(1)
         if pid:
             self._copies.append(pid)
             link.close()
@@ -59,18 +59,17 @@ class Process:
         link.send(Hello(os.getpid(), edge))
         return True
 
-    def _bury(self) -> None:
-        """Let go of the copies that are dead."""
+    def _reap(self) -> None:
+        """Reap the dead copies."""
         self._copies = [pid for pid in self._copies if not forking.has_ended(pid)]
 
 
 class ForkingChooser:
-    """Asks the coordinator at each choice point, and makes the copies that it wants.
+    """A chooser that asks the coordinator at each choice point, and forks on its orders.
 
-    :param process: this one.
-    :param free: the number of the first choice point that is decided; earlier points take the usual option.
-    :param digest: returns the digest of a state, or empty and the reason why states are not compared.
-    :param used: returns the parts of the agent that the run has used since the last call.
+    :param free: the number of the first open choice point; earlier points take the usual option.
+    :param digest: returns the digest of a state, or an empty digest and the reason.
+    :param used: returns the parts of the agent used since the last call.
     """
 
     def __init__(
@@ -82,7 +81,7 @@ class ForkingChooser:
         self._used = used
 
     def choose(self, index: int, point: ChoicePoint) -> int:
-        """Return the coordinator's order; does not return when nothing is left to do."""
+        """Return the ordered option; exit if no option is left."""
         if index < self._free:
             return USUAL
         try:
@@ -91,7 +90,7 @@ class ForkingChooser:
             )
             return self._obey()
         except (EOFError, OSError):
-            leave(1)  # the coordinator is gone
+            exit_process(1)  # the coordinator is gone
 
     def _obey(self) -> int:
         while True:
@@ -99,25 +98,25 @@ class ForkingChooser:
                 case Fork(edge):
                     if self._process.copy(edge):
                         return edge[1]
-                case GoOn(option):
+                case Continue(option):
                     return option
                 case _:
-                    leave()
+                    exit_process()
 
 
 def as_point(index: int, point: ChoicePoint) -> Point:
-    """Return a choice point as the graph keeps it."""
-    ways = tuple(Way(option.name, option.faults) for option in point.options)
+    """Return a choice point for the graph."""
+    ways = tuple(PointOption(option.name, option.faults) for option in point.options)
     return Point(index, point.kind.value, point.subject, point.seconds, ways)
 
 
-def leave(status: int = 0) -> NoReturn:
-    """End this process without a clean-up: its resources are shared."""
+def exit_process(status: int = 0) -> NoReturn:
+    """Exit without cleanup: the resources are shared with other processes."""
     os._exit(status)
 
 
-class _Later:
-    """A chooser that is not known yet when the run is made."""
+class _DeferredChooser:
+    """A chooser that is set after the run is made."""
 
     def __init__(self) -> None:
         self.chooser: Chooser
@@ -127,35 +126,35 @@ class _Later:
 
 
 def serve(address: str, make: MakeRun, *, merge: bool) -> NoReturn:
-    """Load the scenario, and copy this process for each path that the coordinator wants to be played.
+    """Load the scenario and fork this process for each path to play. Never returns.
 
-    To be called in a new process; never returns.
+    Call it in a new process.
 
     :param make: makes the run.
-    :param merge: whether states are compared.
+    :param merge: whether to compare states.
     """
-    forking.let_signals_end()  # the coordinator has got Ctrl-C, too, and ends us
-    random.seed()  # different in each process: so an agent that uses it unseeded is found out
+    forking.let_signals_end()  # Ctrl-C also reaches the coordinator, which ends this process.
+    random.seed()  # A different seed in each process reveals agents that use random numbers without a seed.
     try:
         process = Process(address)
         _serve(process, make, merge=merge)
     except (EOFError, OSError):
-        leave(1)  # the coordinator is gone
-    except BaseException as error:  # noqa: BLE001 - no copy may go on with what the coordinator does
+        exit_process(1)  # the coordinator is gone
+    except BaseException as error:  # noqa: BLE001 - a copy must never return into the coordinator's code
         sys.excepthook(type(error), error, error.__traceback__)
-        leave(1)
+        exit_process(1)
 
 
 def _serve(process: Process, make: MakeRun, *, merge: bool) -> NoReturn:
-    later = _Later()
+    deferred = _DeferredChooser()
     try:
         with file_errors():
-            run = make(later)
+            run = make(deferred)
             run.world.start()
     except CxbridgeError as error:
-        # names of files may hold bytes that are not text
+        # names of files may contain bytes that are not text
         process.link.send(Refused(str(error).encode("utf-8", "backslashreplace").decode()))
-        leave()
+        exit_process()
     digest = state_digest(run, merge=merge)
     gc.collect()
     gc.freeze()
@@ -164,18 +163,18 @@ def _serve(process: Process, make: MakeRun, *, merge: bool) -> NoReturn:
     while True:
         order: Order = process.link.receive()
         if not isinstance(order, Play):
-            leave()
+            exit_process()
         if process.copy(order.edge):
-            later.chooser = ForkingChooser(process, order.free, digest, run.used)
-            _play(process, run, later, order)
+            deferred.chooser = ForkingChooser(process, order.free, digest, run.used)
+            _play(process, run, deferred, order)
 
 
-def _play(process: Process, run: ExploredRun, later: _Later, order: Play) -> NoReturn:
+def _play(process: Process, run: ExploredRun, deferred: _DeferredChooser, order: Play) -> NoReturn:
     path = {index: Step(subject, option) for index, subject, option in order.choices}
-    later.chooser = PathChooser(path, later.chooser)
+    deferred.chooser = PathChooser(path, deferred.chooser)
     try:
         leaf = run.leaf()
-    except Exception as error:  # noqa: BLE001 - an agent's Python may fail in any way
+    except Exception as error:  # noqa: BLE001 - an agent's Python code may raise anything
         leaf = failure(error)
     process.link.send(Ended(leaf, time.process_time(), run.used()))
-    leave()
+    exit_process()

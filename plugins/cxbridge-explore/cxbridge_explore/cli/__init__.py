@@ -1,1 +1,1 @@
-"""The commands explore, sweep and game."""
+"""The commands ``explore``, ``sweep`` and ``game``."""

@@ -1,4 +1,4 @@
-"""`cxbridge explore`: every way that a run can go."""
+"""``cxbridge explore``: plays a scenario in every way that its world allows."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, Sou
 from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGame, chosen_game
 
 if TYPE_CHECKING:
-    from cxbridge_explore.checkpoint import About
+    from cxbridge_explore.checkpoint import ProgramIdentity
     from cxbridge_explore.result import ExploreResult
     from cxbridge_explore.worldmodel.model import WorldModel
     from cxbridge_explore.worlds.run import MakeAssembly
     from cxbridge_studio.explain.coverage.model import Coverage
 
 RESUME: Final = "explore.resume"
-"""Where an exploration goes that was interrupted."""
+"""Default checkpoint file of an interrupted exploration."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Agent(ScenarioOptions, SourceOptions, BrokenOptions):
-    """The agent that is explored."""
+    """Options that select the agent."""
 
     timeout: Annotated[
         float, typer.Option(help="Seconds of a run's clock until it is given up.", show_default=True)
@@ -41,7 +41,7 @@ class _Agent(ScenarioOptions, SourceOptions, BrokenOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class _Bounds:
-    """How far to go."""
+    """Options of the bounds."""
 
     faults: Annotated[int, typer.Option(metavar="K", help="How many faults a run may meet.")] = 1
     depth: Annotated[
@@ -60,7 +60,7 @@ class _Bounds:
 
 @dataclass(frozen=True, kw_only=True)
 class _Means:
-    """How to go about it."""
+    """Options of the execution."""
 
     jobs: Annotated[
         int | None,
@@ -86,7 +86,7 @@ class _Means:
 
 @dataclass(frozen=True, kw_only=True)
 class _Judging:
-    """The possible events, and the required properties."""
+    """Options of the world, the properties and the outputs."""
 
     world: Annotated[
         Path | None,
@@ -127,7 +127,7 @@ def _game_options() -> list[type[Any]]:
 
 @dataclass(frozen=True, kw_only=True)
 class _Games:
-    """A game that is explored, instead of a scenario: options of plug-ins."""
+    """Options of plug-ins for a game instead of a scenario."""
 
     added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 
@@ -158,7 +158,7 @@ def explore(
 
     Example: cxbridge explore test-scenario --faults 2
     """
-    from cxbridge_explore.bounds import Bounds, Means
+    from cxbridge_explore.bounds import Bounds, ExecutionOptions
     from cxbridge_explore.explore import explore as explore_scenario
     from cxbridge_explore.judging import properties_of
     from cxbridge_explore.worldmodel.reading import read_world
@@ -171,22 +171,24 @@ def explore(
     if game is not None:
         options, make = game.explored(options)
     limits = Bounds(**vars(bounds))
-    given = {name: value for name, value in vars(means).items() if value is not None}
-    how = Means(**given, coverage=judging.coverage or judging.html is not None)
+    execution_values = {name: value for name, value in vars(means).items() if value is not None}
+    execution = ExecutionOptions(**execution_values, coverage=judging.coverage or judging.html is not None)
     show = _show_line if sys.stderr.isatty() else None
     properties = properties_of(options, judging.properties, is_cut=game is not None)
     world = None if judging.world is None else read_world(judging.world)
     result = explore_scenario(
-        options, limits, how, properties=properties, world=world, make=make, resume=resume, show=show
+        options, limits, execution, properties=properties, world=world, make=make, resume=resume, show=show
     )
     if show is not None:
         _show_line("")
     result = _with_counterexamples(result, options, world, make, judging.out)
     if not result.is_complete:
-        from cxbridge_explore.checkpoint import about
+        from cxbridge_explore.checkpoint import identity_of
 
-        _keep(result, about(options, limits, properties, world, make), resume or Path(RESUME))
-    coverage = _coverage(result, options) if how.coverage else None
+        _write_checkpoint(
+            result, identity_of(options, limits, properties, world, make), resume or Path(RESUME)
+        )
+    coverage = _coverage(result, options) if execution.coverage else None
     if coverage is not None and judging.html is not None:
         from cxbridge_explore.map.page import write_page
 
@@ -196,14 +198,13 @@ def explore(
 
 
 def _coverage(result: ExploreResult, options: RunOptions) -> Coverage:
-    """Return the parts of the agent that the runs have used."""
+    """Return the coverage of the agent by the runs."""
     from cxbridge_explore.map.coverage import explored_coverage
 
     return explored_coverage(options, result.graph.used)
 
 
 def _say(result: ExploreResult, coverage: Coverage | None, *, as_json: bool) -> None:
-    """Print the result."""
     from cxbridge_explore.map.coverage import as_dict, never_reached
 
     if as_json:
@@ -220,7 +221,7 @@ def _say(result: ExploreResult, coverage: Coverage | None, *, as_json: bool) -> 
 def _with_counterexamples(
     result: ExploreResult, options: RunOptions, world: WorldModel | None, make: MakeAssembly, folder: Path
 ) -> ExploreResult:
-    """Write what people can use of each violation; return the result with it."""
+    """Write the counterexample of each violation, and return the result with the counterexamples."""
     from cxbridge_explore.counterexample import write_counterexample
     from cxbridge_explore.worlds.points import read_path
 
@@ -229,7 +230,7 @@ def _with_counterexamples(
         if each.get("is_given_up"):
             continue
         name = each["property"]
-        # each counterexample plays runs, which take seconds where rules fire without an end
+        # A counterexample plays more runs, which take seconds if rules fire endlessly.
         say(f"{name} is violated: {each['message']}; its counterexample follows", err=True, flush=True)
         try:
             path = read_path(each["choices"])
@@ -240,13 +241,13 @@ def _with_counterexamples(
 
 
 def _show_line(text: str) -> None:
-    """Show the progress, in place of the last line."""
+    """Overwrite the line of progress."""
     terminal_of(sys.stderr).write(f"\r{one_line(text)}\x1b[K")
     sys.stderr.flush()
 
 
-def _keep(result: ExploreResult, known: About, file: Path) -> None:
-    """Write the explored graph, so that the exploration can be resumed; a failure to write is a warning."""
+def _write_checkpoint(result: ExploreResult, known: ProgramIdentity, file: Path) -> None:
+    """Write the checkpoint; a failure is only a warning."""
     from cxbridge_explore.checkpoint import write_checkpoint
 
     try:

@@ -1,4 +1,4 @@
-"""`cxbridge sweep`: thousands of runs in drawn worlds."""
+"""``cxbridge sweep``: plays thousands of runs in drawn worlds."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ _DASK = "dask://"
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _AgentOptions(ScenarioOptions, SourceOptions):
-    """The agent: options of runs."""
+    """Options that select the agent."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _SweepOptions:
-    """How much is played, and where."""
+    """Options of the runs and the engine."""
 
     runs: Annotated[int, typer.Option(min=1, help="How many runs.")] = 1000
     seed: Annotated[int, typer.Option(help="The seed of the first run; later runs count up from it.")] = 0
@@ -75,7 +75,7 @@ class _SweepOptions:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _SweepOutputs:
-    """Where the results go."""
+    """Options of the outputs."""
 
     csv: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a row for each run.", show_default=False)
@@ -133,7 +133,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 
 
 def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
-    """Return the tasks, by the agent's name."""
+    """Return the jobs by agent."""
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.sweep.rows import SweepJob
 
@@ -179,12 +179,12 @@ def _kept(play: _SweepOptions) -> Iterator[KeptRows | None]:
 def _play(
     engine: Engine, name: str, job: SweepJob, seeds: Sequence[int], kept: KeptRows | None
 ) -> list[RunRow]:
-    """Return the rows of an agent, in the order of their seeds.
+    """Return the rows of an agent, in the order of seeds.
 
-    :param kept: has rows of before, and gets the new ones; None: rows are not kept.
+    :param kept: provides earlier rows and stores new ones; None to keep none.
     """
-    before = {} if kept is None else kept.of(name)
-    rows = {seed: before[seed] for seed in seeds if seed in before}
+    earlier_rows = {} if kept is None else kept.of(name)
+    rows = {seed: earlier_rows[seed] for seed in seeds if seed in earlier_rows}
     missing = [seed for seed in seeds if seed not in rows]
     with progress(name, len(missing)) as advance:
         for row in engine.rows(job, missing) if missing else ():
@@ -209,7 +209,7 @@ def _write(sweeps: dict[str, list[RunRow]], outputs: _SweepOutputs) -> None:
 
 
 def _print_comparison(compared: AgentComparison) -> None:
-    """Print for people how two agents differ."""
+    """Print the differences between two agents."""
     completed, makespan = compared.completed, compared.makespan
     share, span = 100 * completed.estimate, completed.span("+.2f", scale=100)
     say(f"difference in completed runs: {share:+.2f} % ({span})")

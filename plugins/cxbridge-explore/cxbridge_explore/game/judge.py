@@ -1,4 +1,4 @@
-"""The judge of a game, and its view of the running game."""
+"""The judge of a game, and the record of its phases and machines."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ if TYPE_CHECKING:
     from cxbridge.run.team import Team
 
 PRODUCTION: Final = "PRODUCTION"
-"""The phase in which points are made."""
+"""The phase in which points are awarded."""
 
 
 class Standing(NamedTuple):
-    """The state of a game at a moment.
+    """The state of a game.
 
-    :param phase: of the game.
     :param machines: the state of each machine.
     """
 
@@ -29,23 +28,20 @@ class Standing(NamedTuple):
 
 
 class Judge(Protocol):
-    """Says how a game stands; it only looks."""
+    """Reports the state and the score of a game, without influence on it."""
 
     def watch(self, run: Run | Team) -> None:
-        """Begin to look at a run; it is not started yet."""
+        """Start watching a run that is not started yet."""
 
     def standing(self) -> Standing:
-        """Return the present state; called after each loop."""
+        """Return the current state; called after each loop."""
 
     def score(self, agents: Sequence[Run]) -> Score:
-        """Return how the game of these agents stands."""
+        """Return the score of the agents' game."""
 
 
 class GameWatch:
-    """Notes when the production begins and ends, and the states of machines as they change.
-
-    :param clock: that of the run.
-    """
+    """Records start and end of the production phase, and the changing states of machines."""
 
     def __init__(self, judge: Judge, clock: Clock) -> None:
         self._judge, self._clock = judge, clock
@@ -55,7 +51,7 @@ class GameWatch:
         self._changes: dict[str, list[tuple[int, str]]] = {}
 
     def look(self) -> None:
-        """Look at the game."""
+        """Record the current state."""
         if self._end_us is not None:
             return
         now_us, (phase, machines) = self._clock.now_us(), self._judge.standing()
@@ -69,17 +65,17 @@ class GameWatch:
                 changes.append((now_us, state))
 
     def seconds_at(self, time_us: int) -> float:
-        """Return a time of the run in seconds of the production; without one, of the run."""
+        """Return a time of the run as seconds of the production; before the production, of the run."""
         begin_us = self._start_us if self._begin_us is None else self._begin_us
         return round((time_us - begin_us) / MICROSECONDS, 3)
 
     @property
     def seconds(self) -> float:
-        """How long the production has been."""
+        """The duration of the production so far."""
         return self.seconds_at(self._end_us or self._clock.now_us())
 
     def machines(self) -> dict[str, tuple[Span, ...]]:
-        """Return the states of each machine in the production."""
+        """Return the states of each machine during the production."""
         found = {}
         for name in sorted(self._changes):
             changes, spans = self._changes[name], []

@@ -1,4 +1,4 @@
-"""The games that plug-ins add to `cxbridge game` and `cxbridge explore`."""
+"""The kinds of games that plug-ins add to ``cxbridge game`` and ``cxbridge explore``."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ if TYPE_CHECKING:
 
 
 class Game(Protocol):
-    """A game that can be played with any seed, in another process, too."""
+    """A game that can be played with any seed, also in another process."""
 
     @property
     def run(self) -> RunOptions:
-        """The options of the run: its agent, and its recordings."""
+        """The options of the run, with its agent and recordings."""
 
     @property
     def quiet(self) -> Collection[str]:
-        """The components whose log lines are shown with ``--verbose`` only."""
+        """The components whose log lines are shown only with ``--verbose``."""
 
     def of_agent(self, agent: Path) -> Self:
-        """Return the same game of another agent: that of ``--against``.
+        """Return the same game with the agent of ``--against``.
 
-        :raises CxbridgeError: when the options of the other agent contradict each other.
+        :raises CxbridgeError: if the options of that agent contradict each other.
         """
 
     def play(
@@ -40,71 +40,71 @@ class Game(Protocol):
     ) -> GameResult:
         """Play the game.
 
-        :param seed: of all that is drawn.
-        :param console: gets the log lines.
-        :param attach: called with each agent, before it is played.
-        :raises CxbridgeError: when the input is bad.
+        :param seed: the seed of all draws.
+        :param console: a sink for log lines.
+        :param attach: called with each agent before the game.
+        :raises CxbridgeError: if the input is invalid.
         """
 
 
 class PlayedGame(Protocol):
-    """A group of options of `cxbridge game`, a dataclass, for a kind of game that is not a scenario."""
+    """A dataclass of options for ``cxbridge game``, for a kind of game that is not a scenario."""
 
     @property
     def is_chosen(self) -> bool:
-        """Whether the options name a game."""
+        """Whether the options select a game."""
 
     def refuse(self) -> None:
-        """Refuse the options when they name no game.
+        """Reject options that select no game.
 
-        :raises CxbridgeError: with a hint which option names the game.
+        :raises CxbridgeError: with a hint at the option that selects the game.
         """
 
     def game(self, run: RunOptions, *, minutes: float | None, world: Path | None, several: bool) -> Game:
         """Return the game.
 
-        :param run: the agent, and its recordings.
-        :param minutes: of the production; None: the game's own.
+        :param run: the agent and its recordings.
+        :param minutes: the duration of the production; None for the game's default.
         :param world: the file of possible failures.
         :param several: whether several games are played.
-        :raises CxbridgeError: when an option is wrong.
+        :raises CxbridgeError: if an option is invalid.
         """
 
 
 class ExploredGame(Protocol):
-    """A group of options of `cxbridge explore`, a dataclass, for a kind of game that is not a scenario."""
+    """A dataclass of options for ``cxbridge explore``, for a kind of game that is not a scenario."""
 
     @property
     def is_chosen(self) -> bool:
-        """Whether the options name a game."""
+        """Whether the options select a game."""
 
     def refuse(self) -> None:
-        """Refuse the options when they name no game.
+        """Reject options that select no game.
 
-        :raises CxbridgeError: with a hint which option names the game.
+        :raises CxbridgeError: with a hint at the option that selects the game.
         """
 
     def explored(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
-        """Return the options of a run that ends with its time, and what makes the run.
+        """Return the options of a run with a time limit, and the function that makes the run.
 
-        :raises CxbridgeError: when an option is wrong.
+        :raises CxbridgeError: if an option is invalid.
         """
 
 
 PLAYED_GAMES: Final[Table[type[Any]]] = Table("PLAYED_GAMES", is_dataclass, "a dataclass of options")
-"""The groups of options that are a :class:`PlayedGame`."""
+"""The groups of options that implement :class:`PlayedGame`."""
 
 EXPLORED_GAMES: Final[Table[type[Any]]] = Table("EXPLORED_GAMES", is_dataclass, "a dataclass of options")
-"""The groups of options that are an :class:`ExploredGame`."""
+"""The groups of options that implement :class:`ExploredGame`."""
 
 T = TypeVar("T", PlayedGame, ExploredGame)
 
 
 def chosen_game(groups: Sequence[T]) -> T | None:
-    """Return the group of options that names a game; None when no option does.
+    """Return the group of options that selects a game, or None.
 
-    :param groups: those with an option that was given.
-    :raises CxbridgeError: when several name a game, or options are for a game that none names.
+    :param groups: the groups with a given option.
+    :raises CxbridgeError: if several groups select a game, or options lack the game they belong to.
     """
     chosen = [group for group in groups if group.is_chosen]
     if len(chosen) > 1:

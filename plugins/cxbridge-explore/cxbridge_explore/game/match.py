@@ -1,4 +1,4 @@
-"""Many games of an agent, or of two that meet the same seeds."""
+"""Many games of one agent, or of two agents on the same seeds."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ def play_games(
 
     :param advance: called after each game.
     :returns: the results by name and seed, in order.
-    :raises CxbridgeError: when a scenario is wrong, or a process dies.
+    :raises CxbridgeError: if a scenario is invalid, or a process dies.
     """
     found: dict[str, dict[int, GameResult]] = {name: {} for name in games}
     with spawned_pool(processes) as pool:
-        waiting = {
+        pending = {
             pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
         }
         try:
-            for future in as_completed(waiting):
-                name, seed = waiting[future]
+            for future in as_completed(pending):
+                name, seed = pending[future]
                 found[name][seed] = future.result()
                 advance()
         except BrokenProcessPool:
@@ -60,7 +60,7 @@ class GamesSummary:
         return mean_interval([float(each.points) for each in self.results.values()])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the summary as JSON values."""
         quantiles = Quantiles.of([float(each.points) for each in self.results.values()])
         return {
             "games": len(self.results),
@@ -76,8 +76,8 @@ class GamesSummary:
 class Match:
     """The games of two agents on the same seeds.
 
-    :param first: the results of one, by seed.
-    :param second: those of the other, which is compared with it.
+    :param first: results of the first agent by seed.
+    :param second: results of the second agent by seed.
     """
 
     first: Mapping[int, GameResult]
@@ -85,31 +85,34 @@ class Match:
 
     @property
     def difference(self) -> Interval:
-        """By how many points the second one is better, per game."""
+        """The mean difference in points, second minus first."""
         return mean_interval([float(value) for value in self._differences().values()])
 
     def _differences(self) -> dict[int, int]:
         return {seed: self.second[seed].points - each.points for seed, each in self.first.items()}
 
     def farthest(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the seeds in which they differ most, with the points of both."""
+        """Yield the seeds with the largest differences, with both agents' points."""
         differences = {seed: value for seed, value in self._differences().items() if value}
         for seed in sorted(differences, key=lambda seed: (-abs(differences[seed]), seed))[:_SHOWN_SEEDS]:
             yield seed, self.first[seed].points, self.second[seed].points
 
     @property
     def better(self) -> int | None:
-        """Return which one is better: 0, 1; None: the games do not show it."""
+        """The index of the better agent; None if the games do not show a difference."""
         difference = self.difference
         if not difference.excludes_zero:
             return None
         return 1 if difference.estimate > 0 else 0
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the comparison as JSON values."""
         return {
             "difference": self.difference.as_dict(),
             "confidence": CONFIDENCE,
             "better": self.better,
-            "seeds": [{"seed": seed, "points": [one, other]} for seed, one, other in self.farthest()],
+            "seeds": [
+                {"seed": seed, "points": [first_points, second_points]}
+                for seed, first_points, second_points in self.farthest()
+            ],
         }

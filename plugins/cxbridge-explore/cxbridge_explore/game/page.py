@@ -1,4 +1,4 @@
-"""The page about a game."""
+"""The HTML page about a game."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from cxbridge_explore.game.timeline import Span
 def write_page(result: GameResult, file: Path, command: str) -> None:
     """Write the page.
 
-    :param command: the command that makes it again.
-    :raises CxbridgeError: when the file cannot be written, or no installed package makes pages.
+    :param command: the command that makes the page again.
+    :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     write_document(file, "game", f"Game of seed {result.seed}", as_document(result, command))
 
 
 def as_document(result: GameResult, command: str) -> dict[str, Any]:
-    """Return the values of the page, as JSON has them."""
+    """Return the values of the page as JSON values."""
     score, timeline = result.score, result.timeline
     return {
         **result.as_dict(),
@@ -36,7 +36,7 @@ def as_document(result: GameResult, command: str) -> dict[str, Any]:
 
 
 def second_of(award: Award, seconds: float) -> float:
-    """Return the second of the production when points were given; those of other phases are at its ends."""
+    """Return the second of the production for points; points of other phases count at its start or end."""
     return min(award.game_time, seconds) if award.phase in (PRODUCTION, POST_GAME) else 0.0
 
 

@@ -1,4 +1,4 @@
-"""Plays one game to its end in a drawn world, and sums up the result."""
+"""Plays one game in a drawn world and summarises the result."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _INTERRUPTED: Final = 130
 
 OUTCOME: Final = "outcome.json"
-"""The result of the game, within its recording."""
+"""Name of the attachment with the result in the game's recording."""
 
 
 def play_game(
@@ -44,11 +44,11 @@ def play_game(
 ) -> GameResult:
     """Play a game.
 
-    :param seed: of what fails.
-    :param console: gets the log lines.
-    :param attach: called with each agent, before it is played.
-    :raises CxbridgeError: when something is wrong.
-    :raises KeyboardInterrupt: when a signal has ended the game; its recording is whole up to there.
+    :param seed: the seed of failures.
+    :param console: a sink for log lines.
+    :param attach: called with each agent before the game.
+    :raises CxbridgeError: if the input is invalid.
+    :raises KeyboardInterrupt: if a signal has ended the game; the recording is complete up to that point.
     """
     started = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
@@ -84,9 +84,11 @@ def play_game(
             tuple(str(each) for loader in loaders for each in loader.diagnostics if each.construct),
             timeline=timeline,
         )
-        how = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "
+        progress = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "
         status = _INTERRUPTED if interrupt.received else ended.status
-        recorder.describe({"status": str(status), "reason": f"{how}{ended.reason}; points: {score.points}"})
+        recorder.describe(
+            {"status": str(status), "reason": f"{progress}{ended.reason}; points: {score.points}"}
+        )
         if options.trace_files:
             assembly.bus.emit_source("game", "", OUTCOME, json.dumps(result.outcome, indent=1).encode())
         interrupt.check()

@@ -1,4 +1,4 @@
-"""A game as its referee and its machines publish it on the blackboard."""
+"""The judge of a game whose referee and machines publish interfaces."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 GAME: Final = "GameInterface"
 ORDER: Final = "OrderInterface"
 MACHINE: Final = "MachineInterface"
-"""Of a scenario's own: a machine has the fields ``busy`` and ``piece``."""
+"""Type of a machine's interface, defined by the scenario: it has the fields ``busy`` and ``piece``."""
 
 FREE: Final = "free"
 BUSY: Final = "busy"
 FULL: Final = "full"
-"""The states of a machine: empty; working; a product waits to be taken out."""
+"""States of a machine: empty; working; holding a finished product."""
 
 
 class PublishedGame:
@@ -36,11 +36,10 @@ class PublishedGame:
         self._machines: dict[str, str] = {}
 
     def watch(self, run: Run | Team) -> None:
-        """Begin to look at a run: at its writes, so that no reader is needed."""
+        """Start watching the writes of a run, without opening readers."""
         run.bus.subscribe(self, InterfaceWrite)
 
     def __call__(self, event: Event) -> None:
-        """Take an event."""
         assert isinstance(event, InterfaceWrite)
         kind, _, name = event.uid.partition("::")
         if kind == MACHINE:
@@ -49,13 +48,12 @@ class PublishedGame:
             self._phase = _item(event.values.get("phase", ""))
 
     def standing(self) -> Standing:
-        """Return the present state."""
         return Standing(self._phase, self._machines)
 
     def score(self, agents: Sequence[Run]) -> Score:
-        """Return how the game stands, by the blackboard of an agent.
+        """Return the score from the blackboard of an agent.
 
-        :raises CxbridgeError: when no referee writes to it.
+        :raises CxbridgeError: if no referee writes to a blackboard.
         """
         for agent in agents:
             boards = [info for info in agent.board.list(GAME) if info.has_writer]
@@ -111,5 +109,5 @@ def _state(machine: Mapping[str, Any]) -> str:
 
 
 def _item(value: Any) -> str:
-    """Return the name of an item of an enumeration."""
+    """Return the name of an enumeration value."""
     return str(getattr(value, "name", value))

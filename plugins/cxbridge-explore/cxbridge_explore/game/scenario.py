@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 SEED: Final = "/game/seed"
 MINUTES: Final = "/game/minutes"
-"""Configuration values that hold the paths of the referee's own."""
+"""Configuration values with the paths of the referee's own values."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,8 +34,8 @@ class ScenarioGame:
     """A game of a scenario.
 
     :param run: the scenario, its configuration and recordings.
-    :param minutes: of the production; None: as the scenario says.
-    :param world: the file of possible failures; None: ``world.yaml`` of the scenario, or no failures.
+    :param minutes: the duration of the production; None for the scenario's.
+    :param world: the file of possible failures; None for the scenario's ``world.yaml``, or no failures.
     """
 
     run: RunOptions
@@ -44,11 +44,9 @@ class ScenarioGame:
 
     @property
     def quiet(self) -> Collection[str]:
-        """The components whose log lines are shown with ``--verbose`` only: none."""
         return ()
 
     def of_agent(self, agent: Path) -> ScenarioGame:
-        """Return the same game of another scenario."""
         return replace(self, run=replace(self.run, scenario=agent))
 
     def play(
@@ -57,12 +55,12 @@ class ScenarioGame:
         console: Sink | None = None,
         attach: Callable[[Run], None] | None = None,
     ) -> GameResult:
-        """Play it.
+        """Play the game.
 
-        :param seed: of the orders and of all that is drawn.
-        :param console: gets the log lines.
-        :param attach: called with the run, before it is played.
-        :raises CxbridgeError: when the scenario is wrong, or not a game.
+        :param seed: the seed of orders and failures.
+        :param console: a sink for log lines.
+        :param attach: called with each agent before the game.
+        :raises CxbridgeError: if the scenario is invalid or not a game.
         """
         file = self.world or find_world(source_of(self.run).config_file().parent)
         world = NOTHING_FAILS if file is None else read_world(file)
@@ -73,9 +71,9 @@ class ScenarioGame:
             return play_game(options, seed, world, PublishedGame(), console=console, attach=attach)
 
     def _values(self, seed: int) -> dict[str, int | float]:
-        """Return the values of the referee's configuration that differ from game to game.
+        """Return the referee's configuration values for this game.
 
-        :raises CxbridgeError: when the scenario does not say where they go.
+        :raises CxbridgeError: if the scenario does not name the values' paths.
         """
         config, file = source_of(self.run).load_configuration()
         found: dict[str, int | float] = {_path(config, file, SEED): seed}

@@ -1,4 +1,4 @@
-"""How a game stands: points, deliveries, phase."""
+"""The score of a game: points, deliveries, phase."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import Any, Final
 from cxbridge_explore.game.timeline import Timeline
 
 POST_GAME: Final = "POST_GAME"
-"""The phase of a game that has come to its end."""
+"""The phase after the end of a game."""
 
 
 @dataclass(frozen=True, slots=True)
 class Delivery:
-    """A product that was delivered.
+    """A delivered product.
 
-    :param order: its number.
-    :param complexity: the amount or the kind of work, in the game's words.
+    :param order: the number of the order.
+    :param complexity: the amount or kind of work, in the game's words.
     :param game_time: seconds of the production.
     """
 
@@ -29,10 +29,10 @@ class Delivery:
 
 @dataclass(frozen=True, slots=True)
 class Award:
-    """Points that a team was given, or lost.
+    """Points that a team was awarded or has lost.
 
     :param game_time: seconds of the phase.
-    :param category: the kind of reason: without names and numbers.
+    :param category: the reason without names and numbers.
     """
 
     team: str
@@ -45,11 +45,11 @@ class Award:
 
 @dataclass(frozen=True, slots=True)
 class ProductOrder:
-    """A product that was ordered.
+    """An ordered product.
 
-    :param order: its number.
-    :param complexity: as in a delivery.
-    :param begin: the second of the production from which on it may be delivered in time.
+    :param order: the number of the order.
+    :param complexity: as in :class:`Delivery`.
+    :param begin: the first second of the production for a delivery in time.
     :param end: the last such second.
     """
 
@@ -61,11 +61,11 @@ class ProductOrder:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """How a game stands.
+    """The score of a game.
 
     :param points: by team.
     :param game_time: seconds of the phase.
-    :param orders: those that were announced.
+    :param orders: the announced orders.
     """
 
     points: dict[str, int]
@@ -77,7 +77,7 @@ class Score:
 
     @property
     def categories(self) -> dict[str, dict[str, int]]:
-        """The points by team and category, in the order in which they came first."""
+        """The points by team and category, in the order of first award."""
         found: dict[str, dict[str, int]] = {team: {} for team in self.points}
         for award in self.awards:
             points = found.setdefault(award.team, {})
@@ -85,11 +85,11 @@ class Score:
         return found
 
     def delivered(self, order: ProductOrder) -> list[float]:
-        """Return when an order was delivered."""
+        """Return the delivery times of an order."""
         return [each.game_time for each in self.deliveries if each.order == order.order]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the printed line."""
+        """Return the score as JSON values."""
         return {
             "points": self.points,
             "categories": self.categories,
@@ -103,11 +103,11 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class RobotWork:
-    """The work of a robot, or of another executor of skills, in a game.
+    """The work of a robot, or another executor of skills, in a game.
 
-    :param busy_seconds: in which it has executed skills.
-    :param idle_seconds: those of the production in which it has not.
-    :param failed: how often a skill has failed, by the error.
+    :param busy_seconds: the time with skills.
+    :param idle_seconds: the time of the production without skills.
+    :param failed: the number of failures by error.
     """
 
     busy_seconds: float
@@ -117,15 +117,15 @@ class RobotWork:
 
 @dataclass(frozen=True, slots=True)
 class GameResult:
-    """How a game ended.
+    """The result of a game.
 
-    :param is_over: whether it came to its end.
-    :param wall_seconds: real ones.
-    :param robots: what each one did.
-    :param faults: errors of ours that came to light.
-    :param undefined: constructs of the agent that CLIPS has refused, each with its place and the reason.
+    :param is_over: whether the game is finished.
+    :param wall_seconds: real time.
+    :param robots: work by robot.
+    :param faults: errors of cxbridge.
+    :param undefined: constructs of the agent that CLIPS refused, with place and reason.
     :param timeline: the intervals of robots and machines.
-    :param simtest: the result of the agent's own tests, ``SUCCEEDED`` or ``FAILED``; empty without them.
+    :param simtest: the result of the agent's own tests, ``SUCCEEDED`` or ``FAILED``; empty without tests.
     """
 
     score: Score
@@ -140,12 +140,12 @@ class GameResult:
 
     @property
     def points(self) -> int:
-        """The points of the team that plays; its opponent, if there is one, does nothing."""
+        """The points of the playing team; its opponent is idle."""
         return max(self.score.points.values(), default=0)
 
     @property
     def outcome(self) -> dict[str, Any]:
-        """The result of the game: the same for each game with its seed."""
+        """The result without measured times: equal for each game with the same seed."""
         return {
             **self.score.as_dict(),
             "robots": {name: asdict(work) for name, work in self.robots.items()},
@@ -154,7 +154,7 @@ class GameResult:
         }
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the printed line."""
+        """Return the result as JSON values."""
         return {
             **self.outcome,
             "complete": self.is_over,

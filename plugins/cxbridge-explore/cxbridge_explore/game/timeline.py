@@ -1,4 +1,4 @@
-"""What robots and machines did when, in a game."""
+"""The timeline of a game: intervals of robots and machines."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """An interval: a skill, or a state of a machine.
+    """An interval of a skill, or of a state of a machine.
 
-    :param begin: seconds of the production; before it they are negative.
-    :param text: the skill, or the state.
-    :param status: how the skill ended, as :mod:`cxbridge.history.model` calls it; empty for a state.
-    :param error: why it has failed.
+    :param begin: seconds of the production; negative before it.
+    :param text: the skill or the state.
+    :param status: the status of the skill as in :mod:`cxbridge.history.model`; empty for a state.
+    :param error: the error of a failed skill.
     """
 
     begin: float
@@ -25,11 +25,11 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
-    """What robots and machines did in the production.
+    """The intervals of robots and machines.
 
-    :param seconds: how long it was.
-    :param skills: by robot, in order; with the time before the production.
-    :param machines: the states of each machine in the production, in order.
+    :param seconds: the duration of the production.
+    :param skills: by robot, in order; including the time before the production.
+    :param machines: by machine, in order; during the production.
     """
 
     seconds: float = 0.0
@@ -38,7 +38,7 @@ class Timeline:
 
     @property
     def machine_use(self) -> dict[str, dict[str, float]]:
-        """How many seconds each machine was in each state, the longest first."""
+        """The seconds of each machine in each state, longest first."""
         found: dict[str, dict[str, float]] = {}
         for name, spans in self.machines.items():
             seconds: dict[str, float] = {}
@@ -49,12 +49,12 @@ class Timeline:
         return found
 
     def idle_seconds(self, robot: str) -> float:
-        """Return how long a robot has executed no skill."""
+        """Return the time without skills during the production."""
         return self.seconds - covered(within(self.skills.get(robot, ()), self.seconds))
 
 
 def within(spans: Iterable[Span], seconds: float) -> Iterator[Span]:
-    """Yield what of the spans is within the production."""
+    """Yield the parts of the intervals within the production."""
     for span in spans:
         begin, end = max(0.0, span.begin), min(seconds, span.end)
         if begin < end:
@@ -62,7 +62,7 @@ def within(spans: Iterable[Span], seconds: float) -> Iterator[Span]:
 
 
 def covered(spans: Iterable[Span]) -> float:
-    """Return how many seconds there is at least one of the spans."""
+    """Return the length of the union of the intervals."""
     total, reached = 0.0, float("-inf")
     for span in sorted(spans, key=lambda span: span.begin):
         total += max(0.0, span.end - max(span.begin, reached))

@@ -1,4 +1,4 @@
-"""What each robot, or another executor of skills, did in a run: when it was busy, and what failed."""
+"""The work of robots, or other executors of skills, in a run."""
 
 from __future__ import annotations
 
@@ -20,19 +20,18 @@ if TYPE_CHECKING:
 
 
 class WorkCount:
-    """Notes the executions of Skillers and of a skill board's executors; a sink of events.
+    """Records the executions of Skillers and executors; a sink of events.
 
-    :param start_us: when the run begins.
+    :param start_us: the start of the run.
     """
 
     events = (SkillStatus, InterfaceMessage, InterfaceWrite)
-    """The events that it listens to."""
+    """The event types to subscribe to."""
 
     def __init__(self, start_us: int) -> None:
         self._history = RunHistory(start_us=start_us)
 
     def __call__(self, event: Event) -> None:
-        """Take an event."""
         self._history.take(event)
 
     def by_robot(
@@ -40,9 +39,9 @@ class WorkCount:
     ) -> dict[str, tuple[Span, ...]]:
         """Return the skills of each robot.
 
-        :param robots: who there is, by the names of Skillers and executors.
-        :param end_us: when the run has ended.
-        :param seconds_at: makes seconds of the production of a time.
+        :param robots: robots by the names of Skillers and executors.
+        :param end_us: the end of the run.
+        :param seconds_at: converts a time to seconds of the production.
         """
         clock = self._history.clock
         end, start_us = clock.at(end_us), clock.first_us or 0
@@ -72,7 +71,6 @@ def robots_of(agents: Sequence[Run]) -> dict[str, str]:
 
 
 def work_of(timeline: Timeline) -> dict[str, RobotWork]:
-    """Return what each robot did."""
     found = {}
     for robot, spans in timeline.skills.items():
         failed = Counter(span.error or "failed" for span in spans if span.status == Status.S_FAILED.name)
@@ -82,14 +80,14 @@ def work_of(timeline: Timeline) -> dict[str, RobotWork]:
 
 
 def _name(call: SkillExecution) -> str:
-    """Return who executes: of several agents, each with one Skiller, the agent."""
+    """Return the executor's name; of several agents with one Skiller each, the agent's name."""
     if call.env in ("", ENVIRONMENT):
         return call.skiller
     return call.env if call.skiller == DEFAULT_SKILLER else f"{call.env}/{call.skiller}"
 
 
 def _skill(call: SkillExecution, robot: str) -> str:
-    """Return the executed skill; without the feedback of an executor."""
+    """Return the executed skill without an executor's feedback."""
     return (
         call.skill_string if call.env else call.skill_string.partition(": ")[0].removesuffix(f" of {robot}")
     )

@@ -1,4 +1,4 @@
-"""The parts of an agent that the runs of an exploration have used, and the unreached parts."""
+"""The coverage of an agent by the runs of an exploration."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from cxbridge_studio.explain.coverage.report import short_names
 
 
 def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
-    """Return the used parts of an agent. Its counts mean only whether a part was used.
+    """Return the coverage of an agent. Its counts are 0 or 1.
 
-    :raises CxbridgeError: when the scenario is wrong.
+    :raises CxbridgeError: if the scenario is invalid.
     """
     agent, use = AgentSources(), RecordedUse()
     for source in scenario_sources(options):
         agent.add_source(source, core=False)
-    for kind, name, more in used:
+    for kind, name, detail in used:
         match kind:
             case _ if kind == RULE:
                 use.firings[name] = 1
             case _ if kind == MODE:
-                use.modes.setdefault(name, Counter())[more] = 1
+                use.modes.setdefault(name, Counter())[detail] = 1
             case _ if kind == OUTCOME:
-                use.outcomes.setdefault(name, Counter())[more] = 1
+                use.outcomes.setdefault(name, Counter())[detail] = 1
             case _ if kind == ACTION:
                 use.actions[name] = 1
             case _ if kind == SKILL:
@@ -37,7 +37,7 @@ def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
 
 
 def as_dict(coverage: Coverage) -> dict[str, Any]:
-    """Return it as JSON can have it."""
+    """Return the coverage as JSON values."""
     never = [
         {"file": file.file, "line": rule.lines[0], "rule": rule.name}
         for file in coverage.files
@@ -60,7 +60,7 @@ def as_dict(coverage: Coverage) -> dict[str, Any]:
 
 
 def never_fired(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
-    """Yield the rules that fired in no run: short name of the file, line, name."""
+    """Yield the rules without a firing: short name of the file, line, name."""
     names = short_names(coverage.files)
     for name, file in zip(names, coverage.files, strict=True):
         for rule, count in file.rules:
@@ -69,7 +69,7 @@ def never_fired(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
 
 
 def never_reached(coverage: Coverage) -> Iterable[str]:
-    """Yield what no run has reached, for people."""
+    """Yield the unreached parts as lines of text."""
     yield f"{coverage.fired} of {coverage.counted} rules fired: {coverage.percent:.1f} %"
     for name, line, rule in never_fired(coverage):
         yield f"  never fired: {name}:{line} {rule}"

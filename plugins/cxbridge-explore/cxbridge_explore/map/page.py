@@ -1,4 +1,4 @@
-"""The page about an exploration: a map of its runs, the results of faults, unreached parts of the agent."""
+"""The HTML page about an exploration: map of runs, effects of faults, unreached parts of the agent."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from cxbridge_studio.explain.coverage.model import Coverage
 def write_page(result: ExploreResult, coverage: Coverage, file: Path, command: str) -> None:
     """Write the page.
 
-    :param command: the command that makes it again.
-    :raises CxbridgeError: when the file cannot be written, or no installed package makes pages.
+    :param command: the command that makes the page again.
+    :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     write_document(file, "exploration", "Exploration", as_document(result, coverage, command))
 
 
 def as_document(result: ExploreResult, coverage: Coverage, command: str) -> dict[str, Any]:
-    """Return the values of the page, as JSON has them."""
+    """Return the values of the page as JSON values."""
     return {
         "command": command,
         "summary": _summary(result),

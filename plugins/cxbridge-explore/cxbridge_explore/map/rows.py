@@ -1,4 +1,4 @@
-"""The runs of an exploration as rows: each begins where it left another one, and ends with an outcome."""
+"""The runs of an exploration as rows: each starts where it branches off another run."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ MERGED, OPEN = "merged", "open"
 
 @dataclass(slots=True)
 class MapRow:
-    """A run from the choice on at which it differs from the one that it left.
+    """A run from its branch on.
 
-    :param choice: the chosen option, in words; empty for the usual run.
-    :param begin_s: the time by the run's clock, and ``end_s`` when it ended.
-    :param outcome: how it ended; ``merged``: in a state in which another run had been; ``open``: it is not
-        explored.
-    :param reason: why, in a sentence.
-    :param parent: the number of the row that it left; None for the usual run.
-    :param path: all choices on its way that are not usual, in words.
+    :param choice: the chosen option in words; empty for the usual run.
+    :param begin_s: the time of the branch, by the run's clock.
+    :param end_s: the time of the end.
+    :param outcome: the outcome; ``merged`` if the run reached a known state, ``open`` if it is unexplored.
+    :param reason: the reason in a sentence.
+    :param parent: the number of the row it branches off; None for the usual run.
+    :param path: all unusual choices of the run, in words.
     """
 
     choice: str
@@ -35,21 +35,21 @@ class MapRow:
 
 
 def run_rows(graph: Graph) -> list[MapRow]:
-    """Return the runs, each below the one that it left; those that left last come first.
+    """Return the runs, each below its parent; later branches come first.
 
-    So no line from a run to the row that it left crosses another row's.
+    In this order, no line from a run to its parent crosses another row.
     """
     rows: list[MapRow] = []
-    waiting: list[tuple[Edge, int | None]] = [(ROOT, None)]
-    while waiting:
-        edge, parent = waiting.pop()
+    pending: list[tuple[Edge, int | None]] = [(ROOT, None)]
+    while pending:
+        edge, parent = pending.pop()
         number = len(rows)
         row = _begun(graph, edge, parent, rows)
         rows.append(row)
         while edge in graph.links and graph.nodes[graph.links[edge]].edge == edge:
             node = graph.links[edge]
             others = [option for option in graph.options(node) if option != USUAL]
-            waiting += [((node, option), number) for option in others]
+            pending += [((node, option), number) for option in others]
             edge = node, USUAL
         _end(graph, edge, row)
     return rows

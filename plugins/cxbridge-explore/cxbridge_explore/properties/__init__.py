@@ -1,1 +1,1 @@
-"""Properties: what must hold in every run of an agent, and the monitors that watch over it."""
+"""Properties that must hold in every run of an agent, and the monitors that check them."""

@@ -1,4 +1,4 @@
-"""The text form of properties: ``never (goal (mode FAILED))``, ``after (a) then (b) within 10``."""
+"""Parser for properties such as ``never (goal (mode FAILED))`` and ``after (a) then (b) within 10``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ FORMS: Final = (
     "eventually (PATTERN) [within SECONDS]",
     "after (PATTERN) then (PATTERN) [within SECONDS]",
 )
-"""All forms."""
 
 _WORDS: Final = ("never", "always", "eventually", "after")
 _NAME: Final = re.compile(r"\s*([\w-]+)\s*:")
@@ -30,20 +29,20 @@ _NO_PATTERN: Final = frozenset({"test", "declare"})
 
 @dataclass(slots=True)
 class _Reader:
-    """Takes the parts of a form from left to right."""
+    """Reads the parts of a form from left to right."""
 
     text: str
     nodes: list[SyntaxNode]
     where: Mark
 
     def word(self) -> str:
-        """Take a word; empty when the next part is none."""
+        """Read a word; empty if the next part is not a word."""
         if self.nodes and self.nodes[0].items is None:
             return self.nodes.pop(0).text
         return ""
 
     def pattern(self, after: str) -> ConditionPattern:
-        """Take conditional elements, at least one of which is a pattern."""
+        """Read conditional elements with at least one pattern."""
         found: list[SyntaxNode] = []
         while self.nodes and self.nodes[0].items is not None:
             found.append(self.nodes.pop(0))
@@ -54,7 +53,7 @@ class _Reader:
         return ConditionPattern(tuple(found), self.where)
 
     def within(self) -> float | None:
-        """Take the time limit, if there is one; nothing may follow it."""
+        """Read the optional time limit, which must be the last part."""
         word, limit = self.word(), None
         if word == "within":
             number = self.word()
@@ -82,10 +81,12 @@ def _seconds(text: str) -> float | None:
 
 
 def read_property(text: str, where: Mark | None = None) -> Property:
-    """Read the text form of a property: ``[NAME:] FORM``.
+    """Parse the text form of a property: ``[NAME:] FORM``.
 
-    :param where: what an error names.
-    :raises ConfigError: when it is none. That its deftemplates are there is seen when it is watched.
+    Unknown deftemplates are reported later, when the property is watched.
+
+    :param where: the position for error messages.
+    :raises ConfigError: if the form is invalid.
     """
     where = where or Mark()
     match = _NAME.match(text)

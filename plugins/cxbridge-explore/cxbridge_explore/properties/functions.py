@@ -1,4 +1,4 @@
-"""Properties that are functions of Python over the events of a run."""
+"""Properties defined by Python functions over the events of a run."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge_explore.properties.monitor import Monitor, Property, RunEnd, Scene
 
 EventFunction = Callable[[Sequence[Event]], str | None]
-"""Gets the events of a run when it is over; returns the violation in a sentence, or None."""
+"""Called with the events at the end of a run; returns the violation in a sentence, or None."""
 
 
 def property_of(function: EventFunction, *event_types: type[Event], name: str = "") -> Property:
-    """Make a property of a function. Runs that are watched by it are never taken for equal.
+    """Make a property from a function. Runs watched by it are never merged.
 
-    :param event_types: those that it gets; by default transitions and lines of the log.
-    :param name: of the property; the function's by default.
+    :param event_types: the types of events to collect; by default transitions and log lines.
+    :param name: the name of the property; by default the function's.
     """
     types = event_types or (*TRANSITION_TYPES, LogLine)
     text = (function.__doc__ or "").strip().partition("\n")[0]
@@ -35,16 +35,14 @@ class _EventMonitor(Monitor):
         self._events: list[Event] = []
 
     def take(self, event: Event) -> None:
-        """Keep an event."""
         self._events.append(event)
 
-    def end(self, end: RunEnd) -> None:  # noqa: ARG002 - however it ends
-        """Ask the function."""
+    def end(self, end: RunEnd) -> None:  # noqa: ARG002 - the same for each kind of end
         self.is_evaluated = True
         wrong = self._function(self._events)
         if wrong:
             self.scene.report(wrong)
 
     def state(self) -> Hashable | None:
-        """Return None: a function may look at everything."""
+        """Return None: the function may depend on all events."""
         return None

@@ -1,4 +1,4 @@
-"""A property: a name, and a monitor for each run that reports a violation."""
+"""Properties, and the monitors that check them in a run."""
 
 from __future__ import annotations
 
@@ -13,23 +13,22 @@ if TYPE_CHECKING:
     from cxbridge_explore.properties.tables import FactTables
 
 NOTHING: Final[tuple[Hashable, ...]] = ()
-"""The state of a monitor whose verdict depends on the present facts only."""
+"""The state of a monitor whose verdict depends only on the current facts."""
 
 
 class Ending(Enum):
-    """How a run came to its end, as far as properties ask for it."""
+    """The kind of a run's end, as far as properties distinguish it."""
 
-    OVER = "over"  # all root goals are over or maintain, no skill runs, the agenda is empty
-    STUCK = "stuck"  # nothing can ever happen again
-    CUT = "cut"  # it was given up: the time was up, or a component was lost
+    OVER = "over"  # all root goals are finished or maintained, no skill runs, the agenda is empty
+    STUCK = "stuck"  # nothing can happen any more
+    CUT = "cut"  # given up: time limit, or a lost component
 
 
 @dataclass(frozen=True, slots=True)
 class RunEnd:
     """The end of a run.
 
-    :param ending: how it came.
-    :param reason: more about it, in a sentence; may be empty.
+    :param reason: further details in a sentence; may be empty.
     """
 
     ending: Ending
@@ -38,14 +37,14 @@ class RunEnd:
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """A property that a run does not have.
+    """A violated property.
 
-    :param property: its name.
+    :param property: the name of the property.
     :param message: the violation, in a sentence.
-    :param seconds: the time since the start of the run, by its clock.
-    :param goal: the id of the goal in question; empty: none. The same holds for the next fields.
-    :param action: the plan-action, as ``NAME ARGUMENT...``.
-    :param skill: the skill.
+    :param seconds: since the start of the run, by its clock.
+    :param goal: the id of the goal concerned, or empty.
+    :param action: the plan-action concerned, as ``NAME ARGUMENT...``, or empty.
+    :param skill: the skill concerned, or empty.
     """
 
     property: str
@@ -56,7 +55,7 @@ class Violation:
     skill: str = ""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON, without empty fields."""
+        """Return the violation as JSON values, without empty fields."""
         about = {"goal": self.goal, "action": self.action, "skill": self.skill}
         return {
             "property": self.property,
@@ -67,26 +66,26 @@ class Violation:
 
 
 class Scene(Protocol):
-    """The run as a monitor sees it."""
+    """A monitor's view of the run."""
 
     @property
     def seconds(self) -> float:
-        """The time since the run began, by its clock."""
+        """The seconds since the start of the run, by its clock."""
 
     @property
     def tables(self) -> Sequence[FactTables]:
-        """The facts of each agent that is alive."""
+        """The facts of each living agent."""
 
     def report(self, message: str, *, goal: str = "", action: str = "", skill: str = "") -> None:
-        """Report a violation. The first report counts."""
+        """Report a violation. Only the first report counts."""
 
 
 class Monitor:
-    """Watches over one property in one run. Its methods are called in the run's thread.
+    """Checks one property in one run. All methods are called in the run's thread.
 
-    :ivar event_types: the events that :meth:`take` gets.
-    :ivar is_evaluated: whether there was an occasion at which the property could have been violated; a
-        property for which there was none in any run is vacuous.
+    :ivar event_types: the types of events for :meth:`take`.
+    :ivar is_evaluated: whether the property could have been violated; a property that no run evaluates is
+        vacuous.
     """
 
     event_types: tuple[type[Event], ...] = ()
@@ -96,43 +95,43 @@ class Monitor:
         self.is_evaluated = False
 
     def begin(self) -> None:
-        """Prepare; the run is about to begin."""
+        """Prepare for the start of the run."""
 
     def joined(self, tables: FactTables) -> None:
-        """Follow an agent that is about to be loaded: at the beginning, or after it was killed."""
+        """Start watching an agent before it is loaded: at the start, or after a restart."""
 
     def left(self, tables: FactTables) -> None:
-        """Forget an agent that was killed; its facts are none of the scene's any more."""
+        """Forget a killed agent, whose facts are already removed from the scene."""
 
     def take(self, event: Event) -> None:
-        """Take an event, at the moment at which it happens."""
+        """Handle an event when it happens."""
 
     def look(self) -> None:
-        """Look at the run after a loop."""
+        """Check the run after a loop."""
 
     def end(self, end: RunEnd) -> None:
-        """Look at the run at its end."""
+        """Check the run at its end."""
 
     def released(self) -> None:
-        """Look at the facts after the rules for the shutdown have run."""
+        """Check the facts after the shutdown rules have run."""
 
     def state(self) -> Hashable | None:
-        """Return the state on which later verdicts depend, besides the present facts.
+        """Return the state on which later verdicts depend, besides the current facts.
 
-        Times in it count from now. Ids of goals are separate strings, so that a comparison of runs can
-        rename them. None: unknown, and the run is not merged with another.
+        Times are relative to now. Ids of goals are separate strings, so that a comparison of runs can rename
+        them. None means unknown: the run is not merged.
         """
         return NOTHING
 
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """What must hold in every run.
+    """A property that must hold in every run.
 
     :param name: unique among the properties of a run.
     :param make: makes its monitor for a run.
-    :param text: its description for people.
-    :param source: the text that it can be read from again; empty when there is none.
+    :param text: the description.
+    :param source: the text that can be parsed again; may be empty.
     """
 
     name: str

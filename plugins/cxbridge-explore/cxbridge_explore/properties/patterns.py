@@ -1,8 +1,8 @@
-"""Patterns of CLIPS that CLIPS itself matches, without a change to the agent's rules.
+"""Matches patterns with CLIPS itself, without changing the agent's rules.
 
-A pattern becomes a rule whose last condition calls us, and is false: so it never comes to the agenda, and
-nothing fires. Such a rule sees each match at the moment at which it comes to be, between two rules as well.
-To know what matches now, the rule is defined for a moment, and taken away.
+A pattern becomes a rule whose last condition calls a Python function that returns FALSE, so that the rule is
+never activated. The function sees each match when it occurs, also between two firings. To get the current
+matches, the rule is defined and removed again.
 """
 
 from __future__ import annotations
@@ -30,15 +30,14 @@ _NOWHERE: Final = "(executive-initialized nowhere)"
 _numbers = count(1)
 
 Values = tuple[str, ...]
-"""The values of the variables of a pattern, as CLIPS prints them."""
+"""The values of a pattern's variables, as CLIPS prints them."""
 
 
 @dataclass(frozen=True, slots=True)
 class ConditionPattern:
     """Conditional elements of CLIPS.
 
-    :param elements: the elements.
-    :param where: where they are written.
+    :param where: their source position.
     """
 
     elements: tuple[SyntaxNode, ...]
@@ -46,27 +45,27 @@ class ConditionPattern:
 
     @property
     def text(self) -> str:
-        """The text of the pattern, on one line."""
+        """The elements as one line of text."""
         return " ".join(one_line(node.text) for node in self.elements)
 
     @property
     def says_absence(self) -> bool:
-        """Whether the pattern requires absent facts: a modify retracts a fact for a moment."""
+        """Whether the pattern requires the absence of facts. A modify retracts a fact for a moment."""
         return any(node.head in _ABSENCE for element in self.elements for node in element.walk())
 
     @property
     def parts(self) -> tuple[SyntaxNode, ...]:
-        """The patterns of facts in it."""
+        """The fact patterns in the elements."""
         return tuple(_facts(self.elements))
 
     @property
     def templates(self) -> tuple[str, ...]:
-        """The deftemplates in it, each once."""
+        """The deftemplates in the elements, without duplicates."""
         return tuple(dict.fromkeys(node.head for node in self.parts))
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """The variables that have a value where it matches, in order."""
+        """The variables that are bound by a match, in order."""
         outer = [node for node in self.elements if node.head not in ("not", "forall", "exists", "or")]
         words = (word.text for node in outer for word in node.walk() if word.items is None)
         return tuple(
@@ -83,9 +82,9 @@ def _facts(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
 
 
 def check_names(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
-    """Check that an environment has the deftemplates of a pattern, and their slots.
+    """Check the deftemplates and slots of a pattern.
 
-    :raises ConfigError: when it has not.
+    :raises ConfigError: if the environment lacks one.
     """
     known: list[str] = []
     for part in pattern.parts:
@@ -107,8 +106,8 @@ def check_names(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
 class Probe:
     """Finds the matches of a pattern in an environment.
 
-    :param variables: whose values are asked for; all of them must have one where the pattern matches.
-    :raises ConfigError: when CLIPS does not take the pattern.
+    :param variables: the variables to report; each match must bind all of them.
+    :raises ConfigError: if CLIPS rejects the pattern.
     """
 
     def __init__(
@@ -123,8 +122,8 @@ class Probe:
         self._now: set[Values] = set()
         env.udfs.define(self._name, self._note, len(variables))
         env.udfs.define(self._name_now, self._note_now, len(variables))
-        # CLIPS evaluates a test behind a new `not` before it knows whether that holds. So there is a rule
-        # that nothing ever activates, and later patterns share all its joins but the last
+        # CLIPS evaluates a test after a new `not` before it knows whether the `not` holds. Therefore a rule
+        # that is never activated builds the joins first, and later rules share all of them except the last.
         self._build(f"{self._name}-joins", f"{_LOADED} {pattern.text} {_NOWHERE}")
         self._asked = f"{_LOADED} {pattern.text} {_LOADED} {self._call(self._name_now)}"
 
@@ -137,18 +136,15 @@ class Probe:
         return FALSE
 
     def follow(self, matched: Callable[[Values], None]) -> None:
-        """Call ``matched`` with the values of the variables at each match from now on.
+        """Call ``matched`` with the variables' values at each match from now on.
 
-        Not for patterns that have a ``not``: see above.
+        Do not use this for patterns with ``not``, see above.
         """
         self._matched = matched
         self._build(self._name, f"{self._pattern.text} {self._call(self._name)}")
 
     def now(self) -> set[Values]:
-        """Return the values of the variables in the matches that there are now.
-
-        Before the agent is loaded there are none.
-        """
+        """Return the variables' values of all current matches; empty before the agent is loaded."""
         self._now = set()
         self._build(self._name_now, self._asked)
         self._env.eval(f"(undefrule {self._name_now})")

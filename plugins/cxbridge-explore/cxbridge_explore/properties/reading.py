@@ -1,4 +1,4 @@
-"""Properties of files: a list in ``properties.yaml`` of a scenario's folder."""
+"""Reads properties from ``properties.yaml`` in a scenario's folder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from cxbridge_explore.properties.forms import FORMS, read_property
 from cxbridge_explore.properties.monitor import Property
 
 FILE: Final = "properties.yaml"
-"""The name of the file in a scenario's folder."""
 
 _EXPECTED: Final = f"it is a list; an entry is one of: {'; '.join(FORMS)}; it may have a name: 'NAME: FORM'"
 
@@ -22,7 +21,7 @@ _EXPECTED: Final = f"it is a list; an entry is one of: {'; '.join(FORMS)}; it ma
 def read_properties(file: Path) -> list[Property]:
     """Return the properties of a file.
 
-    :raises ConfigError: when it cannot be read, or is wrong.
+    :raises ConfigError: if the file cannot be read or is invalid.
     """
     try:
         data = file.read_bytes()
@@ -46,9 +45,9 @@ def read_properties(file: Path) -> list[Property]:
 
 
 def find_property(text: str) -> Property:
-    """Return the built-in property of a name, or the one of a text form.
+    """Return a built-in property by name, or parse a text form.
 
-    :raises ConfigError: when it is neither.
+    :raises ConfigError: if the text is neither.
     """
     built_in = {each.name: each for each in builtin_properties()}
     name = text.strip()
@@ -60,7 +59,7 @@ def find_property(text: str) -> Property:
 
 
 def beside(scenario: Path | None) -> list[Property]:
-    """Return the properties of the file in a scenario's folder; none without such a file."""
+    """Return the properties in a scenario's folder; empty without the file."""
     if scenario is None:
         return []
     file = (scenario if scenario.is_dir() else scenario.parent) / FILE
@@ -68,9 +67,9 @@ def beside(scenario: Path | None) -> list[Property]:
 
 
 def joined(*groups: Iterable[Property]) -> tuple[Property, ...]:
-    """Return all of them.
+    """Combine groups of properties.
 
-    :raises ConfigError: when two have the same name.
+    :raises ConfigError: if two properties have the same name.
     """
     found: dict[str, Property] = {}
     for each in _chained(groups):

@@ -1,4 +1,4 @@
-"""The facts of an agent as monitors read them: each deftemplate is read again only when its facts changed."""
+"""The facts of an agent, cached by deftemplate until they change."""
 
 from __future__ import annotations
 
@@ -12,14 +12,11 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
 
 Slots = Mapping[str, "Value"]
-"""The slots of a fact, with their values."""
+"""Values by slot."""
 
 
 class FactTables:
-    """The facts of an environment.
-
-    :param env: the environment.
-    """
+    """The facts of an environment."""
 
     def __init__(self, env: ClipsEnvironment) -> None:
         self.env = env
@@ -33,9 +30,9 @@ class FactTables:
         return self.env.name
 
     def follow(self, template: str, changes: Changes | None = None) -> None:
-        """Track changes of a deftemplate's facts from now on; other deftemplates can be read, but slower.
+        """Cache the facts of a deftemplate and track their changes. Other deftemplates are read each time.
 
-        :param changes: where to note it.
+        :param changes: the object that records the changes.
         """
         if template not in self._changes:
             self._changes[template] = []
@@ -48,7 +45,7 @@ class FactTables:
         self._facts.pop(template, None)
         self._shown.pop(template, None)
         for changes in self._changes[template]:
-            changes.there_are = True
+            changes.is_pending = True
 
     def facts(self, template: str) -> Sequence[Slots]:
         """Return the facts of a deftemplate."""
@@ -60,7 +57,7 @@ class FactTables:
         return found
 
     def shown(self, template: str) -> Sequence[Mapping[str, str]]:
-        """Return the same with the values as CLIPS prints them."""
+        """Return the facts of a deftemplate with values as CLIPS prints them."""
         found = self._shown.get(template)
         if found is None:
             found = [{name: show(value) for name, value in slots.items()} for slots in self.facts(template)]
@@ -70,22 +67,22 @@ class FactTables:
 
 
 class Changes:
-    """Whether facts changed since the last look.
+    """Records whether facts have changed since the last check.
 
-    :param templates: the deftemplates that are followed for it.
+    :param templates: the deftemplates to follow.
     """
 
     def __init__(self, *templates: str) -> None:
-        self.there_are = True
+        self.is_pending = True
         self._templates = templates
 
     def follow(self, tables: FactTables) -> None:
-        """Note from now on what changes in an agent, too."""
-        self.there_are = True
+        """Also follow an agent."""
+        self.is_pending = True
         for template in self._templates:
             tables.follow(template, self)
 
-    def taken(self) -> bool:
-        """Whether there are any, which are looked at now."""
-        found, self.there_are = self.there_are, False
+    def take(self) -> bool:
+        """Return whether facts have changed, and reset the record."""
+        found, self.is_pending = self.is_pending, False
         return found

@@ -1,4 +1,4 @@
-"""Properties of patterns over time: never, always, eventually, after one another."""
+"""Temporal properties of patterns: never, always, eventually, after."""
 
 from __future__ import annotations
 
@@ -12,10 +12,7 @@ from cxbridge_explore.properties.tables import Changes, FactTables
 
 
 class PatternMonitor(Monitor):
-    """Defines its probes in each agent as soon as that has the deftemplates.
-
-    :param patterns: those that it asks for.
-    """
+    """Base class: defines the probes in each agent as soon as its deftemplates exist."""
 
     def __init__(self, scene: Scene, *patterns: ConditionPattern) -> None:
         super().__init__(scene)
@@ -23,23 +20,19 @@ class PatternMonitor(Monitor):
         self._waiting: list[FactTables] = []
 
     def begin(self) -> None:
-        """Follow the facts of the patterns."""
         self.changes = Changes(*{name for pattern in self._patterns for name in pattern.templates})
 
     def joined(self, tables: FactTables) -> None:
-        """Follow those of an agent, which is loaded later."""
         self._waiting.append(tables)
         self.changes.follow(tables)
 
     def left(self, tables: FactTables) -> None:
-        """Look for nothing in an agent that was killed."""
         if tables in self._waiting:
             self._waiting.remove(tables)
         else:
             self.forget(tables)
 
     def look(self) -> None:
-        """Look at the run after a loop."""
         for tables in list(self._waiting):
             env = tables.env
             ready = all(env.has_template(name) for each in self._patterns for name in each.templates)
@@ -54,18 +47,18 @@ class PatternMonitor(Monitor):
 
     @abstractmethod
     def probe(self, tables: FactTables) -> None:
-        """Define its constructs in an agent."""
+        """Define the probes in an agent."""
 
     @abstractmethod
     def forget(self, tables: FactTables) -> None:
-        """Ask it no more."""
+        """Forget the probes of an agent."""
 
     @abstractmethod
     def check(self) -> None:
-        """Look at the run after a loop; all agents are loaded."""
+        """Check the run after a loop; all agents are loaded."""
 
     def had_facts(self) -> bool:
-        """Whether there is a fact of each deftemplate of the patterns."""
+        """Return whether each deftemplate of the patterns has a fact."""
         return any(
             all(next(tables.env.facts(name), None) for each in self._patterns for name in each.templates)
             for tables in self.scene.tables
@@ -75,7 +68,7 @@ class PatternMonitor(Monitor):
 class Never(PatternMonitor):
     """A pattern never matches.
 
-    A pattern without ``not`` and ``forall`` is matched at each moment, other patterns after each loop.
+    Patterns without ``not`` and ``forall`` are matched at each moment, patterns with them after each loop.
     """
 
     def __init__(self, scene: Scene, pattern: ConditionPattern) -> None:
@@ -84,18 +77,15 @@ class Never(PatternMonitor):
         self._probes: dict[FactTables, Probe] = {}
 
     def probe(self, tables: FactTables) -> None:
-        """Look for the pattern in an agent."""
         probe = self._probes[tables] = Probe(tables.env, self._pattern, self._pattern.variables)
         if not self._pattern.says_absence:
             probe.follow(self._matched)
 
     def forget(self, tables: FactTables) -> None:
-        """Ask it no more."""
         del self._probes[tables]
 
     def check(self) -> None:
-        """Look for it after a loop."""
-        if not self.changes.taken():
+        if not self.changes.take():
             return
         self.is_evaluated = self.is_evaluated or self._pattern.says_absence or self.had_facts()
         if self._pattern.says_absence:
@@ -110,7 +100,7 @@ class Never(PatternMonitor):
 
 
 class Always(PatternMonitor):
-    """A pattern matches after each loop, from the end of the initialisation on; in each agent."""
+    """A pattern matches after each loop in each agent, from the end of the initialisation on."""
 
     def __init__(self, scene: Scene, pattern: ConditionPattern) -> None:
         super().__init__(scene, pattern)
@@ -118,20 +108,17 @@ class Always(PatternMonitor):
         self._probes: dict[FactTables, Probe] = {}
 
     def probe(self, tables: FactTables) -> None:
-        """Look for the pattern in an agent."""
         self._probes[tables] = Probe(tables.env, self._pattern)
 
     def forget(self, tables: FactTables) -> None:
-        """Ask it no more."""
         del self._probes[tables]
 
     def check(self) -> None:
-        """Look for it after a loop."""
         if not self.is_evaluated:
             for tables in self._probes:
                 if next(tables.env.facts("executive-initialized"), None) is None:
                     return
-        if not self.changes.taken() and self.is_evaluated:
+        if not self.changes.take() and self.is_evaluated:
             return
         self.is_evaluated = True
         for tables, probe in self._probes.items():
@@ -140,14 +127,14 @@ class Always(PatternMonitor):
                 self.scene.report(f"{self._pattern.text} does not match{agent}")
 
     def state(self) -> Hashable | None:
-        """Return whether it has begun."""
+        """Return whether the check has begun."""
         return self.is_evaluated
 
 
 class Eventually(PatternMonitor):
-    """A pattern matches at some moment, in some agent.
+    """A pattern matches at some moment in some agent.
 
-    :param within_s: since the run began; None: until its end.
+    :param within_s: the limit since the start of the run; None for its end.
     """
 
     def __init__(self, scene: Scene, pattern: ConditionPattern, within_s: float | None) -> None:
@@ -158,7 +145,6 @@ class Eventually(PatternMonitor):
         self._probes: dict[FactTables, Probe] = {}
 
     def probe(self, tables: FactTables) -> None:
-        """Look for the pattern in an agent."""
         probe = self._probes[tables] = Probe(tables.env, self._pattern)
         if not self._pattern.says_absence:
             probe.follow(self._note)
@@ -167,36 +153,34 @@ class Eventually(PatternMonitor):
         self._matched = True
 
     def forget(self, tables: FactTables) -> None:
-        """Ask it no more."""
         del self._probes[tables]
 
     def check(self) -> None:
-        """Look for it after a loop."""
         self.is_evaluated = True
-        if self._pattern.says_absence and self.changes.taken():
+        if self._pattern.says_absence and self.changes.take():
             self._matched = self._matched or any(probe.now() for probe in self._probes.values())
         if self._within_s is not None and not self._matched and self.scene.seconds > self._within_s:
             self.scene.report(f"{self._pattern.text} has not matched within {self._within_s:g} s")
 
     def end(self, end: RunEnd) -> None:
-        """Look whether it did; a run that was cut may have had it later."""
+        """Report a missing match, unless the run was cut before the limit."""
         if not self._matched and (end.ending is not Ending.CUT or self._within_s is None):
             self.scene.report(f"{self._pattern.text} has never matched")
 
     def state(self) -> Hashable | None:
-        """Return whether it has matched, and how much time is left."""
+        """Return whether the pattern has matched, or the remaining time."""
         if self._matched or self._within_s is None:
             return self._matched
         return round(self._within_s - self.scene.seconds, 3)
 
 
 class After(PatternMonitor):
-    """After a pattern has come to match, another one matches, too: then, or later.
+    """After a match of one pattern, another pattern matches at the same time or later.
 
-    Variables of the same name have the same values in both. A fact that is modified and still matches
-    has come to match once more.
+    Variables with the same name have the same values in both. A modified fact that still matches is a new
+    match.
 
-    :param within_s: so long it may take; None: until the end of the run.
+    :param within_s: the limit since the first match; None for the end of the run.
     """
 
     def __init__(
@@ -213,7 +197,6 @@ class After(PatternMonitor):
         self._before: dict[str, set[Values]] = {}
 
     def probe(self, tables: FactTables) -> None:
-        """Look for the patterns in an agent."""
         name = tables.name
         first = self._firsts[name] = Probe(tables.env, self._first, self._shared)
         second = self._seconds[name] = Probe(tables.env, self._second, self._shared)
@@ -223,7 +206,6 @@ class After(PatternMonitor):
             first.follow(partial(self._after, name))
 
     def forget(self, tables: FactTables) -> None:
-        """Expect nothing of it any more."""
         name = tables.name
         del self._firsts[name], self._seconds[name]
         self._before.pop(name, None)
@@ -239,8 +221,8 @@ class After(PatternMonitor):
         self._open.pop((agent, values), None)
 
     def check(self) -> None:
-        """After a loop, look at new matches and passed deadlines."""
-        changed = self.changes.taken()
+        """Check new matches and deadlines after a loop."""
+        changed = self.changes.take()
         if self._first.says_absence and changed:
             for name, probe in self._firsts.items():
                 now = probe.now()
@@ -248,7 +230,7 @@ class After(PatternMonitor):
                     self._after(name, values)
                 self._before[name] = now
         for name, probe in self._seconds.items():
-            # the second one may have been there before the first
+            # The second pattern may have matched before the first.
             if name in self._fresh or (changed and self._second.says_absence):
                 for values in probe.now():
                     self._then(name, values)
@@ -259,7 +241,7 @@ class After(PatternMonitor):
                     self._report(values, f"within {self._within_s:g} s")
 
     def end(self, end: RunEnd) -> None:
-        """Look at open obligations; a run that was cut might have met them later."""
+        """Report open obligations, unless the run was cut before the limit."""
         if end.ending is not Ending.CUT or self._within_s is None:
             for _, values in self._open:
                 self._report(values, "until the end")

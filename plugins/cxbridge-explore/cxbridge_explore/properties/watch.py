@@ -1,4 +1,4 @@
-"""Watches over the properties of one run."""
+"""Checks the properties of one run."""
 
 from __future__ import annotations
 
@@ -20,18 +20,16 @@ class WatchedAgent(Protocol):
     """An agent of a run."""
 
     @property
-    def executive(self) -> Executive:
-        """Its executive."""
+    def executive(self) -> Executive: ...
 
     @property
-    def bus(self) -> EventBus:
-        """Its events."""
+    def bus(self) -> EventBus: ...
 
 
 class PropertyScene:
-    """A run as the monitor of one property sees it.
+    """The view of a run for the monitor of one property.
 
-    :param name: the property's.
+    :param name: the name of the property.
     """
 
     def __init__(self, name: str, watch: PropertyWatch) -> None:
@@ -41,27 +39,23 @@ class PropertyScene:
 
     @property
     def seconds(self) -> float:
-        """The time since the run began, by its clock."""
         return self._watch.seconds
 
     @property
     def tables(self) -> Sequence[FactTables]:
-        """The facts of each agent."""
         return self._watch.tables
 
     def report(self, message: str, *, goal: str = "", action: str = "", skill: str = "") -> None:
-        """Report a violation. The first report counts."""
         if self.violation is None:
             self.violation = Violation(self.name, message, self.seconds, goal, action, skill)
 
 
 class PropertyWatch:
-    """Watches over the properties of a run. To be made before the agents are loaded.
+    """Checks the properties of a run. Create it before the agents are loaded.
 
-    :param properties: their names differ.
-    :param agents: of the run.
-    :param clock: of the run, which begins now.
-    :raises CxbridgeError: when a property is wrong.
+    :param properties: with different names.
+    :param clock: the run's clock; the run starts now.
+    :raises CxbridgeError: if a property is invalid.
     """
 
     def __init__(self, properties: Iterable[Property], agents: Sequence[WatchedAgent], clock: Clock) -> None:
@@ -80,11 +74,11 @@ class PropertyWatch:
 
     @property
     def tables(self) -> Sequence[FactTables]:
-        """The facts of each agent that is alive."""
+        """The facts of each living agent."""
         return tuple(self._tables.values())
 
     def joined(self, agent: WatchedAgent) -> None:
-        """Watch an agent, too, which is about to be loaded."""
+        """Start watching an agent before it is loaded."""
         tables = self._tables[agent] = FactTables(agent.executive.env)
         is_new_bus = id(agent.bus) not in self._buses
         self._buses.add(id(agent.bus))
@@ -94,45 +88,45 @@ class PropertyWatch:
                 agent.bus.subscribe(partial(_take, monitor, scene), *monitor.event_types)
 
     def left(self, agent: WatchedAgent) -> None:
-        """Take an agent that was killed for gone."""
+        """Forget an agent that was killed."""
         tables = self._tables.pop(agent)
         for monitor, _ in self._monitors.values():
             monitor.left(tables)
 
     @property
     def seconds(self) -> float:
-        """The time since the run began, by its clock."""
+        """The seconds since the start of the run, by its clock."""
         return (self._clock.now_us() - self._start_us) / MICROSECONDS
 
     def look(self) -> bool:
-        """Look at the run after a loop; return whether some property is violated by now."""
+        """Check the run after a loop, and return whether a property is violated."""
         for monitor, scene in self._monitors.values():
             if scene.violation is None:
                 monitor.look()
         return any(scene.violation is not None for _, scene in self._monitors.values())
 
     def end(self, end: RunEnd) -> None:
-        """Look at the run at its end, before the rules for the shutdown run."""
+        """Check the run at its end, before the shutdown rules fire."""
         self.look()
         for monitor, scene in self._monitors.values():
             if scene.violation is None:
                 monitor.end(end)
 
     def released(self) -> None:
-        """Look at the facts after the rules for the shutdown have run; the environments may be closed."""
+        """Check the facts after the shutdown rules; the environments may be closed."""
         for monitor, scene in self._monitors.values():
             if scene.violation is None:
                 monitor.released()
 
     @property
     def violations(self) -> list[Violation]:
-        """The properties that the run does not have, the first violated first."""
+        """The violations, in the order of time."""
         found = [scene.violation for _, scene in self._monitors.values() if scene.violation is not None]
         return sorted(found, key=lambda each: each.seconds)
 
     @property
     def evaluated(self) -> frozenset[str]:
-        """The names of the properties that could have been violated; the rest is undecided in this run."""
+        """The names of properties that the run could have violated; all further ones are undecided."""
         return frozenset(
             name
             for name, (monitor, scene) in self._monitors.items()
@@ -140,9 +134,9 @@ class PropertyWatch:
         )
 
     def state(self) -> Hashable | None:
-        """Return the state on which later verdicts depend, besides the facts; None when unknown.
+        """Return the state on which later verdicts depend, besides facts; None if unknown.
 
-        A property that is violated has its verdict, and so no state but that.
+        A violated property has its final verdict, so only the violation is part of the state.
         """
         states: list[Hashable] = []
         for name, (monitor, scene) in self._monitors.items():

@@ -1,1 +1,1 @@
-"""Thousands of runs of a scenario in drawn worlds, and their statistics about one agent, or about two."""
+"""Sweeps: thousands of runs of a scenario in drawn worlds, with statistics of one agent or two."""

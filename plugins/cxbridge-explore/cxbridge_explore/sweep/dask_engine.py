@@ -1,4 +1,4 @@
-"""Plays runs on a Dask cluster."""
+"""Plays the runs of a sweep on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ _TIMEOUT_S: Final = 30
 
 
 class DaskEngine(Closing):
-    """Plays runs on the workers of a scheduler; the agent and our code travel with the job.
+    """Plays runs on the workers of a Dask scheduler. The job contains the agent and the code of cxbridge.
 
-    Dask gives the work of a worker that dies to another one.
+    If a worker dies, Dask gives its work to another worker.
 
-    :param address: of the scheduler, ``HOST:PORT``.
-    :raises CxbridgeError: when it does not answer, or distributed is not installed.
+    :param address: ``HOST:PORT`` of the scheduler.
+    :raises CxbridgeError: if the scheduler does not reply, or distributed is not installed.
     """
 
     def __init__(self, address: str) -> None:
         try:
-            cloudpickle: Any = import_module("cloudpickle")  # its types are not known
+            cloudpickle: Any = import_module("cloudpickle")  # the package has no types
             self._dask: Any = import_module("distributed")
         except ModuleNotFoundError as error:
             raise CxbridgeError(
@@ -47,7 +47,6 @@ class DaskEngine(Closing):
             ) from error
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed; see :class:`~cxbridge_explore.sweep.engine.Engine`."""
         parcel = self._client.scatter(pack(job), broadcast=True)
         chunks = [list(seeds[start : start + _CHUNK]) for start in range(0, len(seeds), _CHUNK)]
         waiting = {self._submit(parcel, chunk): chunk for chunk in chunks}
@@ -65,12 +64,13 @@ class DaskEngine(Closing):
             else:
                 answers = future.result()
             for answer in answers:
-                row = pickle.loads(answer)  # noqa: S301 - from our own code, on our workers
+                row = pickle.loads(answer)  # noqa: S301 - from our code on our workers
                 if isinstance(row, CxbridgeError):
                     raise row
                 chunk.remove(row.seed)
                 yield row
-            for part in (chunk[:1], chunk[1:]):  # the worker died of the first remaining seed
+            # The first remaining seed killed the worker, so it is retried alone.
+            for part in (chunk[:1], chunk[1:]):
                 if part:
                     again = self._submit(parcel, part)
                     waiting[again] = part
@@ -80,5 +80,5 @@ class DaskEngine(Closing):
         return self._client.submit(play_remotely, parcel, list(chunk), retries=MOST_DEATHS, pure=False)
 
     def close(self) -> None:
-        """Leave the scheduler; unfinished work is dropped."""
+        """Disconnect from the scheduler; unfinished work is dropped."""
         self._client.close()

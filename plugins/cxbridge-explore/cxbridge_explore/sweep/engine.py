@@ -1,4 +1,4 @@
-"""Engines: what plays the runs of a sweep, here or elsewhere."""
+"""Engines that play the runs of a sweep."""
 
 from __future__ import annotations
 
@@ -18,44 +18,44 @@ from cxbridge_explore.sweep.frames import read_frame, write_frame
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
 MOST_DEATHS: Final = 3
-"""A seed with which this many workers died has crashed."""
+"""The number of worker deaths after which a seed counts as crashed."""
 
 _LOADING: Final = None
-"""What workers died of that had not begun with any seed."""
+"""Key for deaths of workers before their first seed."""
 
 _CHUNK: Final = 16
-"""Seeds that a worker gets at once: few enough that little is lost with it, and that all end together."""
+"""Seeds per chunk: few, so that a dead worker loses little and all workers finish together."""
 
 
 class Engine(Protocol):
-    """Plays runs somewhere."""
+    """An engine that plays runs."""
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
         """Yield a row for each seed, in any order.
 
-        :raises CxbridgeError: when the scenario is wrong.
+        :raises CxbridgeError: if the scenario is invalid.
         """
 
     def close(self) -> None:
-        """Let go of everything."""
+        """Release all resources."""
 
 
 class WorkerDiedError(CxbridgeError):
-    """A worker's process ended before its work was done."""
+    """A worker process ended before its work was done."""
 
 
 class NotLoadedError(WorkerDiedError):
-    """A worker's process ended before it had loaded the scenario."""
+    """A worker process ended before loading the scenario."""
 
 
 class WorkerProcess(Closing):
-    """A process that plays the runs of a job, see :mod:`cxbridge_explore.sweep.worker`. For one thread.
+    """A process that plays runs, see :mod:`cxbridge_explore.sweep.worker`. Used by one thread.
 
-    :param job: what all its runs have in common.
+    :param job: the common part of all runs.
     """
 
     def __init__(self, job: SweepJob) -> None:
-        self._process = subprocess.Popen(  # noqa: S603 - ourselves
+        self._process = subprocess.Popen(  # noqa: S603 - starts our own module
             python_command("-m", "cxbridge_explore.sweep.worker"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -65,14 +65,13 @@ class WorkerProcess(Closing):
 
     @property
     def pid(self) -> int:
-        """Its number."""
         return self._process.pid
 
     def rows(self, seeds: Sequence[int]) -> Iterator[RunRow]:
         """Yield the rows of these seeds, in order.
 
-        :raises CxbridgeError: when the scenario is wrong.
-        :raises WorkerDiedError: when the process ends before.
+        :raises CxbridgeError: if the scenario is invalid.
+        :raises WorkerDiedError: if the process ends early.
         """
         self._send(list(seeds))
         assert self._process.stdout is not None
@@ -91,27 +90,27 @@ class WorkerProcess(Closing):
                 yield answer
 
     def _died(self) -> WorkerDiedError:
-        """Return the meaning of the process' end."""
+        """Return the error for the end of the process."""
         status = self._process.wait()
-        how = f"signal {-status}" if status < 0 else f"exit status {status}"
+        ending = f"signal {-status}" if status < 0 else f"exit status {status}"
         if self._is_loaded:
-            return WorkerDiedError(f"worker {self.pid} ended with {how}")
+            return WorkerDiedError(f"worker {self.pid} ended with {ending}")
         return NotLoadedError(
-            f"the scenario does not come to its first skill: its process ended with {how}",
+            f"the scenario does not come to its first skill: its process ended with {ending}",
             hint="play it once with: cxbridge run",
         )
 
     def _send(self, message: object) -> None:
         assert self._process.stdin is not None
-        with suppress(OSError):  # it is gone: its answer will not come either
+        with suppress(OSError):  # the process has ended; reading its answer fails, too
             write_frame(self._process.stdin, pickle.dumps(message))
 
     def kill(self) -> None:
-        """End the process. From any thread."""
+        """Kill the process; called from any thread."""
         self._process.kill()
 
     def close(self) -> None:
-        """End the process, and let go of it."""
+        """Kill the process and release its streams."""
         self.kill()
         for stream in (self._process.stdin, self._process.stdout):
             if stream is not None:
@@ -121,18 +120,17 @@ class WorkerProcess(Closing):
 
 
 class LocalEngine(Closing):
-    """Plays runs in processes of this machine.
+    """Plays runs in processes on this machine.
 
-    A worker that dies is replaced; its unanswered seeds go to other workers.
+    A dead worker is replaced, and its remaining seeds go to other workers.
 
-    :param jobs: how many processes.
+    :param jobs: the number of processes.
     """
 
     def __init__(self, jobs: int) -> None:
         self._jobs = jobs
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed; see :class:`Engine`."""
         batch = _Batch(job, seeds, self._jobs)
         threads = [threading.Thread(target=batch.work) for _ in range(min(self._jobs, len(seeds)))]
         with ExitStack() as stack:
@@ -147,39 +145,39 @@ class LocalEngine(Closing):
                 yield answer
 
     def close(self) -> None:
-        """Do nothing: what plays ends with its rows."""
+        """Do nothing: the processes end with the rows."""
 
 
 class _Batch:
-    """The runs of one job, shared by threads that have a worker each.
+    """The runs of one job, shared by threads with one worker each.
 
-    :param jobs: how many threads.
+    :param jobs: the number of threads.
     """
 
     def __init__(self, job: SweepJob, seeds: Sequence[int], jobs: int) -> None:
         self.answers: queue.SimpleQueue[RunRow | BaseException] = queue.SimpleQueue()
         self._job = job
-        self._waiting: queue.SimpleQueue[list[int]] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[list[int]] = queue.SimpleQueue()
         self._deaths: Counter[int | None] = Counter()
         self._workers: set[WorkerProcess] = set()
         self._lock = threading.Lock()
         self._stopped = False
         size = max(1, min(_CHUNK, len(seeds) // (2 * jobs)))
         for start in range(0, len(seeds), size):
-            self._waiting.put(list(seeds[start : start + size]))
+            self._queue.put(list(seeds[start : start + size]))
 
     def work(self) -> None:
-        """Let one worker after the other play what waits, until nothing does."""
+        """Play the queued seeds with one worker after another until the queue is empty."""
         try:
-            while not self._waiting.empty():
-                with WorkerProcess(self._job) as worker, self._known(worker):
+            while not self._queue.empty():
+                with WorkerProcess(self._job) as worker, self._registered(worker):
                     self._feed(worker)
-        except BaseException as error:  # noqa: BLE001 - it belongs to who asked for the rows
+        except BaseException as error:  # noqa: BLE001 - passed on to the caller of rows()
             self.answers.put(error)
 
     @contextmanager
-    def _known(self, worker: WorkerProcess) -> Iterator[None]:
-        """Let a worker be stopped during the wait."""
+    def _registered(self, worker: WorkerProcess) -> Iterator[None]:
+        """Register a worker, so that it can be stopped."""
         with self._lock:
             self._workers.add(worker)
             if self._stopped:
@@ -191,10 +189,10 @@ class _Batch:
                 self._workers.discard(worker)
 
     def _feed(self, worker: WorkerProcess) -> None:
-        """Give a worker what waits, until nothing does or it dies."""
+        """Give a worker queued seeds until the queue is empty or the worker dies."""
         while True:
             try:
-                left = self._waiting.get_nowait()
+                left = self._queue.get_nowait()
             except queue.Empty:
                 return
             try:
@@ -202,13 +200,13 @@ class _Batch:
                     left.remove(row.seed)
                     self.answers.put(row)
             except WorkerDiedError as error:
-                self._bury(error, left)
+                self._requeue(error, left)
                 return
 
-    def _bury(self, error: WorkerDiedError, left: list[int]) -> None:
-        """Give the seeds of a dead worker to other workers.
+    def _requeue(self, error: WorkerDiedError, left: list[int]) -> None:
+        """Return the seeds of a dead worker to the queue.
 
-        :raises NotLoadedError: when all workers die before they have begun.
+        :raises NotLoadedError: if workers keep dying before their first seed.
         """
         cause = _LOADING if isinstance(error, NotLoadedError) else left[0]
         self._deaths[cause] += 1
@@ -217,14 +215,14 @@ class _Batch:
                 raise error
             self.answers.put(RunRow(left.pop(0), CRASHED, error.message))
         if left and not self._stopped:
-            self._waiting.put(left)
+            self._queue.put(left)
 
     def stop(self) -> None:
-        """Play no more."""
+        """Stop all workers and empty the queue."""
         with self._lock:
             self._stopped = True
             with suppress(queue.Empty):
                 while True:
-                    self._waiting.get_nowait()
+                    self._queue.get_nowait()
             for worker in self._workers:
                 worker.kill()

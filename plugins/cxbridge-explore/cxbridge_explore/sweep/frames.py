@@ -1,4 +1,7 @@
-"""Frames on a pipe: four bytes of length, then the data. It travels, so it imports nothing of ours."""
+"""Frames on a pipe: a length of four bytes, then the data.
+
+The module is sent to other machines, so it must not import other modules of cxbridge.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +14,14 @@ _LENGTH: Final = struct.Struct(">I")
 def write_frame(pipe: IO[bytes], data: bytes) -> None:
     """Write a frame.
 
-    :raises OSError: when the reader is gone.
+    :raises OSError: if the reader is gone.
     """
     pipe.write(_LENGTH.pack(len(data)) + data)
     pipe.flush()
 
 
 def read_frame(pipe: IO[bytes]) -> bytes | None:
-    """Return the next frame; None when there is no whole one any more."""
+    """Return the next frame, or None at the end or for an incomplete frame."""
     head = pipe.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
         return None

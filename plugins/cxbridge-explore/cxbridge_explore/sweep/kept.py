@@ -1,4 +1,4 @@
-"""Keeps the rows of a sweep in a file, so that an interrupted sweep resumes."""
+"""Stores the rows of a sweep in a file, so that an interrupted sweep can resume."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ _DECODER = msgspec.json.Decoder(_Line)
 
 
 class KeptRows(Closing):
-    """A file of rows, a line of JSON each. Existing rows are kept; new rows are appended.
+    """A file of rows, one JSON line each. New rows are appended.
 
-    :param file: made when it is missing.
-    :raises CxbridgeError: when it cannot be read or written, or holds something else.
+    :param file: created if missing.
+    :raises CxbridgeError: if the file cannot be read or written, or has other content.
     """
 
     def __init__(self, file: Path) -> None:
         self._file = file
         self._rows: dict[str, dict[int, RunRow]] = {}
         try:
-            whole = self._read(file.read_bytes()) if file.exists() else 0
+            complete_bytes = self._read(file.read_bytes()) if file.exists() else 0
             self._output: IO[bytes] = file.open("ab")
-            self._output.truncate(whole)
+            self._output.truncate(complete_bytes)
         except OSError as error:
             raise CxbridgeError(f"cannot be used: {error.strerror}", file=file) from error
 
     def _read(self, data: bytes) -> int:
-        """Read the existing rows; return the number of bytes in whole lines."""
-        whole = 0
+        """Read the existing rows and return the number of bytes in complete lines."""
+        complete_bytes = 0
         for number, line in enumerate(data.splitlines(keepends=True), 1):
             if not line.endswith(b"\n"):
                 break  # the writer was killed in the middle of the line
@@ -53,17 +53,16 @@ class KeptRows(Closing):
                     f"is not a row of a sweep: {error}", file=self._file, line=number
                 ) from None
             self._rows.setdefault(found.agent, {})[found.row.seed] = found.row
-            whole += len(line)
-        return whole
+            complete_bytes += len(line)
+        return complete_bytes
 
     def of(self, agent: str) -> dict[int, RunRow]:
-        """Return the rows of an agent, by seed."""
         return self._rows.get(agent, {})
 
     def add(self, agent: str, row: RunRow) -> None:
-        """Keep a row.
+        """Append a row.
 
-        :raises CxbridgeError: when it cannot be written.
+        :raises CxbridgeError: if the row cannot be written.
         """
         try:
             self._output.write(msgspec.json.encode(_Line(agent, row)) + b"\n")
@@ -72,6 +71,5 @@ class KeptRows(Closing):
             raise CxbridgeError(f"cannot be written: {error.strerror}", file=self._file) from error
 
     def close(self) -> None:
-        """Close the file."""
-        with suppress(OSError):  # a full disk was said before
+        with suppress(OSError):  # a full disk was already reported
             self._output.close()

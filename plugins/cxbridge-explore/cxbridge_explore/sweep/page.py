@@ -1,4 +1,4 @@
-"""The page about a sweep: outcomes, durations and goals, and the seeds to look at."""
+"""The HTML page about a sweep: outcomes, durations, goals, and seeds to inspect."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
 
 def write_page(sweeps: Mapping[str, Sequence[RunRow]], file: Path, command: str) -> None:
-    """Write the page about a sweep of one agent, or of two on the same seeds.
+    """Write the page about one agent, or about two on the same seeds.
 
-    :param sweeps: rows by the agent's name.
-    :param command: the command that makes it again.
-    :raises CxbridgeError: when the file cannot be written, or no installed package makes pages.
+    :param sweeps: rows by agent.
+    :param command: the command that makes the page again.
+    :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     write_document(file, "sweep", f"Sweep of {' and '.join(sweeps)}", as_document(sweeps, command))
 
 
 def as_document(sweeps: Mapping[str, Sequence[RunRow]], command: str) -> dict[str, Any]:
-    """Return the values of the page, as JSON has them."""
+    """Return the values of the page as JSON values."""
     by_seed = [{row.seed: row for row in rows} for rows in sweeps.values()]
     return {
         "command": command,

@@ -1,4 +1,4 @@
-"""Packs a job for machines that have neither the agent nor our version of cxbridge."""
+"""Packs a job for machines without the agent and without cxbridge."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from cxbridge_explore.sweep.remote import AGENT, CODE, JOB
 from cxbridge_explore.sweep.rows import SweepJob
 
 MOST_BYTES: Final = 64 * 1024 * 1024
-"""Of the files of an agent, before they are packed."""
+"""The limit of an agent's files before compression."""
 
 _SKIPPED: Final = frozenset({"__pycache__", ".git", ".venv", "node_modules"})
 _SHARED: Final = ("interfaces", "luaskills", "share")
 _ELSEWHERE: Final = frozenset({"fawkes_dir", "overlays"})
-"""Options whose folders are too large to travel: they must be at the same place everywhere."""
+"""Options whose folders are too large to pack: they must exist at the same path everywhere."""
 
 
 def pack(job: SweepJob) -> bytes:
-    """Return a job with its agent and our code, as ``play_remotely`` takes it.
+    """Return a job with its agent and the code of cxbridge, for ``play_remotely``.
 
-    :raises CxbridgeError: when the agent is too large, or a file cannot be read.
+    :raises CxbridgeError: if the agent is too large, or a file cannot be read.
     """
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as parcel:
@@ -43,13 +43,13 @@ def _add_code(parcel: zipfile.ZipFile) -> None:
         _write(parcel, f"{CODE}/cxbridge/{file.relative_to(package).as_posix()}", file)
     for name in _SHARED:
         folder = package.parent / name
-        if folder.is_dir():  # in a checkout they are next to the package
+        if folder.is_dir():  # in a checkout, these folders are next to the package
             for file in _files(folder):
                 _write(parcel, f"{CODE}/{name}/{file.relative_to(folder).as_posix()}", file)
 
 
 def _add_job(parcel: zipfile.ZipFile, job: SweepJob) -> None:
-    """Add the files that the options name, and the job with the places where they are then."""
+    """Add the files named by the options, and the job with their new paths."""
     moved: dict[str, Path] = {}
     size = 0
     options = job.options
@@ -98,7 +98,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _write(parcel: zipfile.ZipFile, name: str, file: Path) -> None:
-    """Add a file; equal files give equal parcels, so that workers unpack each once."""
+    """Add a file without its time, so that equal files give equal parcels and workers unpack each once."""
     try:
         parcel.writestr(zipfile.ZipInfo(name), file.read_bytes(), zipfile.ZIP_DEFLATED)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""One run of a sweep: the world of a seed, and the row that is kept of it."""
+"""One run of a sweep, in the world of a seed."""
 
 from __future__ import annotations
 
@@ -17,18 +17,17 @@ if TYPE_CHECKING:
 
 
 class GoalTally:
-    """Counts how goals ended, by class; a sink of events."""
+    """Counts the outcomes of goals by class; a sink of events."""
 
     def __init__(self) -> None:
         self._ends: dict[str, tuple[str, str]] = {}
 
     def __call__(self, event: Event) -> None:
-        """Take a transition of a goal."""
         if isinstance(event, GoalTransition) and event.outcome not in ("", "UNKNOWN"):
             self._ends[event.goal] = event.goal_class, event.outcome
 
     def by_class(self) -> dict[str, dict[str, int]]:
-        """Return how many goals of each class ended with each outcome."""
+        """Return the number of goals by class and outcome."""
         found: dict[str, dict[str, int]] = {}
         for (goal_class, outcome), count in Counter(self._ends.values()).items():
             found.setdefault(goal_class, {})[outcome] = count
@@ -36,9 +35,9 @@ class GoalTally:
 
 
 def play(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
-    """Play a run, and return its row.
+    """Play a run and return its row.
 
-    :raises CxbridgeError: when the scenario is wrong.
+    :raises CxbridgeError: if the scenario is invalid.
     """
     started = time.process_time()
     tally = GoalTally()

@@ -1,7 +1,7 @@
-"""The part of a sweep on a machine of a cluster: unpacks a parcel, and plays in child processes.
+"""The part of a sweep on a cluster machine: unpacks a parcel and plays its runs in child processes.
 
-It imports nothing of ours but frames: both modules travel as text, to workers that need not have cxbridge,
-only its dependencies.
+This module imports only frames of cxbridge. Both are sent as text to workers, which need the dependencies of
+cxbridge but not cxbridge itself.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from typing import Any, Final
 from cxbridge_explore.sweep import frames
 
 CODE: Final = "code"
-"""The folder of a parcel that has the package."""
+"""The folder of the package in a parcel."""
 
 AGENT: Final = "agent"
-"""The folder of a parcel that has the files of the agent; the work folder of who plays it."""
+"""The folder of the agent's files in a parcel; the working directory of the runs."""
 
 JOB: Final = "job"
-"""The file of a parcel that has the job, as :mod:`cxbridge_explore.sweep.worker` wants it."""
+"""The job in a parcel, as :mod:`cxbridge_explore.sweep.worker` reads it."""
 
 _LOADED: Final = pickle.dumps(None)
 _CACHE: dict[tuple[str, int], subprocess.Popen[bytes]] = {}
@@ -38,9 +38,9 @@ _LOCK: Final = threading.Lock()
 
 
 def play_remotely(parcel: bytes, seeds: list[int]) -> list[bytes]:
-    """Play the runs of some seeds; return a pickled row for each, or the error that ended it.
+    """Play the runs of some seeds and return a pickled row for each, or the error that ended the job.
 
-    :raises RuntimeError: when the process that plays dies: the cluster tries elsewhere.
+    :raises RuntimeError: if the process dies; the cluster retries elsewhere.
     """
     digest = hashlib.sha256(parcel).hexdigest()
     worker = _worker(parcel, digest)
@@ -84,7 +84,7 @@ def _worker(parcel: bytes, digest: str) -> subprocess.Popen[bytes]:
 
 
 def _forget(digest: str) -> None:
-    """Start the child process with this thread's next call."""
+    """Kill this thread's process; the next call starts another."""
     worker = _CACHE.pop((digest, threading.get_ident()), None)
     if worker is not None:
         worker.kill()
@@ -92,7 +92,7 @@ def _forget(digest: str) -> None:
 
 
 def _unpacked(parcel: bytes, digest: str) -> Path:
-    """Return the folder of a parcel; removed when this process ends."""
+    """Return the folder of a parcel. It is removed at exit."""
     with _LOCK:
         folder = _FOLDERS.get(digest)
         if folder is None:
@@ -104,5 +104,5 @@ def _unpacked(parcel: bytes, digest: str) -> Path:
 
 
 def modules() -> tuple[Any, ...]:
-    """Return the modules that have to travel."""
+    """Return the modules to send."""
     return (frames, sys.modules[__name__])

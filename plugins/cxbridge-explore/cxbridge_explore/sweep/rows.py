@@ -1,4 +1,4 @@
-"""The task of a sweep, and the result of each run."""
+"""The job of a sweep, and the result of each run."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ CRASHED: Final = "crashed"
 
 @dataclass(frozen=True, slots=True)
 class SweepJob:
-    """What all runs of a sweep have in common.
+    """The common part of all runs of a sweep.
 
-    :param options: as for ``cxbridge run``.
-    :param world: the file of the world; None: the one in the scenario's folder, or the usual world.
-    :param cpu_seconds: of processor time that a run may take before it counts as crashed.
+    :param options: the options of ``cxbridge run``.
+    :param world: the file of the world; None for the one in the scenario's folder, or the usual world.
+    :param cpu_seconds: the processor time after which a run counts as crashed.
     """
 
     options: RunOptions
@@ -37,16 +37,16 @@ _ENDS: Final = frozenset({"completed", "unsuccessful"})
 class RunRow:
     """The result of a run.
 
-    :param seed: of its world.
-    :param outcome: in a word, as ``cxbridge run`` says it; :data:`CRASHED` when its process died.
+    :param seed: the seed of its world.
+    :param outcome: the word printed by ``cxbridge run``, or :data:`CRASHED`.
     :param reason: in a sentence.
     :param makespan: seconds of the run's clock.
-    :param calls: calls of skills.
-    :param retries: those of them that were made before in the same words.
-    :param faults: choices that were not the usual ones and count as a fault.
-    :param goals: how many goals of each class ended with each outcome.
-    :param choices: those that were not the usual ones, as a path can have them.
-    :param cpu_seconds: of processor time.
+    :param calls: the number of skill calls.
+    :param retries: the number of repeated calls.
+    :param faults: the number of unusual choices that count as a fault.
+    :param goals: number of goals by class and outcome.
+    :param choices: the unusual choices as JSON values.
+    :param cpu_seconds: processor time.
     """
 
     seed: int
@@ -67,10 +67,10 @@ class RunRow:
 
     @property
     def came_to_its_end(self) -> bool:
-        """Whether the run ended by itself, well or not."""
+        """Whether the run ended by itself, successfully or not."""
         return self.outcome in _ENDS
 
 
 def outcomes_of(rows: Iterable[RunRow]) -> dict[str, int]:
-    """Return how many runs had each outcome, the most frequent first."""
+    """Return the number of runs by outcome, most frequent first."""
     return dict(Counter(row.outcome for row in rows).most_common())

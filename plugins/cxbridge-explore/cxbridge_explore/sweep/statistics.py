@@ -1,4 +1,4 @@
-"""Statistics of samples: quantiles, and confidence intervals."""
+"""Statistics of samples: quantiles and confidence intervals."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from typing import Final
 
 CONFIDENCE: Final = 0.95
 _SUBSETS: Final = 1999
-"""The number of subsets that an interval is made of: with one more, 2.5 % of them is a whole number."""
-_ROUNDING: Final = 1e-9  # 2000 * (1 - 0.95) / 2 is a little less than 50
+"""The number of sampled subsets: of 2000, one more than this, 2.5 % is a whole number."""
+_ROUNDING: Final = 1e-9  # 2000 * (1 - 0.95) / 2 is slightly less than 50 in floating point
 _FEW: Final = 200
-"""With fewer values the mean is not distributed normally enough."""
+"""With fewer values, the normal approximation of the mean is too coarse."""
 
 
 @dataclass(frozen=True, slots=True)
 class Quantiles:
-    """How values are distributed."""
+    """Quantiles of a sample."""
 
     minimum: float
     p05: float
@@ -32,7 +32,7 @@ class Quantiles:
 
     @classmethod
     def of(cls, values: Sequence[float]) -> Quantiles | None:
-        """Return those of values; None of none."""
+        """Return the quantiles of a sample, or None if it is empty."""
         if not values:
             return None
         ordered = sorted(values)
@@ -41,7 +41,7 @@ class Quantiles:
         return cls(ordered[0], p05, p25, median, p75, p95, ordered[-1], mean)
 
     def as_dict(self) -> dict[str, float]:
-        """Return them as JSON can have them."""
+        """Return the quantiles as JSON values."""
         return {
             "min": round(self.minimum, 6),
             "p05": round(self.p05, 6),
@@ -55,7 +55,7 @@ class Quantiles:
 
 
 def _quantile(ordered: Sequence[float], share: float) -> float:
-    """Return a quantile of ordered values, linear between two neighbours (Hyndman and Fan's type 7)."""
+    """Return a quantile of sorted values, interpolated linearly (Hyndman and Fan's type 7)."""
     place = share * (len(ordered) - 1)
     low = math.floor(place)
     high = min(low + 1, len(ordered) - 1)
@@ -64,9 +64,9 @@ def _quantile(ordered: Sequence[float], share: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """An estimate, and the interval that holds the true value with :data:`CONFIDENCE`.
+    """An estimate with its confidence interval for :data:`CONFIDENCE`.
 
-    The bounds are infinite when the values are too few for an interval.
+    The bounds are infinite if the sample is too small.
     """
 
     estimate: float
@@ -74,14 +74,14 @@ class Interval:
     high: float
 
     def as_dict(self) -> dict[str, float | None]:
-        """Return it as JSON can have it: an infinite bound is None."""
+        """Return the interval as JSON values; an infinite bound becomes None."""
         low, high = (round(bound, 6) if math.isfinite(bound) else None for bound in (self.low, self.high))
         return {"estimate": round(self.estimate, 6), "low": low, "high": high}
 
     def span(self, form: str, *, scale: float = 1.0, unit: str = "") -> str:
-        """Return the bounds for people, e.g. ``+2.0 to +13.0``.
+        """Return the bounds as text, such as ``+2.0 to +13.0``.
 
-        :param form: of each bound, as :func:`format` takes it.
+        :param form: the format of a bound for :func:`format`.
         """
         if not (math.isfinite(self.low) and math.isfinite(self.high)):
             return "too few for an interval"
@@ -89,14 +89,14 @@ class Interval:
 
     @property
     def excludes_zero(self) -> bool:
-        """Whether there is a difference: zero is not in the interval."""
+        """Whether the difference is significant: zero is outside of the interval."""
         return self.low > 0 or self.high < 0
 
 
 def proportion(count: int, total: int) -> Interval:
-    """Return the share of successes among trials, with Wilson's score interval.
+    """Return the share of successes with Wilson's score interval.
 
-    :param total: above 0.
+    :param total: at least 1.
     """
     z = _z()
     share = count / total
@@ -106,12 +106,12 @@ def proportion(count: int, total: int) -> Interval:
 
 
 def mean_interval(values: Sequence[float]) -> Interval:
-    """Return the mean of the distribution that values are drawn from.
+    """Return the mean of a sample with its confidence interval.
 
-    The interval of many values comes from the normal distribution, that of few from the means of their
-    subsets: the centre of a symmetric distribution is as probable between any two neighbours of these
-    means (Hartigan 1969). So it excludes zero when the exact permutation test of signs does, and five
-    values or fewer, even equal ones, have no interval.
+    Large samples use the normal distribution. For small samples, the centre of a symmetric distribution is
+    equally probable between any two neighbouring means of subsets (Hartigan 1969): the interval excludes zero
+    exactly if the permutation test of signs does. Five values or fewer have no interval, even if they are
+    equal.
 
     :param values: at least one.
     """
@@ -127,7 +127,7 @@ def mean_interval(values: Sequence[float]) -> Interval:
 
 
 def _subset_means(values: Sequence[float]) -> Iterator[float]:
-    """Yield the mean of each subset of values that is not empty; of :data:`_SUBSETS` when there are more."""
+    """Yield the mean of each non-empty subset, or of :data:`_SUBSETS` random subsets."""
     masks: Iterable[int] = range(1, 2 ** len(values))
     if 2 ** len(values) > _SUBSETS:
         rng = random.Random(0)  # noqa: S311 - the same values give the same interval

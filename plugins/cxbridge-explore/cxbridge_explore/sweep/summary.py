@@ -1,4 +1,4 @@
-"""The summary of a sweep's rows, and the comparison of two sweeps on the same seeds."""
+"""The summary of a sweep, and the comparison of two sweeps on the same seeds."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ _SHOWN_SEEDS: Final = 10
 
 @dataclass(frozen=True, slots=True)
 class SweepSummary:
-    """A sweep as a whole.
+    """The summary of a sweep.
 
-    :param rows: in the order of their seeds; at least one.
+    :param rows: in the order of seeds; at least one.
     """
 
     rows: Sequence[RunRow]
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """How many runs had each outcome."""
+        """The number of runs by outcome."""
         return outcomes_of(self.rows)
 
     @property
     def completed(self) -> Interval:
-        """The share of runs that were completed."""
+        """The share of completed runs."""
         return proportion(sum(row.is_completed for row in self.rows), len(self.rows))
 
     @property
     def makespan(self) -> Quantiles | None:
-        """How long the completed runs took; None when there is none."""
+        """The duration of completed runs; None without a completed run."""
         return Quantiles.of([row.makespan for row in self.rows if row.is_completed])
 
     @property
     def goals(self) -> dict[str, dict[str, int]]:
-        """How many goals of each class ended with each outcome, in all runs."""
+        """The number of goals by class and outcome, in all runs."""
         found: dict[str, Counter[str]] = {}
         for row in self.rows:
             for goal_class, outcomes in row.goals.items():
@@ -47,11 +47,11 @@ class SweepSummary:
         return {name: dict(found[name].most_common()) for name in sorted(found)}
 
     def seeds_of(self, outcome: str) -> list[int]:
-        """Return the first seeds whose runs had an outcome."""
+        """Return the first seeds with an outcome."""
         return [row.seed for row in self.rows if row.outcome == outcome][:_SHOWN_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the summary as JSON values."""
         makespan, retries = self.makespan, Quantiles.of([float(row.retries) for row in self.rows])
         return {
             "runs": len(self.rows),
@@ -69,10 +69,10 @@ class SweepSummary:
 
 @dataclass(frozen=True, slots=True)
 class AgentComparison:
-    """Two agents in the same worlds.
+    """The comparison of two agents in the same worlds.
 
-    :param first: the rows of one, by seed.
-    :param second: those of the other; the same seeds.
+    :param first: rows of the first agent by seed.
+    :param second: rows of the second agent, for the same seeds.
     """
 
     first: Mapping[int, RunRow]
@@ -80,14 +80,14 @@ class AgentComparison:
 
     @property
     def completed(self) -> Interval:
-        """By how much more runs the second one completes, as a share of all."""
+        """The difference in the share of completed runs, second minus first."""
         return mean_interval(
             [float(self.second[seed].is_completed) - row.is_completed for seed, row in self.first.items()]
         )
 
     @property
     def makespan(self) -> Interval | None:
-        """By how many seconds the second one takes longer, of the runs that both complete."""
+        """The difference in makespan in seconds, second minus first, over runs that both complete."""
         differences = self._differences()
         return mean_interval(list(differences.values())) if differences else None
 
@@ -99,14 +99,16 @@ class AgentComparison:
         }
 
     def farthest(self) -> list[int]:
-        """Return the seeds in which they differ most: another outcome first, then by their makespan."""
-        other = [seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome]
+        """Return the seeds with the largest differences: other outcomes first, then makespans."""
+        other_outcomes = [
+            seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome
+        ]
         differences = {seed: value for seed, value in self._differences().items() if value}
         longest = sorted(differences, key=lambda seed: (-abs(differences[seed]), seed))
-        return [*other, *longest][:_SHOWN_SEEDS]
+        return [*other_outcomes, *longest][:_SHOWN_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the comparison as JSON values."""
         makespan = self.makespan
         return {
             "completed": self.completed.as_dict(),

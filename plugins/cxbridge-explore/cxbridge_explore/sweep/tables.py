@@ -1,4 +1,4 @@
-"""Writes the rows of a sweep as tables: CSV, and Parquet where pyarrow is installed."""
+"""Writes the rows of a sweep as CSV, or as Parquet if pyarrow is installed."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ COLUMNS: Final = (
     "choices",
     "cpu_seconds",
 )
-"""The columns of both; ``goals`` and ``choices`` hold JSON."""
+"""The columns; ``goals`` and ``choices`` contain JSON."""
 
 
 def write_csv(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
-    """Write the rows of agents, each agent's in the order of their seeds.
+    """Write the rows as CSV, by agent and seed.
 
-    :param tables: rows by the agent's name.
-    :raises CxbridgeError: when the file cannot be written.
+    :param tables: rows by agent.
+    :raises CxbridgeError: if the file cannot be written.
     """
     with replacing(file) as fresh, fresh.open("w", encoding="utf-8", newline="") as output:
         writer = csv.DictWriter(output, COLUMNS, lineterminator="\n")
@@ -43,9 +43,9 @@ def write_csv(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
 
 
 def write_parquet(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
-    """Write the same as :func:`write_csv` as Parquet.
+    """Write the rows as Parquet, like :func:`write_csv`.
 
-    :raises CxbridgeError: when pyarrow is not installed, or the file cannot be written.
+    :raises CxbridgeError: if pyarrow is not installed, or the file cannot be written.
     """
     try:
         import pyarrow as pa  # noqa: PLC0415 - an extra

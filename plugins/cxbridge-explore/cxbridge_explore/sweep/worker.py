@@ -1,8 +1,8 @@
-"""A process that plays runs: it loads the scenario once, and forks for each seed.
+"""A process that plays runs: it loads the scenario once and forks for each seed.
 
-It talks with its parent by frames of pickled objects on standard input and output. It gets a
-SweepJob, then lists of seeds. It answers with None when the scenario is loaded,
-then with a row for each seed, in order; or with a :class:`~cxbridge.errors.CxbridgeError`, and ends.
+It exchanges frames of pickled objects with its parent over standard input and output. It receives a SweepJob,
+then lists of seeds. It sends None after loading the scenario, then a row for each seed in order, or a
+:class:`~cxbridge.errors.CxbridgeError` and ends.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from cxbridge_explore.worlds.points import ChoicePoint, Chooser, Option, RandomC
 
 
 class WorkerChannel:
-    """A worker's ends of its talk with who sweeps.
+    """A worker's connection to its parent.
 
-    :param seeds: lists of seeds come from here, after the job.
-    :param rows: rows go there.
+    :param seeds: the stream with the job and the lists of seeds.
+    :param rows: the stream for rows.
     """
 
     def __init__(self, seeds: IO[bytes], rows: IO[bytes]) -> None:
@@ -37,33 +37,30 @@ class WorkerChannel:
         self._rows = rows
 
     def job(self) -> SweepJob:
-        """Return the parcel."""
         data = read_frame(self._seeds)
         assert data is not None
         job: SweepJob = pickle.loads(data)  # noqa: S301 - from our own parent
         return job
 
     def seeds(self) -> Iterator[int]:
-        """Yield the seeds, until there are no more."""
+        """Yield the seeds until the end of the stream."""
         while (data := read_frame(self._seeds)) is not None:
             yield from pickle.loads(data)  # noqa: S301 - from our own parent
 
     def send(self, answer: RunRow | CxbridgeError | None) -> None:
-        """Send a row, or why there can be none; None: the scenario is loaded."""
+        """Send a row or an error; None after loading the scenario."""
         write_frame(self._rows, pickle.dumps(answer))
 
 
 class ForkingSeeds:
-    """Chooses in a process that has come to its first choice by forking: each child is the run of a seed.
+    """A chooser that forks the process at its first choice: each child is the run of a seed.
 
-    What runs of all seeds have in common is done once: loading, and everything before the first choice.
-
-    :param channel: where the seeds come from and the rows go to.
+    Loading the scenario, and everything before the first choice, happens only once.
     """
 
     def __init__(self, channel: WorkerChannel, job: SweepJob) -> None:
         self.seed: int | None = None
-        """Of this child; None in the process that serves."""
+        """The seed of this child; None in the serving process."""
         self.started = 0.0
         self._channel = channel
         self._job = job
@@ -71,17 +68,17 @@ class ForkingSeeds:
         self._row_end = -1
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
-        """Return the choices of the seed of this process; the serving process does not return."""
+        """Return the choice for this process's seed. The serving process never returns."""
         if self.seed is None:
             self._serve()
         return self._chooser.choose(index, point)
 
     def _serve(self) -> None:
-        """Play all seeds that come, each in a child; return in the children only."""
+        """Fork a child for each seed. Only the children return."""
         forking.limit_cpu_seconds(None)
         self._channel.send(None)
         gc.collect()
-        gc.freeze()  # existing objects stay shared: no collection of a child touches them
+        gc.freeze()  # Keep existing objects shared with the children: no collection touches their pages.
         for seed in self._channel.seeds():
             reading, writing = os.pipe()
             child = forking.fork()
@@ -94,33 +91,33 @@ class ForkingSeeds:
         os._exit(0)
 
     def _become(self, seed: int, row_end: int) -> None:
-        """Be the run of a seed from here on."""
+        """Turn this child into the run of a seed."""
         forking.limit_cpu_seconds(self._job.cpu_seconds)
         self.seed, self._row_end = seed, row_end
         self.started = time.process_time()
         self._chooser = RandomChooser(seed)
 
     def finish(self, row: RunRow) -> None:
-        """Hand the row of this child to the process that serves, and be gone."""
+        """Send the row of this child to the serving process, and exit."""
         with os.fdopen(self._row_end, "wb") as pipe:
             pickle.dump(row, pipe)
         os._exit(0)
 
 
 def _received(reading: int, child: int, seed: int) -> RunRow:
-    """Return the row that a child sends, or one that says how it died."""
+    """Return the row of a child, or a row about its death."""
     with os.fdopen(reading, "rb") as pipe:
         data = pipe.read()
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if status == 0 and data:
         row: RunRow = pickle.loads(data)  # noqa: S301 - from our own child
         return row
-    how = f"signal {-status}" if status < 0 else f"exit status {status}"
-    return RunRow(seed, CRASHED, f"its process ended with {how}")
+    ending = f"signal {-status}" if status < 0 else f"exit status {status}"
+    return RunRow(seed, CRASHED, f"its process ended with {ending}")
 
 
 def serve(channel: WorkerChannel) -> None:
-    """Play runs until there are no seeds left."""
+    """Play runs until the end of the seeds."""
     job = channel.job()
     try:
         with file_errors():
@@ -139,7 +136,7 @@ def _play_all(channel: WorkerChannel, job: SweepJob) -> None:
 
 
 def _serve_forking(channel: WorkerChannel, job: SweepJob) -> None:
-    """Play all seeds; return when there are none left."""
+    """Play all seeds by forking; return after the last seed."""
     chooser = ForkingSeeds(channel, job)
     forking.limit_cpu_seconds(job.cpu_seconds)
     row = play(job, 0, chooser)
@@ -147,12 +144,12 @@ def _serve_forking(channel: WorkerChannel, job: SweepJob) -> None:
         chooser.finish(replace(row, seed=chooser.seed, cpu_seconds=time.process_time() - chooser.started))
     forking.limit_cpu_seconds(None)
     channel.send(None)
-    for seed in channel.seeds():  # no choice came: all runs are this one
+    for seed in channel.seeds():  # The run has no choices, so all seeds give the same row.
         channel.send(replace(row, seed=seed, cpu_seconds=0.0))
 
 
 def main() -> None:
-    """Be a worker; the output of the run goes to standard error."""
+    """Run a worker; the output of the runs goes to standard error."""
     rows = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     serve(WorkerChannel(sys.stdin.buffer, rows))

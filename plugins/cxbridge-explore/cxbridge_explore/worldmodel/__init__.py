@@ -1,1 +1,1 @@
-"""What can happen in the world of a run, as a ``world.yaml`` says: its model, reader and checks."""
+"""The possible events of a run as described by ``world.yaml``: model, reader and checks."""

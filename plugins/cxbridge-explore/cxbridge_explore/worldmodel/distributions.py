@@ -1,4 +1,4 @@
-"""Distributions of seconds: what durations are drawn from, and which of them stand for all."""
+"""Distributions of durations, and the values that represent them in an exploration."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from statistics import NormalDist
 from typing import Final, assert_never
 
 DIGITS: Final = 3
-"""Drawn seconds are rounded to milliseconds, so that a path can carry them as text."""
+"""Drawn seconds are rounded to milliseconds, so that a path can contain them as text."""
 
 _TAIL: Final = 0.05
 
 
 class Shape(StrEnum):
-    """The kinds of distributions, with their parameters."""
+    """The kinds of distributions; comments list their parameters."""
 
     CONSTANT = "constant"  # value
     UNIFORM = "uniform"  # least, greatest
     NORMAL = "normal"  # mean, standard deviation
     LOGNORMAL = "lognormal"  # median, standard deviation of the logarithm
     EXPONENTIAL = "exponential"  # mean
-    CHOICE = "choice"  # values, each as likely as another
+    CHOICE = "choice"  # equally likely values
 
 
 PARAMETERS: Final = {
@@ -33,18 +33,18 @@ PARAMETERS: Final = {
     Shape.LOGNORMAL: ("median", "standard deviation of the logarithm"),
     Shape.EXPONENTIAL: ("mean",),
 }
-"""The names of the parameters of each shape but a choice, which has any number."""
+"""Names of the parameters by shape; a choice has any number."""
 
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
     """A distribution of seconds.
 
-    :param parameters: those of :class:`Shape`.
-    :param least: lower values become this one.
-    :param most: higher values become this one.
-    :param listed: seconds that represent the distribution in an exploration, the usual one first; empty:
-        median, minimum and maximum.
+    :param parameters: the parameters of the shape.
+    :param least: the lower bound; smaller values become it.
+    :param most: the upper bound; larger values become it.
+    :param listed: the values that represent the distribution in an exploration, the usual one first; empty
+        for median, minimum and maximum.
     """
 
     shape: Shape
@@ -55,13 +55,12 @@ class Distribution:
 
     @classmethod
     def constant(cls, seconds: float) -> Distribution:
-        """Return the constant distribution of this many seconds."""
         return cls(Shape.CONSTANT, (seconds,))
 
     def quantile(self, share: float) -> float:
-        """Return the seconds that a share of all does not exceed.
+        """Return a quantile.
 
-        :param share: from 0 to 1; without the ends where there is no least or greatest.
+        :param share: from 0 to 1; excluding the ends of an unbounded distribution.
         """
         return round(min(max(self._unbounded(share), self.least), self.most), DIGITS)
 
@@ -84,7 +83,7 @@ class Distribution:
         assert_never(self.shape)
 
     def draw(self, rng: random.Random) -> float:
-        """Draw seconds, with one number of the generator."""
+        """Draw a value, with one number of the generator."""
         share = rng.random()
         while not share:
             share = rng.random()
@@ -92,17 +91,17 @@ class Distribution:
 
     @property
     def median(self) -> float:
-        """The usual seconds: the first that is listed, else the median."""
+        """The usual value: the first listed value, else the median."""
         return self.listed[0] if self.listed else self.quantile(0.5)
 
     @property
     def least_usual(self) -> float:
-        """The minimum; of a distribution with tails, the 5 % quantile."""
+        """The minimum, or the 5 % quantile of a distribution with tails."""
         return self.quantile(0.0 if self._is_bounded else _TAIL)
 
     @property
     def most_usual(self) -> float:
-        """The maximum; of a distribution with tails, the 95 % quantile."""
+        """The maximum, or the 95 % quantile of a distribution with tails."""
         return self.quantile(1.0 if self._is_bounded else 1 - _TAIL)
 
     @property
@@ -111,11 +110,11 @@ class Distribution:
 
     @property
     def representatives(self) -> tuple[float, ...]:
-        """The seconds that stand for all of it in an exploration, the usual one first."""
+        """The values that represent the distribution in an exploration, the usual one first."""
         found = self.listed or (self.median, self.least_usual, self.most_usual)
         return tuple(dict.fromkeys(found))
 
 
 def text_of(seconds: float) -> str:
-    """Return seconds as a path has them."""
+    """Return seconds as text for a path."""
     return f"{seconds:.{DIGITS}f}".rstrip("0").rstrip(".")

@@ -1,4 +1,4 @@
-"""Checks that a world is about things that its scenario has; errors name file and line."""
+"""Checks the names in a world against its scenario; errors have file and line."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _SKILL: Final = re.compile(r"\w+")
 
 
 def check_world(world: WorldModel, run: Run | Team) -> None:
-    """Check the names of a world against the scenario of a run.
+    """Check the names in a world against the scenario of a run.
 
-    :raises ConfigError: when it names something unknown.
+    :raises ConfigError: if a name is unknown.
     """
     names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
     check_world_of(world, list(run.agents), names)
@@ -29,11 +29,11 @@ def check_world(world: WorldModel, run: Run | Team) -> None:
 def check_world_of(
     world: WorldModel, agents: Iterable[Run], names: Collection[str], *, as_written: bool = False
 ) -> None:
-    """Check the names of a world against a scenario.
+    """Check the names in a world against a scenario.
 
-    :param names: of its agents; none when there is only one.
-    :param as_written: whether the skills of executors are read from their texts, and nothing is imported.
-    :raises ConfigError: when it names something unknown.
+    :param names: the names of the agents; empty for a single agent.
+    :param as_written: read the skills of executors from text, without importing them.
+    :raises ConfigError: if a name is unknown.
     """
     for agent in agents:
         _check_agent(world, agent, known_skills(agent, as_written=as_written))
@@ -61,10 +61,10 @@ def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None
 
 
 def known_skills(agent: Run, *, as_written: bool) -> set[str]:
-    """Return the skills that an action is mapped to, or that an executor of the skill board has.
+    """Return the skills in action mappings and of executors on the skill board.
 
     :param as_written: see :func:`check_world_of`.
-    :returns: none when an executor computes its skills, and only its text is read.
+    :returns: empty if an executor computes its skills and only its text is read.
     """
     found = {
         name.group()
@@ -82,7 +82,7 @@ def known_skills(agent: Run, *, as_written: bool) -> set[str]:
 
 
 def _executing(agent: Run) -> set[str]:
-    """Return the names of the Skillers of this process, and of the executors of the skill board."""
+    """Return the names of the local Skillers and of the executors on the skill board."""
     board = agent.skill_board
     served = frozenset[str]() if board is None else board.skillers
     found = {item.name for item in skiller_settings(agent.config, "simulator", served)}

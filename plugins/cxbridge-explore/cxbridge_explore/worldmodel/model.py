@@ -1,4 +1,4 @@
-"""The possible events in the world of a run, and their probabilities: the content of a ``world.yaml``."""
+"""The content of a ``world.yaml``: possible events of a run and their probabilities."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge_explore.worldmodel.distributions import Distribution
 
 WORLD_FILE: Final = "world.yaml"
-"""The name of the file in the scenario's folder."""
 
 LIKELY: Final = 0.1
-"""The probability of an event without a given probability."""
+"""The default probability of an event."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorldPlace:
-    """Where a world is written down, for errors.
+    """The source position of a part of the world, for errors.
 
-    :param file: None: in Python.
+    :param file: None for a world made in Python.
     """
 
     file: Path | None = None
@@ -30,11 +29,11 @@ class WorldPlace:
 
 @dataclass(frozen=True, slots=True)
 class SkillFailure:
-    """A way in which a skill fails.
+    """A failure of a skill.
 
-    :param name: what paths call it.
+    :param name: its name in paths.
     :param error: the error of the skill.
-    :param after: when, seconds; None: when the skill would usually be over.
+    :param after: seconds until the failure; None for the usual duration of the skill.
     """
 
     name: str = "fails"
@@ -45,12 +44,12 @@ class SkillFailure:
 
 @dataclass(frozen=True, slots=True)
 class SkillModel:
-    """What calls of a skill can do.
+    """The possible results of skill calls.
 
-    :param pattern: which calls; the name ``*`` stands for all.
-    :param duration: None: as the scenario says: its executor, its static estimator, or a second.
-    :param hangs: the probability that it does not end.
-    :param mute: the probability that an executor of the skill board does not report its progress.
+    :param pattern: the calls; the name ``*`` matches all.
+    :param duration: None for the duration in the scenario: the executor's, a static estimate, or one second.
+    :param hangs: the probability that the skill never ends.
+    :param mute: the probability that an executor does not report its progress.
     """
 
     pattern: SkillPattern
@@ -61,16 +60,15 @@ class SkillModel:
     place: WorldPlace = field(default_factory=WorldPlace, compare=False)
 
     def matches(self, call: SkillStringCall) -> bool:
-        """Whether it is about this call."""
         return self.pattern.name == "*" or self.pattern.matches(call)
 
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """The moments at which the world is asked, seconds since the run began.
+    """Moments of decisions, in seconds since the start of the run.
 
-    :param every: 0: each loop.
-    :param until: the last one.
+    :param every: the period; 0 for each loop.
+    :param until: the last moment.
     """
 
     every: float = 0.0
@@ -80,13 +78,13 @@ class Times:
 
 @dataclass(frozen=True, slots=True)
 class SensedValue:
-    """A field of an interface whose value the world decides.
+    """A field of an interface with a decided value.
 
-    :param uid: ``TYPE::ID`` of the interface; the world is its writer.
-    :param name: of the field.
+    :param uid: ``TYPE::ID`` of the interface, which the world writes.
+    :param name: the name of the field.
     :param values: with their probabilities, the usual one first.
-    :param at: when, seconds; the values stay until the next time.
-    :param after: names of skills; it is decided when a call of one ends, too.
+    :param at: seconds of the decisions; a value stays until the next decision.
+    :param after: names of skills whose ends also cause a decision.
     """
 
     uid: str
@@ -99,13 +97,13 @@ class SensedValue:
 
 @dataclass(frozen=True, slots=True)
 class MessageFault:
-    """Messages to writers of interfaces that do not arrive, or late.
+    """Lost or delayed messages to writers of interfaces.
 
-    :param uid: of the interface; may have the shell's patterns.
-    :param type: of the message; ``*``: all.
-    :param lost: the probability that one is lost.
-    :param late: the probability that one comes late.
-    :param delay: how late, seconds.
+    :param uid: the interface; may contain shell patterns.
+    :param type: the type of the message; ``*`` matches all.
+    :param lost: the probability of a loss.
+    :param late: the probability of a delay.
+    :param delay: the delay in seconds.
     """
 
     uid: str
@@ -120,9 +118,9 @@ class MessageFault:
 class Absence:
     """A Skiller or an executor that may vanish.
 
-    :param name: of the Skiller, or the id of the executor's interface.
-    :param times: when; None: when a skill begins.
-    :param back: after how many seconds it comes back; None: never.
+    :param name: the Skiller's name, or the id of the executor's interface.
+    :param times: the moments of decisions; None for the start of each skill.
+    :param back: seconds until it returns; None for never.
     """
 
     name: str
@@ -134,11 +132,10 @@ class Absence:
 
 @dataclass(frozen=True, slots=True)
 class Kill:
-    """An agent of several that may be killed: its process ends without a word, as by ``kill -9``.
+    """An agent of a team that may be killed, as by ``kill -9``.
 
-    :param agent: its name; ``*``: any.
-    :param times: when.
-    :param back: after how many seconds it is started again; None: never.
+    :param agent: its name; ``*`` matches all.
+    :param back: seconds until its restart; None for never.
     """
 
     agent: str = "*"
@@ -150,12 +147,12 @@ class Kill:
 
 @dataclass(frozen=True, slots=True)
 class PlannerModel:
-    """What calls of planners can do.
+    """The possible results of planner calls.
 
-    :param none: the probability that there is no plan.
-    :param fails: the probability that the planner fails.
-    :param late: the probability that the plan comes late.
-    :param delay: how late, seconds of the run's clock.
+    :param none: the probability of no plan.
+    :param fails: the probability of a failure.
+    :param late: the probability of a delayed plan.
+    :param delay: the delay in seconds of the run's clock.
     """
 
     none: float = 0.0
@@ -166,11 +163,12 @@ class PlannerModel:
 
 @dataclass(frozen=True, slots=True)
 class WorldModel:
-    """A world.
+    """The possible events of a run.
 
-    :param skills: the first that matches a call counts; then ``otherwise``.
-    :param order: when the world decides in which order the agents take their turns; None: as configured.
-    :param planner: what planners do; None: they plan.
+    :param skills: the first match of a call counts.
+    :param otherwise: for calls without a match.
+    :param order: the moments when the order of the agents' turns is decided; None for the configured order.
+    :param planner: None for planners without faults.
     """
 
     skills: tuple[SkillModel, ...] = ()
@@ -183,9 +181,8 @@ class WorldModel:
     planner: PlannerModel | None = None
 
     def skill(self, call: SkillStringCall) -> SkillModel:
-        """Return the possible outcomes of a call."""
         return next((each for each in self.skills if each.matches(call)), self.otherwise)
 
 
 NOTHING_FAILS: Final = WorldModel(otherwise=SkillModel(SkillPattern("*"), failures=()))
-"""The world in which each skill succeeds after its usual time."""
+"""The world in which each skill succeeds after its usual duration."""

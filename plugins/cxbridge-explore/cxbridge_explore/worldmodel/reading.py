@@ -1,4 +1,4 @@
-"""Reads a ``world.yaml``; see docs/worlds.md. Errors name file and line."""
+"""Reads a ``world.yaml``; see docs/worlds.md. Errors have file and line."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _EPSILON: Final = 1e-9
 
 
 def find_world(folder: Path) -> Path | None:
-    """Return the ``world.yaml`` in a folder, if there is one."""
+    """Return the ``world.yaml`` in a folder, or None."""
     file = folder / WORLD_FILE
     return file if file.is_file() else None
 
@@ -53,15 +53,15 @@ def find_world(folder: Path) -> Path | None:
 def read_world(file: Path) -> WorldModel:
     """Read a world.
 
-    :raises CxbridgeError: when the file cannot be read, or a value in it is invalid.
+    :raises CxbridgeError: if the file cannot be read, or a value is invalid.
     """
     return world_of(Configuration.load(file))
 
 
 def world_of(document: Configuration) -> WorldModel:
-    """Return the world that a configuration is.
+    """Return the world described by a configuration.
 
-    :raises CxbridgeError: when a value in it is invalid.
+    :raises CxbridgeError: if a value is invalid.
     """
     refuse_unknown(document, "/", _WORLD)
     refuse_unknown(document, "/otherwise", _OTHERWISE)

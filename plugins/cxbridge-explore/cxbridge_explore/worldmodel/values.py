@@ -1,4 +1,4 @@
-"""Reads parts of a ``world.yaml``: probabilities, seconds, distributions; errors name file and line."""
+"""Reads parts of a ``world.yaml``: probabilities, seconds, distributions. Errors have file and line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BOUNDS: Final = ("min", "max", "explore")
 
 
 def place_of(document: Configuration, path: str) -> WorldPlace:
-    """Return where a value is, or the first below it."""
+    """Return the position of a value, or of the first value below the path."""
     value = document.get(path) if document.exists(path) else next(document.walk(path), None)
     if value is None or not value.file:
         return WorldPlace()
@@ -28,13 +28,16 @@ def place_of(document: Configuration, path: str) -> WorldPlace:
 
 
 def wrong(document: Configuration, path: str, fault: str, hint: str | None = None) -> ConfigError:
-    """Return the error that something at a path is."""
+    """Return the error for a value.
+
+    :param fault: a phrase that follows the path.
+    """
     place = place_of(document, path)
     return ConfigError(f"{path[1:]} {fault}", file=place.file, line=place.line, hint=hint)
 
 
 def refuse_unknown(document: Configuration, path: str, known: Collection[str]) -> None:
-    """Raise :class:`ConfigError` for a key that means nothing, or a value where keys belong."""
+    """Raise `ConfigError` for an unknown key, or for a value in place of keys."""
     names = document.keys(path)
     if not names and document.exists(path) and (document.is_list(path) or document.get(path).text):
         raise wrong(document, path, "must be a map", f"with: {', '.join(known)}")
@@ -47,7 +50,7 @@ def refuse_unknown(document: Configuration, path: str, known: Collection[str]) -
 def items(document: Configuration, path: str) -> list[str]:
     """Return the paths of the maps in a list.
 
-    :raises ConfigError: when it is something else.
+    :raises ConfigError: if the value is not a list of maps.
     """
     names = document.keys(path)
     if any(not name.isdigit() for name in names):
@@ -62,7 +65,7 @@ def items(document: Configuration, path: str) -> list[str]:
 def probability(document: Configuration, path: str, default: float = LIKELY) -> float:
     """Read a probability.
 
-    :raises ConfigError: when it is not from 0 to 1.
+    :raises ConfigError: if it is not from 0 to 1.
     """
     value = document.get_float(path, default=default)
     if not 0 <= value <= 1:
@@ -73,7 +76,7 @@ def probability(document: Configuration, path: str, default: float = LIKELY) -> 
 def seconds(document: Configuration, path: str, default: float = 0.0) -> float:
     """Read a time or a duration.
 
-    :raises ConfigError: when it is negative, or endless.
+    :raises ConfigError: if it is negative or too large.
     """
     return _checked(document, path, document.get_float(path, default=default))
 
@@ -87,7 +90,7 @@ def _checked(document: Configuration, path: str, value: float) -> float:
 def times(document: Configuration, path: str, default: Times | None = None) -> Times:
     """Read ``every``, ``from`` and ``until``.
 
-    :raises ConfigError: when a value is invalid.
+    :raises ConfigError: if a value is invalid.
     """
     default = default or Times()
     refuse_unknown(document, path, ("every", "from", "until"))
@@ -102,9 +105,9 @@ def times(document: Configuration, path: str, default: Times | None = None) -> T
 
 
 def distribution(document: Configuration, path: str) -> Distribution:
-    """Read seconds, or a distribution of them.
+    """Read a number of seconds, or a distribution.
 
-    :raises ConfigError: when it is invalid.
+    :raises ConfigError: if it is invalid.
     """
     if document.exists(path):
         return Distribution.constant(seconds(document, path))
@@ -137,7 +140,7 @@ def _parameters(document: Configuration, path: str, shape: Shape) -> tuple[float
 
 
 def _listed(document: Configuration, path: str, found: Distribution) -> tuple[float, ...]:
-    """Return the seconds that stand for a distribution in an exploration."""
+    """Return the values that represent a distribution in an exploration."""
     if not document.exists(path):
         return ()
     named = dict(zip(_NAMED, (found.median, found.least_usual, found.most_usual), strict=True))

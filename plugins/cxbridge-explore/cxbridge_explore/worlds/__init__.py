@@ -1,1 +1,1 @@
-"""The worlds that a run can meet: its choice points, who chooses there, and a run in such a world."""
+"""Worlds of runs: choice points, choosers, and a run in a chosen world."""

@@ -1,4 +1,4 @@
-"""Decides the events of the world of a run, at its choice points."""
+"""Decides the events of a run at its choice points."""
 
 from __future__ import annotations
 
@@ -10,22 +10,19 @@ from cxbridge_explore.worlds.points import ChoiceKind, ChoicePoint, Draw, NotedC
 
 
 class Ask(Protocol):
-    """Decides the events of the world."""
+    """Decides an event."""
 
     def __call__(
         self, kind: ChoiceKind, subject: str, options: tuple[Option, ...], draw: Draw | None = None
     ) -> Option:
-        """Return the option that is taken at the next choice point.
+        """Return the option for the next choice point.
 
-        :param draw: makes options in addition to those.
+        :param draw: makes further options.
         """
 
 
 class Asking:
-    """Asks a chooser, and knows how long the run lasts already.
-
-    :param chooser: who chooses.
-    """
+    """Asks a chooser, with the time of the run."""
 
     def __init__(self, chooser: NotedChooser, clock: Clock) -> None:
         self._chooser, self._clock = chooser, clock
@@ -33,28 +30,24 @@ class Asking:
 
     @property
     def seconds(self) -> float:
-        """The time since the run began, by its clock."""
+        """The seconds since the start of the run, by its clock."""
         return (self._clock.now_us() - self._start_us) / MICROSECONDS
 
     def __call__(
         self, kind: ChoiceKind, subject: str, options: tuple[Option, ...], draw: Draw | None = None
     ) -> Option:
-        """Return the option that is taken at the next choice point."""
         return self._chooser.ask(ChoicePoint(kind, subject, self.seconds, options, draw))
 
 
 class Schedule:
-    """Knows when the world is to be asked again.
-
-    :param times: when.
-    """
+    """The moments of decisions."""
 
     def __init__(self, times: Times) -> None:
         self._times = times
         self._next = times.begin
 
     def is_due(self, seconds: float) -> bool:
-        """Whether it is time, at most once for each time of the schedule."""
+        """Return whether a decision is due; True once for each moment."""
         if not self._next <= seconds <= self._times.until:
             return False
         while self._times.every and self._next <= seconds:
@@ -68,5 +61,5 @@ def fault(name: str, probability: float) -> Option:
 
 
 def unless(usual: str, *faults: Option) -> tuple[Option, ...]:
-    """Return options: the usual one, and faults."""
+    """Return a usual option and faults; the usual option gets the remaining probability."""
     return (Option(usual, weight=max(0.0, 1 - sum(each.weight for each in faults))), *faults)

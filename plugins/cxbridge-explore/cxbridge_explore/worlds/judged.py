@@ -1,4 +1,4 @@
-"""A run in a chosen world that is judged as `cxbridge run` judges it."""
+"""A run in a chosen world, judged like ``cxbridge run``."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, WorldRun, mak
 
 
 class JudgedRun(Closing):
-    """A run that is made, and played once. A context manager.
+    """A run that is played once. A context manager.
 
-    :param options: as for ``cxbridge run``.
-    :param chooser: is asked at each choice point.
-    :param world: the possible events; None: the file in the scenario's folder.
+    :param options: the options of ``cxbridge run``.
+    :param chooser: decides at each choice point.
+    :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
-    :raises CxbridgeError: when the scenario or the world is wrong.
+    :raises CxbridgeError: if the scenario or the world is invalid.
     """
 
     def __init__(
@@ -46,9 +46,9 @@ class JudgedRun(Closing):
         self._loss = ""
 
     def play(self) -> tuple[RunResult, WorldResult]:
-        """Play it to its end; return its end, and its choices. Wall seconds are not measured.
+        """Play the run to its end; return the verdict and the choices. Real time is not measured.
 
-        :raises CxbridgeError: when the agent is broken.
+        :raises CxbridgeError: if the agent is broken.
         """
         result = self.world.play(self._look)
         ended = sum_up_run(
@@ -69,11 +69,10 @@ class JudgedRun(Closing):
             self._checks.start()
         self._checks.look()
         self._loss = self.world.assembly.loss
-        waits = self.world.is_expecting  # an agent that will come back changes something
+        waits = self.world.is_expecting  # an agent that will be restarted can still change something
         self._is_stuck = not self._loss and not waits and self._watch.look()
         return bool(self._loss) or self._is_stuck
 
     def close(self) -> None:
-        """End it and let go of everything."""
         self._watchdog.stop()
         self.world.close()

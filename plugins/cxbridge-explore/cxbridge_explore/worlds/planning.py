@@ -1,4 +1,4 @@
-"""The choices about planners: no plan, a failure, or a plan that comes late."""
+"""Choices about planners: no plan, a failure, or a late plan."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _NO_PLAN, _FAILS, _LATE = "no plan", "fails", "late"
 
 
 class ChosenPlanning(PlanningService):
-    """Makes plans, unless the world decides otherwise.
+    """Makes plans unless the world decides on a fault.
 
-    :param asking: returns who is asked; once a plan is wanted.
-    :param env: whose plans these are.
+    :param asking: returns the chooser; called when a plan is requested.
+    :param env: the environment that requests plans.
     """
 
     def __init__(self, planner: PlannerModel, asking: Callable[[], Asking], env: str) -> None:
@@ -27,7 +27,7 @@ class ChosenPlanning(PlanningService):
         self._options = unless("plans", *(fault(name, weight) for name, weight in faults if weight))
 
     def call(self, request: PlanRequest) -> PlanCall:
-        """Start making a plan, if there is to be one."""
+        """Start making a plan, unless the world decides on a fault."""
         ask = self._asking()
         if len(self._options) == 1:
             return super().call(request)
@@ -44,7 +44,7 @@ class ChosenPlanning(PlanningService):
 
 
 class _SettledCall(PlanCall):
-    """A call of which nothing comes."""
+    """A call without a plan."""
 
     def __init__(self, service: PlanningService, request: PlanRequest, status: PlanStatus) -> None:
         super().__init__(service, request)
@@ -52,16 +52,14 @@ class _SettledCall(PlanCall):
 
     @property
     def result(self) -> PlanResult | None:
-        """The result."""
         return self._settled
 
-    def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - it is there
-        """Return the result."""
+    def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - the result is known at once
         return self._settled
 
 
 class _HeldCall(PlanCall):
-    """A plan that is not delivered before its time."""
+    """A call whose plan is delivered late."""
 
     def __init__(
         self, service: PlanningService, request: PlanRequest, call: PlanCall, is_due: Callable[[], bool]
@@ -75,10 +73,12 @@ class _HeldCall(PlanCall):
         return self._call.result if self._cancelled or self._is_due() else None
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:
-        """Return the result; before its time None, without waiting: the run's clock has to advance."""
+        """Return the result, or None before its time.
+
+        It does not wait, since the run's clock must advance.
+        """
         return self._call.wait(timeout) if self._cancelled or self._is_due() else None
 
     def cancel(self) -> None:
-        """Give up the plan."""
         self._cancelled = True
         self._call.cancel()

@@ -1,4 +1,4 @@
-"""Choice points: the moments of a run at which the world, not the agent, decides the next event."""
+"""Choice points: the moments of a run at which the world decides the next event."""
 
 from __future__ import annotations
 
@@ -12,31 +12,29 @@ from typing import Any, Final, Protocol
 from cxbridge.errors import CxbridgeError
 
 USUAL: Final = 0
-"""The index of the default option: the event without a fault."""
+"""The index of the option without a fault."""
 
 
 class ChoiceKind(StrEnum):
-    """The subject of a choice."""
-
-    SKILL = "skill"  # how a call of a skill ends
+    SKILL = "skill"  # the result of a skill call
     DURATION = "duration"
     FEEDBACK = "feedback"
     SENSED = "sensed"  # a value of an interface
-    MESSAGE = "message"  # it is lost, or comes late
-    SKILLER = "skiller"  # a Skiller or an executor vanishes, or comes back
+    MESSAGE = "message"  # lost or delayed
+    SKILLER = "skiller"  # a Skiller or an executor vanishes or returns
     PLANNER = "planner"
-    ORDER = "order"  # whose turn it is, of several agents or activations
-    KILL = "kill"  # an agent of several ends without a word
+    ORDER = "order"  # the turns of agents or activations
+    KILL = "kill"  # an agent of a team is killed
 
 
 @dataclass(frozen=True, slots=True)
 class Option:
     """An event that the world can choose.
 
-    :param name: its name in paths, e.g. ``fails``; unique within its choice point.
-    :param faults: how many of the faults that an exploration allows it uses up.
-    :param weight: its likelihood relative to the other options of the point.
-    :param value: the value of the option; its type depends on the kind of choice.
+    :param name: the name in paths, such as ``fails``; unique within its choice point.
+    :param faults: the number of faults it uses up in an exploration.
+    :param weight: the probability relative to the other options.
+    :param value: depends on the kind of choice.
     """
 
     name: str
@@ -46,25 +44,23 @@ class Option:
 
 
 class Draw(Protocol):
-    """Makes options in addition to the listed ones: values of a distribution."""
+    """Makes further options of a choice point: values of a distribution."""
 
-    def draw(self, rng: random.Random) -> Option:
-        """Return one that is drawn."""
+    def draw(self, rng: random.Random) -> Option: ...
 
     def read(self, name: str) -> Option | None:
-        """Return the one of that name; None: it makes none of such a name."""
+        """Return the option with a name from a path; None for other names."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChoicePoint:
     """A moment at which the world decides.
 
-    :param kind: the kind of the choice.
-    :param subject: the subject in particular, e.g. ``Skiller: deliver{wp='wp1'}``. Runs with equal
-        choices before have equal subjects here.
-    :param seconds: the time since the start of the run, by its clock.
-    :param options: at least two, or one together with ``draw``; the first is the usual one.
-    :param draw: makes further options, which the listed ones represent. None: there are no further options.
+    :param subject: the specific subject, such as ``Skiller: deliver{wp='wp1'}``. Runs with equal choices
+        before have equal subjects.
+    :param seconds: since the start of the run, by its clock.
+    :param options: at least two, or one with ``draw``; the usual one first.
+    :param draw: makes further options, represented by the listed ones; or None.
     """
 
     kind: ChoiceKind
@@ -79,7 +75,6 @@ class Choice:
     """The chosen option of a choice point.
 
     :param index: the number of the point in its run, from 0.
-    :param point: the point.
     :param option: the index of the option.
     """
 
@@ -89,11 +84,10 @@ class Choice:
 
     @property
     def taken(self) -> Option:
-        """The option that was taken."""
         return self.point.options[self.option]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it; :func:`read_path` takes it back."""
+        """Return the choice as JSON values for :func:`read_path`."""
         return {
             "index": self.index,
             "kind": self.point.kind.value,
@@ -105,49 +99,47 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A choice that a path prescribes; the subject shows whether the run is still the one it is for."""
+    """A choice in a path. The subject reveals whether the run still fits the path."""
 
     subject: str
     option: str
 
 
 ChoicePath = Mapping[int, Step]
-"""The choices of a run that are not the usual ones, by the index of their point; empty: no fault at all."""
+"""The unusual choices of a run by the index of their point; empty for the usual run."""
 
 
 class DivergedError(CxbridgeError):
-    """A path was not followed: the run had other choice points than the one that the path was written for."""
+    """A path was not followed: the run has other choice points."""
 
 
 class Chooser(Protocol):
     """Chooses at the choice points of a run."""
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
-        """Return the index of the option that is taken, or one that the point's ``draw`` has made.
+        """Return the index of the chosen option, or an option made by the point's ``draw``.
 
         :param index: the number of the point in its run, from 0.
-        :raises DivergedError: when a path cannot be followed.
+        :raises DivergedError: if a path cannot be followed.
         """
 
 
 def read_path(choices: list[dict[str, Any]]) -> ChoicePath:
-    """Return the path that :meth:`Choice.as_dict` wrote; usual choices are allowed and left out."""
+    """Return the path written by :meth:`Choice.as_dict`."""
     return {each["index"]: Step(each["subject"], each["option"]) for each in choices}
 
 
 class UsualChooser:
     """Takes the usual option everywhere."""
 
-    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - all points alike
-        """Return the usual one."""
+    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - the same option everywhere
         return USUAL
 
 
 class PathChooser:
-    """Follows a path, and lets another one choose where the path says nothing.
+    """Follows a path, and asks another chooser at points outside of the path.
 
-    :param path: the prescribed choices.
-    :param then: None: the usual option.
+    :param then: the other chooser; None for the usual option.
     """
 
     def __init__(self, path: ChoicePath, then: Chooser | None = None) -> None:
@@ -155,7 +147,6 @@ class PathChooser:
         self._then = then or UsualChooser()
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
-        """Return the choice of the path."""
         step = self._path.get(index)
         if step is None:
             return self._then.choose(index, point)
@@ -177,21 +168,19 @@ class PathChooser:
 
 
 class RandomChooser:
-    """Draws: options by their weights, durations from their distributions.
+    """Draws options by their weights, and durations from their distributions.
 
-    A draw depends on the seed, on the subject of the choice, and on the number of earlier choices of the
-    subject. So two versions of an agent meet the same world with one seed, even when one of them acts in
-    between.
+    A draw depends on the seed, the subject, and the number of earlier choices with this subject. Therefore
+    two versions of an agent meet the same world with one seed, even if they act differently in between.
 
-    :param seed: runs of one seed are equal.
+    :param seed: equal seeds give equal runs.
     """
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
         self._before: Counter[str] = Counter()
 
-    def choose(self, index: int, point: ChoicePoint) -> int | Option:  # noqa: ARG002 - other choosers count
-        """Return the drawn option."""
+    def choose(self, index: int, point: ChoicePoint) -> int | Option:  # noqa: ARG002 - subjects are counted instead
         subject = f"{point.kind}/{point.subject}"
         rng = random.Random(f"{self._seed}/{subject}/{self._before[subject]}")  # noqa: S311 - a simulation repeats
         self._before[subject] += 1
@@ -203,20 +192,17 @@ class RandomChooser:
 
 
 class NotedChooser:
-    """Keeps what another one chooses.
-
-    :param chooser: who chooses.
-    """
+    """Records the choices of another chooser."""
 
     def __init__(self, chooser: Chooser) -> None:
         self.choices: list[Choice] = []
         self._chooser = chooser
 
     def ask(self, point: ChoicePoint) -> Option:
-        """Return the chosen option of the next point of the run."""
+        """Return the option for the next point of the run."""
         index = len(self.choices)
         chosen = self._chooser.choose(index, point)
-        if isinstance(chosen, Option):  # a drawn one becomes one of the point's
+        if isinstance(chosen, Option):  # a drawn option is added to the options of the point
             point = replace(point, options=(*point.options, chosen))
             chosen = len(point.options) - 1
         choice = Choice(index, point, chosen)

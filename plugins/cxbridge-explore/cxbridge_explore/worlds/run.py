@@ -1,4 +1,4 @@
-"""A run whose world is chosen: a chooser decides at choice points."""
+"""A run in a chosen world: a chooser decides at choice points."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WorldResult:
-    """How a run in a chosen world ended.
+    """The end of a run in a chosen world.
 
-    :param is_over: whether it came to its end.
-    :param seconds: of the run's clock.
-    :param choices: all of them, in order.
+    :param is_over: whether the run ended by itself.
+    :param seconds: the duration by the run's clock.
+    :param choices: all choices, in order.
     """
 
     is_over: bool
@@ -49,27 +49,26 @@ MakeAssembly = Callable[[RunOptions, Additions], "Run | Team"]
 
 
 def make_scenario(options: RunOptions, additions: Additions) -> Run | Team:
-    """Make the run of a scenario."""
     return make_run(options, additions=additions)
 
 
 def world_beside(options: RunOptions) -> WorldModel:
-    """Return the world of a scenario's folder; without one each call of a skill may fail.
+    """Return the world in the scenario's folder; without one, each skill call may fail.
 
-    :raises CxbridgeError: when its file is invalid.
+    :raises CxbridgeError: if the file is invalid.
     """
     file = find_world(source_of(options).config_file().parent)
     return WorldModel() if file is None else read_world(file)
 
 
 class WorldRun(Closing):
-    """A run whose world is asked for. A context manager; no thread is alive while a chooser is asked.
+    """A run in a chosen world. A context manager. No thread is alive while the chooser is asked.
 
-    :param options: as for ``cxbridge run``; their executors of skills are ignored.
-    :param chooser: is asked at each choice point.
-    :param world: the possible events; None: the file in the scenario's folder.
+    :param options: the options of ``cxbridge run``, without their executors of skills.
+    :param chooser: decides at each choice point.
+    :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
-    :raises CxbridgeError: when the scenario or the world is wrong.
+    :raises CxbridgeError: if the scenario or the world is invalid.
     """
 
     def __init__(
@@ -92,7 +91,7 @@ class WorldRun(Closing):
             self._parts = {agent.name: self._part(agent) for agent in self.assembly.agents}
             stack.callback(self._close_parts)
             self._kills, self._order = self._team_choices(self.assembly)
-            self.assembly.loop.add(Hook.POST_LOOP, self._happen)
+            self.assembly.loop.add(Hook.POST_LOOP, self._apply_events)
             self._stack = stack.pop_all()
 
     def _additions(self) -> Additions:
@@ -117,19 +116,19 @@ class WorldRun(Closing):
 
     @property
     def watchers(self) -> list[AgentWatcher]:
-        """The watchers of the run's agents. A single agent is not killed."""
+        """The watchers of a team's agents. A single agent is never killed."""
         return self.assembly.watchers if isinstance(self.assembly, Team) else []
 
     def left(self, agent: Run) -> None:
-        """Let go of the world of an agent that was killed."""
+        """Close the world of a killed agent."""
         self._parts.pop(agent.name).close()
 
     def joined(self, agent: Run) -> None:
-        """Make the world of an agent that starts again."""
+        """Make the world of a restarted agent."""
         self._parts[agent.name] = self._part(agent)
 
-    def _happen(self) -> None:
-        """Let happen what happens between two loops."""
+    def _apply_events(self) -> None:
+        """Apply the events between two loops."""
         for part in self._parts.values():
             part.loop()
         for kill in self._kills:
@@ -139,14 +138,14 @@ class WorldRun(Closing):
 
     @property
     def seconds(self) -> float:
-        """The time since the run began, by its clock."""
+        """The seconds since the start of the run, by its clock."""
         return self._ask.seconds
 
     def state(self) -> tuple[Hashable, ...] | None:
-        """Return the state on which the Skillers' next events depend, besides interfaces; times from now on.
+        """Return the state on which the Skillers' next events depend, besides interfaces; times from now.
 
-        None: unknown. Executors of a skill board are programs, whose progress is invisible; and a
-        scenario's own world has more pending events than those of Skillers.
+        None means unknown: executors of a skill board have hidden progress, and a configured world has more
+        pending events than those of Skillers.
         """
         agents = self.assembly.agents
         if self._world != WorldModel() or any(agent.skill_board is not None for agent in agents):
@@ -156,29 +155,29 @@ class WorldRun(Closing):
 
     @property
     def answers(self) -> list[SkillAnswer]:
-        """How the calls of skills end that have begun, of the agents that live, one after the other."""
+        """The results of skill calls of the living agents, agent by agent."""
         return [answer for part in self._parts.values() for answer in part.answers]
 
     @property
     def is_over(self) -> bool:
-        """Whether every root goal is over, no skill runs, the agenda is empty and no agent will come back."""
+        """Whether root goals are finished, no skill runs, the agenda is empty and no agent will restart."""
         is_busy = any(part.running for part in self._parts.values())
         return self.assembly.is_over and not is_busy and not self.is_expecting
 
     @property
     def is_expecting(self) -> bool:
-        """Whether an agent that was killed will come back."""
+        """Whether a killed agent will restart."""
         return any(kill.is_expecting for kill in self._kills)
 
     def start(self) -> None:
-        """Load the agents; a second call does nothing. Loading asks for no choice."""
+        """Load the agents once, without choices."""
         if not self._is_started:
             self._is_started = True
             with self.assembly.loop.busy():
                 self.assembly.start()
 
     def play(self, look: Callable[[], bool] = lambda: False) -> WorldResult:
-        """Run to the end, or until ``look`` is true after a loop."""
+        """Run to the end, or until ``look`` returns True after a loop."""
         assembly = self.assembly
         self.start()
         for part in self._parts.values():
@@ -196,15 +195,15 @@ class WorldRun(Closing):
             part.close()
 
     def close(self) -> None:
-        """End the run and let go of everything."""
+        """End the run and release all resources."""
         self._stack.close()
 
 
 class AgentWorld(Closing):
     """The world of one agent.
 
-    :param agent: not started yet.
-    :param prefix: the beginning of the subjects of its choices.
+    :param agent: an agent that is not started yet.
+    :param prefix: the prefix of the subjects of its choices.
     """
 
     def __init__(self, world: WorldModel, agent: Run, ask: Asking, prefix: str) -> None:
@@ -244,14 +243,12 @@ class AgentWorld(Closing):
 
     @property
     def running(self) -> bool:
-        """Whether a skill runs."""
         return self._skills.running
 
     def loop(self) -> None:
-        """Let happen what happens between two loops."""
+        """Apply the events between two loops."""
         for step in self._steps:
             step()
 
     def close(self) -> None:
-        """Let go of everything."""
         self._stack.close()

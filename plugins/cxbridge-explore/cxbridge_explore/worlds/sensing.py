@@ -1,4 +1,4 @@
-"""The choices about what an agent gets from its blackboard: sensed values, and messages."""
+"""Choices about the inputs of an agent: sensed values and messages."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from cxbridge_explore.worlds.points import ChoiceKind, Option
 
 _SKILL: Final = re.compile(r"\w+")
 OWNER: Final = "world"
-"""Who opens the interfaces that a world writes, and whose messages it loses."""
+"""The owner of the interfaces that the world opens."""
 
 _ENDED: Final = ("S_FINAL", "S_FAILED")
 
 
 class SensedChoices:
-    """Writes a field of an interface, with a value that is chosen.
+    """Writes chosen values to a field of an interface.
 
-    :param interface: that one; open for writing.
-    :param prefix: what its subjects begin with.
-    :raises ConfigError: when a value does not fit the field.
+    :param interface: the interface, open for writing.
+    :param prefix: the prefix of its subjects.
+    :raises ConfigError: if a value does not fit the field.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class SensedChoices:
             self._skill_ended = True
 
     def loop(self) -> None:
-        """Choose the value, if it is time to."""
+        """Choose and write a value if a decision is due."""
         is_due, self._skill_ended = self._skill_ended, False
         while self._at and self._at[0] <= self._ask.seconds:
             del self._at[0]
@@ -79,9 +79,9 @@ class SensedChoices:
 
 
 class MessageChoices(Listener, Closing):
-    """Loses messages to the writer of an interface, or holds them up.
+    """Drops or delays messages to the writer of an interface.
 
-    :param prefix: what its subjects begin with.
+    :param prefix: the prefix of its subjects.
     """
 
     def __init__(self, message: MessageFault, board: LocalBlackBoard, ask: Asking, prefix: str) -> None:
@@ -97,7 +97,7 @@ class MessageChoices(Listener, Closing):
         self._options = unless("arrives", *faults)
 
     def message_received(self, interface: Interface, message: Message) -> bool:
-        """Return whether a message arrives now."""
+        """Return whether a message is delivered now."""
         is_meant = self._fault.type in ("*", message.type, message.type.removesuffix("Message"))
         if message is self._passing or not is_meant:
             return True
@@ -108,13 +108,13 @@ class MessageChoices(Listener, Closing):
         return chosen == "arrives"
 
     def loop(self) -> None:
-        """Deliver writes whose delay is over."""
+        """Deliver messages whose delay is over."""
         while self._late and self._late[0][0] <= self._ask.seconds:
             self._passing = self._late.pop(0)[1]
-            with suppress(BlackBoardError):  # its writer may be gone by now
+            with suppress(BlackBoardError):  # the writer may have closed the interface
                 self._memory.transmit(self._reader, self._passing)
             self._passing = None
 
     def close(self) -> None:
-        """Let all messages pass."""
+        """Stop dropping and delaying messages."""
         self._board.close(self._reader)

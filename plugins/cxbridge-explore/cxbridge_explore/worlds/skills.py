@@ -1,4 +1,4 @@
-"""The choices about the skills of an agent: how a call ends, how long it takes, whether it reports."""
+"""Choices about skills: the result, the duration, and whether progress is reported."""
 
 from __future__ import annotations
 
@@ -27,16 +27,14 @@ _BEGIN, _END = "takes(", ")"
 
 @dataclass(frozen=True, slots=True)
 class DurationDraw:
-    """Draws durations, as options that say how long: ``takes(3.274)``."""
+    """Draws durations as options named like ``takes(3.274)``."""
 
     distribution: Distribution
 
     def draw(self, rng: random.Random) -> Option:
-        """Return one that is drawn."""
         return takes(self.distribution.draw(rng))
 
     def read(self, name: str) -> Option | None:
-        """Return the one of that name."""
         if not (name.startswith(_BEGIN) and name.endswith(_END)):
             return None
         try:
@@ -46,9 +44,9 @@ class DurationDraw:
 
 
 class SkillAnswer(NamedTuple):
-    """How a call of a skill ends.
+    """The result of a skill call.
 
-    :param outcome: None: as it does when nothing is said of it.
+    :param outcome: None for the usual result.
     """
 
     call: Call
@@ -56,16 +54,16 @@ class SkillAnswer(NamedTuple):
 
 
 def takes(seconds: float, faults: int = 0) -> Option:
-    """Return the option of a duration in seconds."""
+    """Return the option for a duration."""
     return Option(f"{_BEGIN}{text_of(seconds)}{_END}", faults=faults, value=seconds)
 
 
 class SkillChoices:
-    """Lets the skills of an agent end as a world says, and asks where it leaves a choice.
+    """Decides the results of an agent's skills, and asks the chooser about open choices.
 
-    :param context: the agent's; none of its components is made yet.
-    :param prefix: what its subjects begin with.
-    :param began: called with the name of the Skiller, or of the agent of the skill board, that begins a call.
+    :param context: an agent without components.
+    :param prefix: the prefix of its subjects.
+    :param began: called with the name of the Skiller, or of the skill board's agent, that begins a call.
     """
 
     def __init__(
@@ -76,13 +74,13 @@ class SkillChoices:
         prefix: str = "",
         began: Callable[[str], object] = lambda _: None,
     ) -> None:
-        self._world, self._ask, self._prefix, self._began = world, ask, prefix, began
+        self._world, self._ask, self._prefix, self._on_begin = world, ask, prefix, began
         config = context.config
         self._usual: tuple[Decider, ...] = ()
         if config.keys(STATIC_PREFIX):
             self._usual = (StaticEstimator.from_config(config),)
         self.answers: list[SkillAnswer] = []
-        """How the calls so far end, in the order of their begin."""
+        """The results of the calls so far, in the order of their starts."""
         self.script = ScriptedSkills(context, self._usual)
         self.script.otherwise.does(self._answer)
         context.execution = self._execute
@@ -104,8 +102,8 @@ class SkillChoices:
         return outcome
 
     def _outcome(self, call: Call) -> Outcome | None:
-        """Ask how a call ends; None: as usual."""
-        self._began(call.skiller)
+        """Decide the result of a call; None for the usual result."""
+        self._on_begin(call.skiller)
         string = SkillStringCall(call.name, call.args)
         model, subject = self._world.skill(string), self._subject(call.skiller, string)
         end = self._end(model, subject)
@@ -132,7 +130,7 @@ class SkillChoices:
         return seconds
 
     def _usual_seconds(self, call: SkillStringCall) -> float:
-        """Return the time to failure, in seconds, of a call without a duration in the world."""
+        """Return the seconds to a failure of a call without a duration in the world."""
         found = (decider.decide(call) for decider in self._usual)
         seconds = next((outcome.seconds for outcome in found if outcome is not None), None)
         return 1.0 if seconds is None else seconds
@@ -143,14 +141,14 @@ class SkillChoices:
 
 
 def skill_options(model: SkillModel) -> tuple[Option, ...]:
-    """Return how a call can end, the usual way first."""
-    bad = [Option(each.name, 1, each.probability, each) for each in model.failures]
+    """Return the possible results of a call, the usual one first."""
+    faults = [Option(each.name, 1, each.probability, each) for each in model.failures]
     if model.hangs:
-        bad.append(fault("hangs", model.hangs))
-    return unless("succeeds", *bad)
+        faults.append(fault("hangs", model.hangs))
+    return unless("succeeds", *faults)
 
 
 def _muted(steps: Steps) -> Steps:
-    """Yield the steps of a skill without its output."""
+    """Yield the steps of a skill without their output."""
     for _ in steps:
         yield None

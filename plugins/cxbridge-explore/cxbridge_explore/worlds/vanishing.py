@@ -1,4 +1,4 @@
-"""The choices about the presence of agents, and about their order."""
+"""Choices about the presence and the order of agents, Skillers and executors."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cxbridge_explore.worlds.points import ChoiceKind, Option
 
 
 class AbsenceChoices:
-    """Lets a Skiller, or an executor of the skill board, vanish and come back.
+    """Lets a Skiller or an executor vanish and return.
 
-    :param prefix: what its subjects begin with.
+    :param prefix: the prefix of its subjects.
     """
 
     def __init__(
@@ -31,12 +31,12 @@ class AbsenceChoices:
         self._is_gone = False
 
     def note(self, name: str) -> None:
-        """Note that a Skiller, or an agent of the skill board, begins a call."""
+        """Record the start of a call by a Skiller or an agent of the skill board."""
         if self._absence.name == name or self._absence.name.startswith(f"{name}-"):
             self._began = True
 
     def loop(self) -> None:
-        """Choose, if it is time to; let it come back when its time has come."""
+        """Choose if a decision is due, and let it return when its time has come."""
         began, self._began = self._began, False
         if self._is_gone:
             if self._back_at is not None and self._back_at <= self._ask.seconds:
@@ -73,7 +73,7 @@ class AbsenceChoices:
 
 
 class KillChoices:
-    """Kills agents of a team, and starts them again."""
+    """Kills agents of a team and restarts them."""
 
     def __init__(self, kill: Kill, team: Team, ask: Asking) -> None:
         self._kill, self._team, self._ask = kill, team, ask
@@ -83,11 +83,11 @@ class KillChoices:
 
     @property
     def is_expecting(self) -> bool:
-        """Whether an agent will come back."""
+        """Whether a killed agent will restart."""
         return bool(self._back)
 
     def loop(self) -> None:
-        """Choose, if it is time to; start again who is to come back."""
+        """Restart agents that are due, and choose if a decision is due."""
         while self._back and self._back[0][0] <= self._ask.seconds:
             self._team.restart(self._back.pop(0)[1])
         if not self._schedule.is_due(self._ask.seconds):
@@ -105,16 +105,13 @@ class KillChoices:
 
 
 class OrderChoices:
-    """Lets agents take their turns in another order.
-
-    :param times: when it is chosen.
-    """
+    """Changes the order of the agents' turns."""
 
     def __init__(self, times: Times, team: Team, ask: Asking) -> None:
         self._schedule, self._team, self._ask = Schedule(times), team, ask
 
     def loop(self) -> None:
-        """Choose, if it is time to."""
+        """Choose if a decision is due."""
         names = [agent.name for agent in self._team.agents]
         if not names[1:] or not self._schedule.is_due(self._ask.seconds):
             return

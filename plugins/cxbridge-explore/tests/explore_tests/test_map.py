@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.bounds import Bounds, Means
+from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.explore import explore
 from cxbridge_explore.graph import Graph
 from cxbridge_explore.map.coverage import as_dict, explored_coverage
@@ -24,7 +24,7 @@ OPTIONS = RunOptions(scenario=SCENARIO, skiller="none")
 @pytest.fixture(scope="module")
 def result() -> ExploreResult:
     """The exploration of the test scenario with one fault, by replay: nothing is forked here."""
-    return explore(OPTIONS, Bounds(faults=1), Means(fork=False, coverage=True))
+    return explore(OPTIONS, Bounds(faults=1), ExecutionOptions(fork=False, coverage=True))
 
 
 def test_each_run_is_a_row_below_the_one_that_it_left(result: ExploreResult) -> None:

@@ -1,4 +1,4 @@
-"""`cxbridge game`: play for points, one game or many, one agent or two."""
+"""``cxbridge game``: plays one or many games, with one or two agents."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ TESTS_FAILED: Final = 1
 """Exit status of a game whose agent's own tests failed."""
 
 NOT_OVER: Final = 3
-"""Exit status of a game that did not come to its end."""
+"""Exit status of an unfinished game."""
 
 FAULT: Final = 4
 
 
 class _GameLog(RunLog):
-    """As the log of a run; the lines of a game's quiet components only with ``--verbose``."""
+    """The log of a game; lines of quiet components are shown only with ``--verbose``."""
 
     def __init__(self, console: ConsoleOptions, quiet: Collection[str]) -> None:
         super().__init__(quiet=console.quiet, verbose=console.verbose)
         self._hidden = frozenset(() if console.verbose else quiet)
 
     def __call__(self, event: Event) -> None:
-        """Print a log line, if it is to be shown."""
+        """Print a log line unless it is hidden."""
         if not (isinstance(event, LogLine) and event.component in self._hidden):
             super().__call__(event)
 
@@ -87,7 +87,7 @@ def game(
 
 
 def _make_game(options: RunOptions, play: PlayOptions, others: GameOptions, *, several: bool) -> Game:
-    """Return the game that is played: that of a scenario, unless options of a plug-in name another."""
+    """Return the game of the scenario, or the game that options of a plug-in select."""
     from cxbridge_explore.game.scenario import ScenarioGame
 
     other = chosen_game(others.more)
@@ -98,9 +98,9 @@ def _make_game(options: RunOptions, play: PlayOptions, others: GameOptions, *, s
 
 
 def _games(first: Game, against: Path | None) -> dict[str, Game]:
-    """Return the games that meet the same seeds, by the names of their agents.
+    """Return the games on the same seeds, by agent.
 
-    :param against: the second agent; None: there is none.
+    :param against: the second agent, or None.
     """
     name = str(first.run.scenario or (first.run.overlays or (first.run.fawkes_dir,))[0])
     games = {name: first}
@@ -143,7 +143,7 @@ def _many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int
 
 
 def _status(results: Mapping[int, GameResult]) -> int:
-    """Print what went wrong; returns the exit status."""
+    """Print undefined constructs and faults, and return the exit status."""
     for each in dict.fromkeys(each for result in results.values() for each in result.undefined):
         complain(f"{each}; what it does never happens")
     for seed, result in results.items():

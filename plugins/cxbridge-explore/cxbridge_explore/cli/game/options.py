@@ -1,4 +1,4 @@
-"""The options of `cxbridge game`."""
+"""The options of ``cxbridge game``."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from cxbridge_explore.game.kinds import PLAYED_GAMES, PlayedGame
 
 @dataclass(frozen=True, kw_only=True)
 class AgentOptions(ScenarioOptions, SourceOptions, TraceOptions, LogOptions):
-    """The agent, and its recordings."""
+    """Options of the agent and its recordings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlayOptions:
-    """The games to play."""
+    """Options of the games to play."""
 
     second: Annotated[
         Path | None,
@@ -69,7 +69,7 @@ class PlayOptions:
     ] = None
 
     def second_agent(self) -> Path | None:
-        """Return the agent that the first one is compared with."""
+        """Return the second agent, or None."""
         if self.second is not None and self.against is not None:
             raise CxbridgeError(f"there are two second agents: {self.second} and {self.against}")
         return self.second or self.against
@@ -81,7 +81,7 @@ def _game_options() -> list[type[Any]]:
 
 @dataclass(frozen=True, kw_only=True)
 class GameOptions:
-    """A game that is not a scenario: options of plug-ins."""
+    """Options of plug-ins for a game that is not a scenario."""
 
     added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 

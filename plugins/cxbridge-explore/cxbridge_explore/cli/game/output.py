@@ -1,4 +1,4 @@
-"""What `cxbridge game` prints for people: a score, and how two agents compare."""
+"""The printed output of ``cxbridge game``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cxbridge_explore.game.score import GameResult
 
 
 def say_game(result: GameResult) -> None:
-    """Print the points in the order in which they came, what each one did, and the score last."""
+    """Print the points in order, the work of each robot, and the score."""
     score = result.score
     for award in score.awards:
         say(f"{award.game_time:8.1f} s  {award.team:8}{award.points:+5d}  {award.reason}")
@@ -40,7 +40,7 @@ def say_game(result: GameResult) -> None:
 
 
 def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
-    """Print the points of each game, and their summary."""
+    """Print the points of each game, and the comparison of two agents."""
     for name, results in games.items():
         summary = GamesSummary(results)
         over = sum(each.is_over for each in results.values())
@@ -49,8 +49,8 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
         for seed, result in next(iter(games.values())).items():
             say(f"  seed {seed}: {result.points} points, {len(result.score.deliveries)} deliveries")
         return
-    (first, second), (one, other) = games, games.values()
-    match = Match(one, other)
+    (first, second), (first_results, second_results) = games, games.values()
+    match = Match(first_results, second_results)
     found = match.difference
     say(f"{second} minus {first}: {found.estimate:+.1f} points a game ({found.span('+.1f')})")
     for seed, mine, theirs in match.farthest():

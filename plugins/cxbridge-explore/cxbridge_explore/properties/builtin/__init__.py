@@ -1,1 +1,1 @@
-"""The properties that every run of every agent should have."""
+"""The built-in properties, for every run of every agent."""

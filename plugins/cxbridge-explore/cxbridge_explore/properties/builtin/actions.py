@@ -1,4 +1,4 @@
-"""Properties of plan-actions: none starts with a false precondition, and nothing is executed twice."""
+"""Properties of plan-actions: true preconditions at the start, and no double execution."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ ActionKey = tuple[str, str, str, str]
 """Environment, and the ids of goal, plan and action."""
 
 Literal = tuple[bool, Atom]
-"""An atom that an effect makes true, or false."""
+"""An atom that an effect makes true or false."""
 
 
 @dataclass(frozen=True, slots=True)
 class ObservedAction:
-    """A plan-action as a monitor sees it.
+    """A plan-action as observed by a monitor.
 
-    :param arguments: the values of its parameters, by their names.
+    :param arguments: values by parameter.
     """
 
     key: ActionKey
@@ -38,7 +38,7 @@ class ObservedAction:
 
     @property
     def text(self) -> str:
-        """Its name and its arguments."""
+        """Name and arguments."""
         return " ".join((self.name, *self.arguments.values()))
 
     @property
@@ -48,20 +48,19 @@ class ObservedAction:
 
 
 class ActionMonitor(Monitor):
-    """Follows the states of plan-actions."""
+    """Base class: tracks the states of plan-actions."""
 
     def begin(self) -> None:
-        """Nothing has happened yet."""
         self.states: dict[ActionKey, str] = {}
 
     def joined(self, tables: FactTables) -> None:
-        """Follow the actions of an agent, and its domain."""
+        """Watch the actions and the domain of an agent."""
         for template in _DOMAIN:
             tables.follow(template)
         tables.env.watcher.follow("plan-action", partial(self._asserted, tables), _ACTION_SLOTS)
 
     def left(self, tables: FactTables) -> None:
-        """Forget its actions: a restarted agent may reuse their ids."""
+        """Forget the actions of an agent: a restarted agent may reuse their ids."""
         self.states = {key: state for key, state in self.states.items() if key[0] != tables.name}
 
     def _asserted(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
@@ -69,7 +68,7 @@ class ActionMonitor(Monitor):
             key = tables.name, slots["goal-id"], slots["plan-id"], slots["id"]
             state, before = slots["state"], self.states.get(key)
         except KeyError:
-            return  # of another template of this name
+            return  # a template of another agent with the same name
         if state == before:
             return
         self.states[key] = state
@@ -97,20 +96,19 @@ class ActionMonitor(Monitor):
 
     @abstractmethod
     def started(self, tables: FactTables, action: ObservedAction) -> None:
-        """Take an action that starts now."""
+        """Handle the start of an action."""
 
     def waits(self, key: ActionKey) -> None:
-        """Take an action that is to be started: a new one, or one that the agent tries again."""
+        """Handle an action that waits for its start: a new one, or one that the agent retries."""
 
     def done(self, tables: FactTables, action: ObservedAction) -> None:
-        """Take an action that is over and whose effects have been applied."""
+        """Handle the end of an action, after its effects were applied."""
 
 
 class PreconditionsHold(ActionMonitor):
-    """No action starts while its precondition is false."""
+    """No action starts with a false precondition."""
 
     def started(self, tables: FactTables, action: ObservedAction) -> None:
-        """Look at the facts of the domain."""
         if not any(each["part-of"] == action.name for each in tables.shown("pddl-formula")):
             return
         self.is_evaluated = True
@@ -127,19 +125,18 @@ class PreconditionsHold(ActionMonitor):
 class ExecutedOnce(ActionMonitor):
     """Nothing is executed twice.
 
-    A plan-action has one skill call, unless the agent has set it back to be tried again. And no action starts
-    whose effects have been achieved already because the same operator has been executed: by another robot, or
-    for another goal. An action that changes nothing may be repeated as often as the agent likes.
+    A plan-action has one skill call unless the agent resets it for a retry. No action starts if its effects
+    were already achieved by the same operator, executed by another robot or for another goal. An action
+    without effects may be repeated.
     """
 
     def begin(self) -> None:
-        """Nothing has been executed yet."""
         super().begin()
         self._calls: dict[ActionKey, str] = {}
         self._achieved: dict[tuple[str, frozenset[Literal]], str] = {}
 
     def joined(self, tables: FactTables) -> None:
-        """Follow the calls of skills, and the facts that undo an effect."""
+        """Also watch the calls of skills, and facts that undo an effect."""
         super().joined(tables)
         watcher = tables.env.watcher
         slots = ("goal-id", "plan-id", "action-id", "skill-id", "skill-name")
@@ -148,7 +145,7 @@ class ExecutedOnce(ActionMonitor):
         watcher.follow_retractions("domain-fact", partial(self._changed, True), ("name", "param-values"))
 
     def left(self, tables: FactTables) -> None:
-        """Forget its calls, and keep its achieved effects."""
+        """Forget the calls of an agent, but keep the achieved effects."""
         super().left(tables)
         self._calls = {key: skill for key, skill in self._calls.items() if key[0] != tables.name}
 
@@ -174,16 +171,15 @@ class ExecutedOnce(ActionMonitor):
             del self._achieved[key]
 
     def waits(self, key: ActionKey) -> None:
-        """Let it have a skill call."""
         self._calls.pop(key, None)
 
     def started(self, tables: FactTables, action: ObservedAction) -> None:
-        """Look whether the same has been done, and not been undone."""
+        """Report an action whose effects were achieved and not undone."""
         effects = self._effects(tables, action)
         if not effects:
             return
         self.is_evaluated = True
-        before = self._achieved.get((action.name, self._aim(effects)))
+        before = self._achieved.get((action.name, self._purpose(effects)))
         if before is not None:
             self.scene.report(
                 f"{action.text} of {action.goal} starts, but {before} has been executed, "
@@ -193,31 +189,30 @@ class ExecutedOnce(ActionMonitor):
             )
 
     def done(self, tables: FactTables, action: ObservedAction) -> None:
-        """Note the achieved effects."""
+        """Record the achieved effects."""
         effects = self._effects(tables, action)
         if effects:
             self._undo({(not made, atom) for made, atom in effects})
-            self._achieved[action.name, self._aim(effects)] = f"{action.text} of {action.goal}"
+            self._achieved[action.name, self._purpose(effects)] = f"{action.text} of {action.goal}"
 
     @staticmethod
-    def _aim(effects: frozenset[Literal]) -> frozenset[Literal]:
-        """Return the purpose of an action: the atoms that it makes true, or else makes false."""
+    def _purpose(effects: frozenset[Literal]) -> frozenset[Literal]:
+        """Return the atoms that an action makes true, or else those it makes false."""
         return frozenset(each for each in effects if each[0]) or effects
 
     @staticmethod
     def _effects(tables: FactTables, action: ObservedAction) -> frozenset[Literal]:
-        """Return what an action changes; nothing when that depends on conditions."""
+        """Return the effects of an action; empty if they are conditional."""
         conditional = {each["part-of"] for each in tables.shown("pddl-formula")}
         effects = [each for each in tables.shown("domain-effect") if each["part-of"] == action.name]
         if any(each["name"] in conditional for each in effects):
             return frozenset()
         found = frozenset((each["type"] == "POSITIVE", ground(each, action.arguments)) for each in effects)
-        # an atom that it makes false and true at once does not change, e.g. a move from a place to the same
-        # place
+        # An atom made false and true at once does not change, e.g. in a move from a place to the same place.
         return frozenset((made, atom) for made, atom in found if (not made, atom) not in found)
 
     def state(self) -> Hashable | None:
-        """Return the achieved effects, and the actions that have had their call."""
+        """Return the achieved effects, and the actions with a skill call."""
         here = {
             (tables.name, slots["goal-id"], slots["plan-id"], slots["id"])
             for tables in self.scene.tables

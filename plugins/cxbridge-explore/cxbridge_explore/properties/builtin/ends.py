@@ -1,4 +1,4 @@
-"""Properties of how a run ends: it does, without errors of CLIPS, and lets go of its Skillers."""
+"""Properties of the end of a run: it ends, without CLIPS errors, and releases its Skillers."""
 
 from __future__ import annotations
 
@@ -8,16 +8,15 @@ from cxbridge.events import Event, InterfaceMessage, Level, LogLine
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
 
 _HALTED: Final = "[PRCCODE4]"
-"""The beginning of CLIPS' message with the rule of an error; the error itself is the message before."""
+"""Prefix of CLIPS' message with the rule of an error; the message before it has the error."""
 
 _SKILLER: Final = "SkillerInterface"
 
 
 class RunEnds(Monitor):
-    """The run comes to its end: all root goals are over, or maintain."""
+    """The run ends: all root goals are finished, or are maintained."""
 
     def end(self, end: RunEnd) -> None:
-        """Report an end of another kind."""
         self.is_evaluated = True
         reason = f": {end.reason}" if end.reason else ""
         if end.ending is Ending.STUCK:
@@ -39,11 +38,9 @@ class NoErrors(Monitor):
     event_types = (LogLine,)
 
     def begin(self) -> None:
-        """Note the present state."""
         self._last_error = ""
 
     def take(self, event: Event) -> None:
-        """Take a line of the log."""
         self.is_evaluated = True
         if isinstance(event, LogLine) and event.level is Level.ERROR:
             if event.text.startswith(_HALTED):
@@ -51,36 +48,34 @@ class NoErrors(Monitor):
             self._last_error = event.text
 
     def look(self) -> None:
-        """Look for faults of functions in Python that rules call."""
+        """Report faults in Python functions that rules call."""
         for tables in self.scene.tables:
             if tables.env.faults:
                 self.scene.report(tables.env.faults[0])
 
 
 class SkillersReleased(Monitor):
-    """The rules for the shutdown release the control of each Skiller that the agent has."""
+    """The shutdown rules release the control of each Skiller."""
 
     event_types = (InterfaceMessage,)
 
     def begin(self) -> None:
-        """Nothing is to be released yet."""
         self._held: dict[str, None] = {}
 
-    def end(self, end: RunEnd) -> None:  # noqa: ARG002 - however it ends
-        """Note which Skillers obey the agents."""
+    def end(self, end: RunEnd) -> None:  # noqa: ARG002 - the same for each kind of end
+        """Record the Skillers under control."""
         for tables in self.scene.tables:
             for slots in tables.facts("skiller-control"):
                 if slots["acquired"] == "TRUE":
                     self._held[f"{_SKILLER}::{slots['skiller']}"] = None
 
     def take(self, event: Event) -> None:
-        """Take a message to a Skiller."""
         if isinstance(event, InterfaceMessage) and event.message == "ReleaseControlMessage":
             self._held.pop(event.uid, None)
             self.is_evaluated = True
 
     def released(self) -> None:
-        """Look which of them are left."""
+        """Report the Skillers that are still under control."""
         for uid in self._held:
             skiller = uid.removeprefix(f"{_SKILLER}::")
             self.scene.report(f"the control of {skiller} was not released at the end", skill=skiller)

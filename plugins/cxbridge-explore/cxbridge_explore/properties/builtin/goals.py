@@ -1,4 +1,4 @@
-"""Properties of goals: each of them goes away in the end, and none rests for nothing."""
+"""Properties of goals: each is retracted in the end, and none rests without a reason."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
 from cxbridge_explore.properties.tables import Changes, FactTables, Slots
 
 DEFAULT_REST_S: Final = 60.0
-"""Seconds that a goal may rest in a mode with nothing to wait for."""
+"""Default limit in seconds for a goal that stays in a mode without waiting for anything."""
 
 _RETRACTED: Final = "RETRACTED"
 _GOAL, _ACTION, _CALL = "goal", "plan-action", "planner-call"
@@ -28,38 +28,35 @@ def _is_maintained(goal: Slots) -> bool:
 
 
 def _may_go(goal: Slots) -> bool:
-    # one without an id that goes before anything happened to it has got one, and comes again
+    # A new goal may be replaced by a copy with an id.
     return bool(goal["mode"] == _RETRACTED or (goal["id"] == "nil" and goal["mode"] == "FORMULATED"))
 
 
-def _above(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
-    """Yield the goal and those above it; each once, though there may be a ring."""
+def _with_parents(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
+    """Yield a goal and its parents, each once even in a cycle."""
     seen: set[str] = set()
     while str(goal["id"]) not in seen:
         seen.add(str(goal["id"]))
         yield goal
-        above = goals.get(str(goal["parent"]))
-        if above is None:
+        parent = goals.get(str(goal["parent"]))
+        if parent is None:
             return
-        goal = above
+        goal = parent
 
 
 class GoalsRetracted(Monitor):
-    """Each goal is RETRACTED in the end, or goes with one above it that is. Goals to MAINTAIN never end."""
+    """Each goal is RETRACTED in the end, or removed with a RETRACTED parent. MAINTAIN goals are exempt."""
 
     def begin(self) -> None:
-        """Follow the goals."""
         self._changes = Changes(_GOAL)
         self._last: dict[FactTables, dict[str, Mapping[str, str]]] = {}
 
     def joined(self, tables: FactTables) -> None:
-        """Follow those of an agent."""
         self._changes.follow(tables)
         last = self._last[tables] = {}
         tables.env.watcher.follow(_GOAL, partial(self._note, last), ("id", "parent", "mode", "type"))
 
     def left(self, tables: FactTables) -> None:
-        """Forget its goals."""
         del self._last[tables]
 
     @staticmethod
@@ -67,35 +64,35 @@ class GoalsRetracted(Monitor):
         last[slots["id"]] = slots
 
     def look(self) -> None:
-        """Look for goals that have gone too early."""
-        if not self._changes.taken():
+        """Report goals whose facts were removed too early."""
+        if not self._changes.take():
             return
         for tables, last in self._last.items():
             here = _goals(tables)
             self.is_evaluated |= bool(here)
             gone = [goal for name, goal in last.items() if name not in here]
             for goal in gone:
-                if not any(_may_go(each) for each in _above(goal, last)):
+                if not any(_may_go(each) for each in _with_parents(goal, last)):
                     name, mode = goal["id"], goal["mode"]
                     self.scene.report(f"goal {name} is gone, it was {mode}", goal=name)
             for goal in gone:
                 del last[goal["id"]]
 
     def end(self, end: RunEnd) -> None:
-        """Look for goals that have been left behind."""
+        """Report goals that are left at the end."""
         if end.ending is Ending.CUT:
             return
         for tables in self.scene.tables:
             goals = _goals(tables)
             for name, goal in goals.items():
-                if not any(_may_go(each) or _is_maintained(each) for each in _above(goal, goals)):
+                if not any(_may_go(each) or _is_maintained(each) for each in _with_parents(goal, goals)):
                     self.scene.report(f"goal {name} is {goal['mode']} at the end", goal=name)
 
 
 class NoIdleRest(Monitor):
-    """No goal rests in a mode for long without something that it waits for.
+    """No goal stays in a mode for long without waiting for something.
 
-    :param most_s: so long it may rest.
+    :param most_s: the limit in seconds.
     """
 
     def __init__(self, scene: Scene, most_s: float = DEFAULT_REST_S) -> None:
@@ -104,26 +101,25 @@ class NoIdleRest(Monitor):
         self._since: dict[tuple[str, str], tuple[str, float]] = {}
 
     def begin(self) -> None:
-        """Follow what goals can wait for."""
         self._changes = Changes(_GOAL, _ACTION, _CALL, "mutex")
 
     def joined(self, tables: FactTables) -> None:
-        """Follow those of an agent."""
         self._changes.follow(tables)
 
     def left(self, tables: FactTables) -> None:
-        """Forget its goals."""
         self._since = {key: since for key, since in self._since.items() if key[0] != tables.name}
 
     def look(self) -> None:
-        """Note who rests, and find who has done so for too long."""
+        """Record resting goals, and report those that exceed the limit."""
         now = self.scene.seconds
-        if self._changes.taken():
-            before, self._since = self._since, {}
+        if self._changes.take():
+            earlier, self._since = self._since, {}
             for tables in self.scene.tables:
                 for name, mode in self._resting(tables):
-                    old = before.get((tables.name, name))
-                    self._since[tables.name, name] = old if old and old[0] == mode else (mode, now)
+                    earlier_rest = earlier.get((tables.name, name))
+                    self._since[tables.name, name] = (
+                        earlier_rest if earlier_rest and earlier_rest[0] == mode else (mode, now)
+                    )
             self.is_evaluated |= bool(self._since)
         for (_, name), (mode, since) in self._since.items():
             if now - since > self._most_s:
@@ -138,7 +134,7 @@ class NoIdleRest(Monitor):
         actions = tables.facts(_ACTION)
         working = {str(slots["goal-id"]) for slots in actions if slots["state"] in _AT_WORK}
         busy |= working
-        if working:  # it may wait until the Skiller, or what another action changes, is free
+        if working:  # It may wait for a busy Skiller, or for the effect of another action.
             busy |= {str(slots["goal-id"]) for slots in actions if slots["state"] == "PENDING"}
         parents = {str(goal["parent"]) for goal in goals.values() if goal["mode"] != _RETRACTED}
         locks = any(slots["state"] == "LOCKED" for slots in tables.facts("mutex"))
@@ -148,8 +144,8 @@ class NoIdleRest(Monitor):
                 mode == _RETRACTED
                 or _is_maintained(goal)
                 or name in busy
-                or name in parents  # for those below it, which are looked at themselves
-                or (mode == "FORMULATED" and len(goals) > 1)  # for its turn
+                or name in parents  # waits for its sub-goals, which are checked separately
+                or (mode == "FORMULATED" and len(goals) > 1)  # waits for its selection
                 or (
                     mode == "COMMITTED" and locks and goal["required-resources"] != goal["acquired-resources"]
                 )
@@ -158,6 +154,6 @@ class NoIdleRest(Monitor):
                 yield name, mode
 
     def state(self) -> Hashable | None:
-        """Return how long each has rested."""
+        """Return the resting times."""
         now = self.scene.seconds
         return frozenset((*key, mode, round(now - since, 3)) for key, (mode, since) in self._since.items())

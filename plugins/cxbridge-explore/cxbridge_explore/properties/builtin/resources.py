@@ -1,4 +1,4 @@
-"""Properties of the resources of goals: each has one holder at most, and none whose goal is gone."""
+"""Properties of resources: each has at most one holder, and none outlives its goal."""
 
 from __future__ import annotations
 
@@ -13,53 +13,51 @@ _IDENTITY: Final = ("cx", "identity")
 
 
 def _held(tables: FactTables) -> Iterator[tuple[str, str]]:
-    """Yield resources, and the goals that have them."""
+    """Yield the acquired resources, each with its goal."""
     for slots in tables.facts(_GOAL):
         for resource in slots["acquired-resources"]:
             yield str(resource), str(slots["id"])
 
 
 class OneHolder(Monitor):
-    """No resource has two holders at a time, of one agent or of several."""
+    """No resource has two holders at a time, in one agent or in several."""
 
     def begin(self) -> None:
-        """Follow the goals."""
         self._changes = Changes(_GOAL)
 
     def joined(self, tables: FactTables) -> None:
-        """Follow those of an agent."""
         self._changes.follow(tables)
 
     def look(self) -> None:
-        """Look who has what."""
-        if not self._changes.taken():
+        """Report resources with two holders."""
+        if not self._changes.take():
             return
         holders: dict[str, str] = {}
         for tables in self.scene.tables:
             for resource, goal in _held(tables):
                 self.is_evaluated = True
-                other = holders.setdefault(
+                first_holder = holders.setdefault(
                     resource, goal if len(self.scene.tables) == 1 else f"{goal} of {tables.name}"
                 )
-                here = goal if len(self.scene.tables) == 1 else f"{goal} of {tables.name}"
-                if other != here:
-                    self.scene.report(f"{other} and {here} have both got the resource {resource}", goal=goal)
+                holder = goal if len(self.scene.tables) == 1 else f"{goal} of {tables.name}"
+                if first_holder != holder:
+                    self.scene.report(
+                        f"{first_holder} and {holder} have both got the resource {resource}", goal=goal
+                    )
 
 
 class NoLostResource(Monitor):
-    """No resource is held for a goal that is gone, and no lock is held when the run is over."""
+    """No resource is held for a removed goal, and no lock is held at the end."""
 
     def begin(self) -> None:
-        """Follow goals and requests."""
         self._changes = Changes(_GOAL, _REQUEST)
 
     def joined(self, tables: FactTables) -> None:
-        """Follow those of an agent."""
         self._changes.follow(tables)
 
     def look(self) -> None:
-        """Look for requests without a goal."""
-        if not self._changes.taken():
+        """Report requests whose goal is removed."""
+        if not self._changes.take():
             return
         for tables in self.scene.tables:
             goals = {str(slots["id"]) for slots in tables.facts(_GOAL)}
@@ -72,7 +70,7 @@ class NoLostResource(Monitor):
                     )
 
     def end(self, end: RunEnd) -> None:
-        """Look for locks that were not given back."""
+        """Report locks that are still held."""
         for tables in self.scene.tables:
             mine = {str(slots["value"]) for slots in tables.facts("wm-fact") if slots["key"] == _IDENTITY}
             for slots in tables.facts(_MUTEX):

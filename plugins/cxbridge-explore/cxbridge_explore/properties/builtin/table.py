@@ -1,4 +1,4 @@
-"""The built-in properties by their names."""
+"""The built-in properties by name."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from cxbridge_explore.properties.builtin.resources import NoLostResource, OneHol
 from cxbridge_explore.properties.monitor import Monitor, Property, Scene
 
 RUN_ENDS: Final = "run-ends"
-"""The property that a run without end does not have."""
+"""The property that an endless run violates."""
 
 
 def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
     """Return the properties that every run of every agent should have.
 
-    :param rest_s: seconds that a goal may rest in a mode with nothing to wait for.
+    :param rest_s: the limit in seconds for a goal that waits for nothing.
     """
     made: tuple[tuple[str, Callable[[Scene], Monitor], str], ...] = (
         (RUN_ENDS, RunEnds, "the run comes to its end"),
@@ -30,7 +30,7 @@ def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
             partial(NoIdleRest, most_s=rest_s),
             f"no goal rests in a mode for more than {rest_s:g} s without something that it waits for",
         ),
-        ("no-lost-resource", NoLostResource, "no resource is held by nobody"),
+        ("no-lost-resource", NoLostResource, "no resource outlives its goal"),
         ("one-holder", OneHolder, "no resource has two holders"),
         ("preconditions", PreconditionsHold, "no action starts with a false precondition"),
         ("executed-once", ExecutedOnce, "nothing is executed twice"),
