@@ -280,7 +280,7 @@ def test_a_launch_that_makes_no_sense(client, arguments, message):
 def test_requests_out_of_place(client):
     assert "nothing has been launched" in client.answer("configurationDone")["message"]
     assert "there is no request 'fly'" in client.answer("fly")["message"]
-    assert "make no sense" in client.answer("setBreakpoints", source=3)["message"]
+    assert "are invalid" in client.answer("setBreakpoints", source=3)["message"]
     client.launch(scenario="test-scenario", stopOnEntry=True)
     assert "launched already" in client.answer("launch", scenario="test-scenario")["message"]
     client.begin()
