@@ -1,1 +1,1 @@
-"""The executive: CLIPS environments as Fawkes makes them, their features, and the CLIPS Executive on top."""
+"""CLIPS environments as in Fawkes, features for them, and the CLIPS Executive."""

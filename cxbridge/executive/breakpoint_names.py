@@ -1,7 +1,7 @@
-"""Finds the breakpoints that nothing can ever reach: rules, modes, states and skills that there are not.
+"""Detection of unreachable breakpoints: unknown rules, modes, states and skills.
 
-Only a name that the loaded agent refutes is a mistake. Rules make the names of goals and of plan-actions
-while they fire, so those are known to be wrong when the run is over: :class:`MetNames`.
+Only a name that the loaded agent rules out counts as a mistake. Rules create the names of goals and
+plan-actions at run time, so :class:`MetNames` checks those after the run.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from cxbridge.suggestions import did_you_mean, or_similar
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
+# Functions that define constructs.
 _LOADERS: Final = frozenset(
     (*(f"{path}{verb}{star}" for path in ("", "path-") for verb in ("load", "batch") for star in ("", "*")),)
 ) | {"bload", "build"}
-"""The functions that define constructs."""
 
 _COLON_STATUS: Final = re.compile(r".*:(\w+)", re.DOTALL)
 _LITERAL: Final = re.compile(r"[^*?\[{(]*")
@@ -35,15 +35,15 @@ _MOST_NAMES: Final = 10_000
 
 
 Mistakes = Sequence[tuple[Breakpoint, ExecutiveError]]
-"""Breakpoints that nothing can ever reach, and why."""
+"""Unreachable breakpoints, with the reasons."""
 
 
 class AgentNames:
     """The names that can occur in an agent.
 
-    :param env: its environment.
-    :param skills: returns the existing skills; None when they are unknown.
-    :param is_initial: whether a file is one of the loaders, in the initialisation.
+    :param env: the agent's environment.
+    :param skills: returns the existing skills; None: unknown.
+    :param is_initial: returns whether a file belongs to the initialisation.
     """
 
     def __init__(
@@ -59,24 +59,24 @@ class AgentNames:
         self._log = env.bus.logger("Debugger")
         self._is_checked = False
         self.on_mistakes: Callable[[Mistakes], None] = self._warn
-        """Called once, when the agent is initialised, with the breakpoints that nothing can ever reach."""
+        """Receives the unreachable breakpoints once, after the agent's initialisation."""
 
     @property
     def are_complete(self) -> bool:
-        """Whether the agent is initialised: before, the files that it will load are unknown."""
+        """Whether the agent is initialised, so that all its files are known."""
         return next(self._env.facts("executive-initialized"), None) is not None
 
     def check(self, item: Breakpoint) -> None:
-        """See that something may reach a breakpoint; all may pass until the agent is initialised.
+        """Check that a breakpoint is reachable. All breakpoints pass before the initialisation.
 
-        :raises ExecutiveError: when nothing ever will.
+        :raises ExecutiveError: if the breakpoint is unreachable.
         """
         with self._env.lock:
             if self.are_complete:
                 self._check(item)
 
     def check_once(self, items: Iterable[Breakpoint]) -> None:
-        """Look for breakpoints that nothing can ever reach, in the loop in which the agent is initialised."""
+        """Check all breakpoints in the loop that completes the initialisation."""
         if self._is_checked or not self.are_complete:
             return
         self._is_checked = True
@@ -129,7 +129,7 @@ class AgentNames:
         return wrong
 
     def _skill(self, item: Breakpoint) -> tuple[str, str] | None:
-        end = _COLON_STATUS.fullmatch(item.name)  # no skill string ends so
+        end = _COLON_STATUS.fullmatch(item.name)  # no skill string ends with a status
         wrong = _unknown(
             end[1] if end else item.state, skill_statuses(), "skills have no status", "these are"
         )
@@ -146,21 +146,21 @@ class AgentNames:
 
     @property
     def _may_load(self) -> bool:
-        """Whether the agent may still load a file: it names a loader, and not just for loaded files."""
+        """Return whether the agent may load further files: it calls a loader with an unknown or new file."""
         files = self._env.loader.files
         texts = (_text(file) for file in dict.fromkeys(files) if not self._is_initial(file))
         return any(_loads(text, files) for text in texts)
 
 
 class MetNames:
-    """The names of goals, plan-actions and skills that have occurred."""
+    """The names of goals, plan-actions and skills that occurred in a run."""
 
     def __init__(self) -> None:
         self._names: dict[str, set[str]] = {"goal": set(), "action": set(), "skill": set()}
         self._ids: set[str] = set()
 
     def take(self, event: Event) -> None:
-        """Take a transition."""
+        """Add the names of a transition."""
         if isinstance(event, GoalTransition):
             self._add("goal", event.goal_class)
             if len(self._ids) < _MOST_NAMES:
@@ -175,7 +175,7 @@ class MetNames:
             self._names[kind].add(name)
 
     def lacks(self, item: Breakpoint) -> str:
-        """Return that the name of a breakpoint has not occurred; empty when it has, or of another kind."""
+        """Return a message if a breakpoint's name has not occurred; else empty."""
         known = self._names.get(item.kind)
         if known is None:
             return ""
@@ -187,13 +187,13 @@ class MetNames:
 
 
 def skill_statuses() -> tuple[str, ...]:
-    """Return the statuses that a skill can have, as the interface of Skillers names them."""
+    """Return the statuses of skills, as defined by SkillerInterface."""
     enums = InterfaceRegistry().schema("SkillerInterface").enums
     return tuple(item.name for enum in enums if enum.name == "SkillStatusEnum" for item in enum.items)
 
 
 def _unknown(pattern: str, known: Collection[str], problem: str, which: str) -> tuple[str, str] | None:
-    """Return that no known name matches, and a hint; None when one does, or when none is known."""
+    """Return message and hint if no known name matches; None if one matches or none is known."""
     if pattern == ANY or not known or any(fnmatchcase(each, pattern) for each in known):
         return None
     return f"{problem} '{pattern}'", did_you_mean(_plain(pattern), known, f"{which}: {', '.join(known)}")
@@ -204,12 +204,12 @@ def _is_pattern(name: str) -> bool:
 
 
 def _plain(pattern: str) -> str:
-    """Return a pattern without its signs."""
+    """Return a pattern without wildcards."""
     return pattern.translate({ord(sign): None for sign in "*?[]"})
 
 
 def _literal_ends(rest: str) -> bool:
-    """Whether a skill's name ends where its pattern continues like this."""
+    """Return whether the skill name ends at a pattern's remainder."""
     return not rest.startswith(tuple(_WILD))
 
 
@@ -221,7 +221,7 @@ def _text(file: Path) -> str:
 
 
 def _loads(text: str, loaded: Iterable[Path]) -> bool:
-    """Whether a text names a function that defines constructs, unless with a file that is loaded."""
+    """Return whether a text calls a function that defines constructs with a file that is not loaded yet."""
     tokens = _tokens(text)
     for token in tokens:
         if token in _LOADERS:

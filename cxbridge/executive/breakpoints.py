@@ -1,4 +1,4 @@
-"""Breakpoints: where the executive is to stop, and how that is written."""
+"""Breakpoints and their notation."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.history.transitions import Transition
 
 ANY: Final = "*"
-"""The value of a part of a breakpoint that was left out."""
+"""The value of an omitted part."""
 
 LONGEST = 4096
-"""Characters of a breakpoint: clients of a daemon set breakpoints, too."""
+"""The maximum length in characters, because clients of a daemon set breakpoints, too."""
 
 _STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
 _CONDITION = re.compile(r"\s+if\s+(?=\()")
@@ -45,17 +45,17 @@ _FORMS: Final = "rule:NAME, after:NAME, goal:NAME[:MODE[:OUTCOME]], action:NAME[
 
 @dataclass(frozen=True, slots=True)
 class Breakpoint:
-    """Where to stop. ``name``, ``state`` and ``outcome`` are patterns of the shell.
+    """A breakpoint. ``name``, ``state`` and ``outcome`` are shell patterns.
 
-    :param number: given when it is added; 0 before.
-    :param kind: ``before`` or ``after`` a rule, at a ``goal``, an ``action`` or a ``skill``; at a ``line`` of
-        a rule's right-hand side, see :meth:`Debugger.at_line`: that one has no text.
-    :param name: the rule; id or class of the goal; the action; the skill string, or the skill alone.
-    :param state: the goal's mode, the action's state, the skill's status; the number of the line.
-    :param outcome: of the goal.
-    :param condition: a CLIPS expression that must not be FALSE; empty: always.
-    :param hits: how often it must have been reached: ``3``, ``>=3``, ``%3`` ...; empty: any time.
-    :param log: a text that is logged in place of a stop; CLIPS in braces is evaluated. Empty: it stops.
+    :param number: assigned by :meth:`Debugger.add`; 0 before.
+    :param kind: ``before`` or ``after`` a rule, a ``goal``, an ``action``, a ``skill``, or a ``line`` of a
+        right-hand side. A ``line`` breakpoint has no notation, see :meth:`Debugger.at_line`.
+    :param name: the rule, the goal's id or class, the action, the skill string, or the skill's name.
+    :param state: the goal's mode, the action's state, the skill's status, or the number of the line.
+    :param outcome: the goal's outcome.
+    :param condition: a CLIPS expression; FALSE prevents the stop. Empty: no condition.
+    :param hits: the required number of hits: ``3``, ``>=3``, ``%3`` ...; empty: any.
+    :param log: a text to log instead of stopping, with CLIPS expressions in braces. Empty: stop.
     """
 
     number: int
@@ -69,29 +69,29 @@ class Breakpoint:
 
     @property
     def is_of_rules(self) -> bool:
-        """Whether it stops at a rule rather than at what rules bring about."""
+        """Whether the breakpoint belongs to a rule."""
         return self.kind in ("before", "after")
 
     @property
     def is_of_transitions(self) -> bool:
-        """Whether it stops at transitions and skills."""
+        """Whether the breakpoint belongs to transitions or skills."""
         return self.kind in ("goal", "action", "skill")
 
     def has_rule(self, rule: str) -> bool:
-        """Whether it names a rule; only of those that stop at rules."""
+        """Return whether a breakpoint of rules matches a rule."""
         return fnmatchcase(rule, self.name)
 
     def has_line(self, rule: str, line: int) -> bool:
-        """Whether it stops at a line of a right-hand side."""
+        """Return whether the breakpoint is on a line of a right-hand side."""
         return self.kind == "line" and self.state == str(line) and fnmatchcase(rule, self.name)
 
     def is_due(self, reached: int) -> bool:
-        """Whether it stops when it is reached for this time, from 1."""
+        """Return whether the breakpoint stops at this hit, counted from 1."""
         found = _COUNT.fullmatch(self.hits)
         return found is None or _COMPARED[found[1] or "="](reached, int(found[2]))
 
     def has_transition(self, event: Transition) -> bool:
-        """Whether it stops at a transition."""
+        """Return whether the breakpoint matches a transition."""
         if isinstance(event, GoalTransition):
             return (
                 self.kind == "goal"
@@ -115,14 +115,14 @@ class Breakpoint:
         )
 
     def logged(self, value: Callable[[str], str]) -> str:
-        """Return its log line.
+        """Return the log text.
 
-        :param value: gives the value of an expression, as text.
+        :param value: evaluates a CLIPS expression.
         """
         return _EXPRESSION.sub(lambda found: value(found[1]), self.log)
 
     def __str__(self) -> str:
-        """Return it as :func:`parse_breakpoint` takes it."""
+        """Return the breakpoint in the notation of :func:`parse_breakpoint`."""
         parts = ["rule" if self.kind == "before" else self.kind, self.name]
         if self.outcome != ANY:
             parts += [self.state, self.outcome]
@@ -134,9 +134,9 @@ class Breakpoint:
 
 
 def parse_breakpoint(spec: str) -> Breakpoint:
-    """Return the breakpoint that a text stands for; see docs/debugging.md.
+    """Parse a breakpoint, see docs/debugging.md.
 
-    :raises ExecutiveError: when it stands for none.
+    :raises ExecutiveError: if the text is not a breakpoint.
     """
     if len(spec) > LONGEST:
         raise ExecutiveError(f"a breakpoint has at most {LONGEST} characters, this one has {len(spec)}")
@@ -167,14 +167,14 @@ def parse_breakpoint(spec: str) -> Breakpoint:
 
 
 def skill_name(skill_string: str) -> str:
-    """Return the name of the skill, without its arguments."""
+    """Return the skill's name in a skill string."""
     return _ARGUMENTS.split(skill_string.strip(), maxsplit=1)[0]
 
 
 def check_hits(hits: str) -> None:
-    """See that a text says how often a breakpoint must be reached.
+    """Check the notation of a hit count.
 
-    :raises ExecutiveError: when it does not.
+    :raises ExecutiveError: if the text is not a hit count.
     """
     found = _COUNT.fullmatch(hits)
     if hits and (found is None or int(found[2]) == 0):
@@ -185,18 +185,18 @@ def check_hits(hits: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """The executive has stopped.
+    """A stop of the executive.
 
     :param kind: ``before``, ``after``, ``line``, ``transition``, ``step`` or ``asked``.
-    :param reason: why, for people.
-    :param breakpoint: number of the breakpoint; 0: there is none.
-    :param rule: what fired last in this loop; empty: nothing.
-    :param next_rule: what fires next; empty: the agenda is empty.
-    :param event: the transition, of one.
-    :param loop: number of the loop, of those that the debugger has seen; from 1.
-    :param fired: how many rules have fired in this loop.
-    :param time_us: on the run's clock.
-    :param line: where ``rule`` is, when it is stopped within its right-hand side; 0: between rules.
+    :param reason: the reason as text.
+    :param breakpoint: the number of the breakpoint, or 0.
+    :param rule: the last rule fired in this loop; empty if none has fired.
+    :param next_rule: the first rule of the agenda; empty if there is none.
+    :param event: the transition that caused the stop.
+    :param loop: the number of the loop since the debugger started, from 1.
+    :param fired: the number of firings in this loop.
+    :param time_us: the run's clock.
+    :param line: the line within the right-hand side of ``rule``; 0: between rules.
     """
 
     kind: str
@@ -211,13 +211,13 @@ class Stop:
     line: int = 0
 
     def plain(self) -> dict[str, str | int]:
-        """Return it as JSON can have it; without the event, which the reason has."""
+        """Return the stop as JSON values. The reason includes the event."""
         names = ("kind", "reason", "breakpoint", "rule", "next_rule", "loop", "fired", "time_us")
         return {name: getattr(self, name) for name in names}
 
 
 def describe(event: Transition) -> str:
-    """Return a transition for people, in one line."""
+    """Return a transition as one line of text."""
     if isinstance(event, GoalTransition):
         outcome = f" {event.outcome}" if event.outcome not in ("", "UNKNOWN") else ""
         error = f", error: {event.error}" if event.error else ""

@@ -1,7 +1,7 @@
-"""Stop the rules at breakpoints, step, continue; see docs/debugging.md.
+"""The debugger of rules: breakpoints, stepping, continuing. See docs/debugging.md.
 
-A right-hand side cannot be suspended: to stop is not to fire the rest of the agenda yet. Within one, a stop
-lasts as long as a function that it calls: :meth:`Debugger.at_line`.
+CLIPS cannot suspend a right-hand side. Between rules, stopping means leaving the agenda alone. Within a
+right-hand side, a stop lasts as long as the call of :meth:`Debugger.at_line`.
 """
 
 from __future__ import annotations
@@ -26,32 +26,32 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 STEPS: Final = ("rule", "loop", "transition")
-"""What can be stepped."""
+"""Units of stepping."""
 
 LINE: Final = "line"
-"""A step to the next line of a right-hand side, where rules call :meth:`Debugger.at_line`."""
+"""A step to the next line of a right-hand side whose rule calls :meth:`Debugger.at_line`."""
 
 
 class Debugger:
-    """Stops the executive's rules.
+    """Stops and continues the executive's rules.
 
-    Its methods wait for the environment's lock: from other threads they are done when the rules rest.
+    Methods wait for the environment's lock, so other threads proceed only between rules.
 
     :param env: the executive's environment.
-    :param names: the agent's known names; without it those of the environment.
+    :param names: the agent's known names, by default those in ``env``.
     """
 
     def __init__(self, env: ClipsEnvironment, names: AgentNames | None = None) -> None:
         self._env = env
         self.names = names or AgentNames(env)
-        """Knows which breakpoints nothing can ever reach."""
+        """Detects unreachable breakpoints."""
         self._log = env.bus.logger("Debugger")
         self.on_stop: Callable[[Stop], None] | None = None
-        """Called at each stop, in the thread of the rules, with the environment's lock held."""
+        """Called at each stop in the thread of the rules, with the environment locked."""
         self.expand: Callable[[str, Stop], str] = lambda text, _stop: text
-        """Puts values in place of the variables of a rule, in conditions and texts of breakpoints."""
+        """Substitutes the variables of a rule in conditions and texts of breakpoints."""
         self.loops = 0
-        """Loops that it has accompanied."""
+        """The number of debugged loops."""
         self._breakpoints: dict[int, Breakpoint] = {}
         self._last_number = 0
         self._reached_count: Counter[int] = Counter()
@@ -72,20 +72,17 @@ class Debugger:
         self._follows = False
         self._after_fire = callback("void(Environment *, Activation *, void *)", self._note_fired)
 
-    # -- where to stop
-
     @property
     def breakpoints(self) -> tuple[Breakpoint, ...]:
-        """The breakpoints there are, in the order in which they were added."""
+        """The breakpoints in the order of their creation."""
         with self._env.lock:
             return tuple(self._breakpoints.values())
 
     def add(self, spec: str | Breakpoint, *, checked: bool = True) -> Breakpoint:
-        """Stop there from now on; returns the breakpoint with its number.
+        """Add a breakpoint; return it with its number.
 
-        :param checked: whether it must be one that can be reached; see
-            :meth:`AgentNames.check`.
-        :raises ExecutiveError: when the text is not a breakpoint, or nothing can ever reach it.
+        :param checked: refuse an unreachable breakpoint, see :meth:`AgentNames.check`.
+        :raises ExecutiveError: if the text is not a breakpoint, or the breakpoint is unreachable.
         """
         made = parse_breakpoint(spec) if isinstance(spec, str) else spec
         with self._env.lock:
@@ -98,9 +95,9 @@ class Debugger:
         return made
 
     def remove(self, number: int) -> None:
-        """Do not stop there any more.
+        """Remove a breakpoint.
 
-        :raises ExecutiveError: when there is no such breakpoint.
+        :raises ExecutiveError: if the breakpoint does not exist.
         """
         with self._env.lock:
             if number not in self._breakpoints:
@@ -110,48 +107,45 @@ class Debugger:
             self._set_hooks()
 
     def clear(self) -> None:
-        """Remove all breakpoints."""
         with self._env.lock:
             self._breakpoints.clear()
             self._set_hooks()
 
     def counts(self, number: int) -> tuple[int, int]:
-        """Return how often a breakpoint was met, and how often with its condition."""
+        """Return the number of hits of a breakpoint, and of hits with a true condition."""
         return self._met_count[number], self._reached_count[number]
-
-    # -- state, and continuing
 
     @property
     def stopped(self) -> Stop | None:
-        """Where it has stopped; None while it has not."""
+        """The current stop; None while running."""
         return self._stopped
 
     @property
     def active(self) -> bool:
-        """Whether there is anything to look after in a loop."""
+        """Whether the next loop needs the debugger."""
         return bool(self._breakpoints or self._step or self._asked or self._within or self._stopped)
 
     @property
     def within_loop(self) -> bool:
-        """Whether a loop has begun that is not over, or the next one must not begin."""
+        """Whether a loop has begun but not ended, or the next one is blocked."""
         return self._within or self._stopped is not None
 
     def stop(self) -> None:
-        """Stop before the next rule fires."""
+        """Stop before the next firing."""
         with self._env.lock:
             self._asked = self._stopped is None
 
     def go_on(self) -> None:
-        """Continue to the next breakpoint. No error when it is not stopped."""
+        """Continue to the next breakpoint. Does nothing while running."""
         with self._env.lock:
             self._asked = False
             self._stopped, self._step = None, ""
             self._set_hooks()
 
     def step(self, unit: str = "rule") -> None:
-        """Continue for one ``rule``, ``loop`` or ``transition``; when it is not stopped, stop after that.
+        """Continue for one ``rule``, ``loop`` or ``transition``. While running, stop after the next one.
 
-        :raises ExecutiveError: when it is none of these.
+        :raises ExecutiveError: if the unit is unknown.
         """
         if unit not in (*STEPS, LINE):
             raise ExecutiveError(f"cannot step a '{unit}'", hint=f"use one of: {', '.join(STEPS)}")
@@ -160,14 +154,10 @@ class Debugger:
             self._step = unit
             self._set_hooks()
 
-    # -- the rules
-
     def run(self) -> int:
-        """Fire the rules of a loop, or the rest of them, until there is a reason to stop.
+        """Fire the rules of a loop, or its remaining rules, until a stop. Called by :meth:`Executive.loop`.
 
-        For :meth:`Executive.loop`, which has prepared the loop.
-
-        :returns: how many fired.
+        :returns: the number of firings.
         """
         fired = 0
         while self._stopped is None:
@@ -186,7 +176,7 @@ class Debugger:
         return fired
 
     def _halt(self, stop: Stop) -> None:
-        """Stop, and say so."""
+        """Enter the stopped state and notify the observers."""
         self._stopped, self._step, self._asked = stop, "", False
         self._log.info(f"Stopped {stop.reason}")
         if self.on_stop is not None:
@@ -194,40 +184,40 @@ class Debugger:
 
     @property
     def watches_lines(self) -> bool:
-        """Whether there is any reason to call :meth:`at_line`."""
+        """Whether rules must call :meth:`at_line`."""
         return self._firing and (
             self._step == LINE or any(item.kind == "line" for item in self._breakpoints.values())
         )
 
     def may_stop_at(self, rule: str, line: int) -> bool:
-        """Whether :meth:`at_line` would look at a condition, or stop."""
+        """Return whether :meth:`at_line` would evaluate a condition or stop."""
         return self._step == LINE or any(item.has_line(rule, line) for item in self._breakpoints.values())
 
     def at_line(self, rule: str, line: int) -> None:
-        """Stop if there is a reason to, for rules that call this before an action on a line of theirs.
+        """Stop at a line of a right-hand side if necessary. Instrumented rules call this before each action.
 
-        The stop is over when :attr:`on_stop` returns, resumed or not: until then the right-hand side waits.
+        The stop ends when :attr:`on_stop` returns, because the right-hand side waits for that call.
         """
         if not self._firing:
             return
         self._last_rule = rule
         where = f"at line {line} of rule {rule}"
         found = (
-            self._reached(item, where, line=line)
+            self._count_hit(item, where, line=line)
             for item in self._breakpoints.values()
             if item.has_line(rule, line)
         )
         stop = next(filter(None, found), None)
         if stop is None and self._step == LINE:
-            stop = self._make("step", where, line=line)
+            stop = self._make_stop("step", where, line=line)
         if stop is None:
             return
-        self._firing = False  # transitions of edits do not stop it
+        self._firing = False  # transitions caused by edits at the stop must not stop again
         try:
             self._halt(stop)
         finally:
             self._stopped, self._firing = None, True
-        # the next breakpoint may be at another rule: look again when this one is over
+        # the next breakpoint may belong to another rule: check again after this firing
         self._interrupted = True
         if not self._one_by_one:
             self._env.api.after_fire(self._after_fire)
@@ -239,11 +229,11 @@ class Debugger:
         self._env.watcher.firings = 0
 
     def _go(self) -> Stop | None:
-        """Fire rules until there is a reason to stop, or the loop is over."""
+        """Fire rules until a stop or the end of the loop."""
         env = self._env
         while not env.is_ended and not self._agent_halts and (following := next_rule(env)):
             if self._asked:
-                return self._make("asked", f"before rule {following}, as asked")
+                return self._make_stop("asked", f"before rule {following}, as asked")
             rules = [item for item in self._breakpoints.values() if item.is_of_rules]
             if rules and (stop := self._before(rules, following)) is not None:
                 return stop
@@ -255,10 +245,10 @@ class Debugger:
                 break
         self._within = False
         env.end_run()
-        return self._make("step", "at the end of the loop") if self._step == "loop" else None
+        return self._make_stop("step", "at the end of the loop") if self._step == "loop" else None
 
     def _fire(self) -> int:
-        """Fire a rule, or all there are up to a transition to stop at; returns how many."""
+        """Fire one rule, or all rules up to a transition with a breakpoint; return the number of firings."""
         api = self._env.api
         self._hits.clear()
         self._interrupted = False
@@ -273,39 +263,39 @@ class Debugger:
         return done
 
     def _before(self, rules: list[Breakpoint], following: str) -> Stop | None:
-        """Return why to stop before the next rule, once for each activation."""
+        """Return the stop before the next rule, once per activation."""
         for item in rules:
             if item.kind == "before" and item.has_rule(following):
                 _, rule, basis = next(agenda(self._env))
                 activation = f"{rule}: {basis}"
-                if activation != self._passed and (stop := self._reached(item, f"before rule {rule}")):
+                if activation != self._passed and (stop := self._count_hit(item, f"before rule {rule}")):
                     self._passed = activation
                     return stop
         return None
 
     def _after(self, rules: list[Breakpoint], done: int) -> Stop | None:
-        """Return why to stop after the last firing."""
+        """Return the stop after the last firing."""
         for item, event in self._hits:
             if item is None:
-                return self._make("step", f"at {describe(event)}", event=event)
-            if (stop := self._reached(item, f"at {describe(event)}", event)) is not None:
+                return self._make_stop("step", f"at {describe(event)}", event=event)
+            if (stop := self._count_hit(item, f"at {describe(event)}", event)) is not None:
                 return stop
         if not done or not (self._one_by_one or self._interrupted):
             return None
         for item in rules:
             if item.kind == "after" and item.has_rule(self._last_rule):
-                stop = self._reached(item, f"after rule {self._last_rule}")
+                stop = self._count_hit(item, f"after rule {self._last_rule}")
                 if stop is not None:
                     return stop
-        return self._make("step", f"after rule {self._last_rule}") if self._step == "rule" else None
+        return self._make_stop("step", f"after rule {self._last_rule}") if self._step == "rule" else None
 
-    def _reached(
+    def _count_hit(
         self, item: Breakpoint, where: str, event: Transition | None = None, line: int = 0
     ) -> Stop | None:
-        """Return the stop at a breakpoint, unless it does not stop this time."""
+        """Count a hit; return the stop, or None if condition or hit count prevent it."""
         kind = "transition" if event is not None else item.kind
         self._met_count[item.number] += 1
-        stop = self._make(kind, where, item.number, event, line)
+        stop = self._make_stop(kind, where, item.number, event, line)
         if item.condition:
             try:
                 if self._env.eval(self.expand(item.condition, stop)) == FALSE:
@@ -323,14 +313,14 @@ class Debugger:
         return stop
 
     def _value(self, expression: str, stop: Stop) -> str:
-        """Return what an expression in a text is, or why that is not known."""
+        """Return the value of an expression as text, or its error."""
         try:
             value = self._env.eval(self.expand(expression, stop))
         except ClipsError as error:
             return f"{{{expression}: {error.message}}}"
         return value if isinstance(value, str) else show(value)
 
-    def _make(
+    def _make_stop(
         self, kind: str, reason: str, number: int = 0, event: Transition | None = None, line: int = 0
     ) -> Stop:
         return Stop(
@@ -346,10 +336,8 @@ class Debugger:
             line=line,
         )
 
-    # -- what happens while rules fire
-
     def _set_hooks(self) -> None:
-        """Listen to transitions if there is a reason to."""
+        """Subscribe to transitions only while a breakpoint or step needs them."""
         wanted = self._step == "transition" or any(
             item.is_of_transitions for item in self._breakpoints.values()
         )
@@ -361,11 +349,11 @@ class Debugger:
         self._follows = wanted
 
     def _take(self, event: Event) -> None:
-        """Look at a transition: from within a right-hand side."""
+        """Handle a transition, within a right-hand side."""
         if not isinstance(event, TRANSITION_TYPES) or event.env != self._env.name:
             return
         if isinstance(event, SkillStatus):
-            # each fact is an event, and the first one only says how things stand
+            # each fact causes an event; the first one only shows the present status
             status = event.skill_string, event.status
             before = self._statuses.get(event.skiller, status)
             self._statuses[event.skiller] = status
@@ -383,9 +371,10 @@ class Debugger:
         self._hits += [(item, event) for item in hits]
 
     def _note_fired(self, _env: CData, activation: CData, _context: CData) -> None:
-        """Note which rule has fired, and whether it called ``(halt)``; end the run if that is to be."""
+        """Record the fired rule and its ``(halt)``; end the run if a stop is pending."""
         self._last_rule = decode(lib.ActivationRuleName(activation))
         if self._env.api.rules_halt():
             self._agent_halts = True
         if (self._hits or self._interrupted) and not self._one_by_one:
-            self._env.hold()  # not before: it would look like the agent's (halt)
+            # after the check of rules_halt(), which could not tell this halt from the agent's
+            self._env.hold()

@@ -1,7 +1,4 @@
-"""The CLIPS Executive as Fawkes' plugin runs it: set up in stages, one run of the rules at each `think`.
-
-Source of the order of things: compat cx-behaviour, section 1.1.
-"""
+"""The CLIPS Executive: initialisation in stages, one run of the rules at each `think` hook, as in Fawkes."""
 
 from __future__ import annotations
 
@@ -34,52 +31,53 @@ if TYPE_CHECKING:
     from cxbridge.executive.debugger import Debugger
 
 BUILTIN_CX = CORE_DIR / "cx"
-"""Our own CX core."""
+"""cxbridge's CX core."""
 
 _SKILL = re.compile(r"\s*[\w-]+\s*[{(]")
 
 ACTIONS_OVER: Final = frozenset({"FINAL", "FAILED"})
-"""The states of plan-actions that are over."""
+"""The final states of plan-actions."""
 
+# rules may loop after (executive-finalize): those of the RCLL agent `rcll` close and open a peer forever
 MOST_FINAL_FIRINGS = 10_000
-"""Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer forever."""
+"""The maximum number of firings during finalization."""
 
 ENVIRONMENT = "executive"
-"""The name of the executive's environment, unless it is one of several."""
+"""The name of the executive's environment in a run with one agent."""
 
 
 class MappedAction(Protocol):
-    """What an action became."""
+    """The result of mapping an action."""
 
     @property
     def text(self) -> str:
-        """The skill string; empty when the action could not be mapped."""
+        """The skill string; empty if the action has no mapping."""
 
     @property
     def messages(self) -> Sequence[tuple[Level, str]]:
-        """Its description."""
+        """Log messages about the mapping."""
 
 
 class ActionMapper(Protocol):
-    """Maps actions to skill strings (:mod:`cxbridge.skiller.mapping` is one)."""
+    """Maps actions to skill strings, like :mod:`cxbridge.skiller.mapping`."""
 
     def has(self, action: str) -> bool:
-        """Whether there is a mapping for the action."""
+        """Return whether the action has a mapping."""
 
     def map(self, action: str, params: Mapping[str, str]) -> MappedAction:
-        """Map an action with the values of its parameters."""
+        """Map an action with its parameter values."""
 
 
 class CoreFiles(Struct, frozen=True):
-    """Where CLIPS files come from.
+    """The CLIPS files of core and agent.
 
-    :param cx: the folder of the CX core: saliences.clp, init.clp ...
-    :param clips_dirs: the user's folders, searched after the core's.
-    :param substitutions: what ``@BASEDIR@`` and its like stand for.
-    :param before: folders whose files replace the core's.
-    :param config_feature: the feature that init.clp reads its configuration with.
+    :param cx: the folder of the CX core, with saliences.clp, init.clp ...
+    :param clips_dirs: the agent's folders, searched after the core's.
+    :param substitutions: values of ``@BASEDIR@`` and other placeholders.
+    :param before: folders with replacements of core files.
+    :param config_feature: the feature that provides the configuration to init.clp.
     :param redefine_feature: the feature that reports redefinitions.
-    :param time_of: what ``(now)`` and the fact ``time`` hold, of microseconds since the epoch.
+    :param time_of: converts microseconds since the epoch to the fields of ``(now)`` and the ``time`` fact.
     """
 
     cx: Path = BUILTIN_CX
@@ -92,17 +90,17 @@ class CoreFiles(Struct, frozen=True):
 
 
 class Executive:
-    """The executive's environment and what drives it.
+    """Loads and runs the rules of an agent.
 
-    :param manager: creates the environment; it has the features.
+    :param manager: makes the environment and its features.
     :param config: the configuration of the run.
     :param mapper: the action mapping.
-    :param files: where the CLIPS files are.
-    :param name: of the environment.
+    :param files: the CLIPS files.
+    :param name: the name of the environment.
     """
 
     knows_goals: ClassVar[bool] = True
-    """Whether facts of goals decide when a run is over; else a run lasts as long as its timeout."""
+    """Whether goals decide the end of a run. Otherwise a run lasts until its timeout."""
 
     def __init__(
         self,
@@ -123,18 +121,18 @@ class Executive:
         self.goals = GoalWatch(self.env if self.knows_goals else None)
         self.skills = SkillWatch(self.env)
         self.known_skills: Callable[[], Collection[str] | None] = lambda: None
-        """Returns the existing skills; None when they are unknown."""
+        """Returns the existing skills; None: unknown."""
         self._initial_files: frozenset[Path] = frozenset()
         self._debugger: Debugger | None = None
         self.place_of_action: Callable[[str], str] = lambda _action: ""
-        """Returns ``FILE:LINE`` where plans get an action, for messages; empty when unknown."""
+        """Returns ``FILE:LINE`` of a plan's action for messages; empty if unknown."""
         self._time = NumberFact(self.env.env, "time")
         self.env.time_of = files.time_of
 
     def init(self) -> None:
-        """Load the core and the agent.
+        """Load core and agent.
 
-        :raises ExecutiveError: when the core's own files do not load, or the initialisation fails.
+        :raises ExecutiveError: if a core file does not load or the initialisation fails.
         """
         self.load_core()
         env = self.env
@@ -146,9 +144,9 @@ class Executive:
         self._check_stage()
 
     def load_core(self) -> None:
-        """Load the loaders of the initialisation.
+        """Load the files that perform the initialisation.
 
-        :raises ExecutiveError: when they do not load.
+        :raises ExecutiveError: if a file does not load.
         """
         env = self.env
         for pattern, by in self._files.substitutions.items():
@@ -168,7 +166,7 @@ class Executive:
         self._initial_files = frozenset(env.loader.files)
 
     def _check_stage(self) -> None:
-        """Raise when the initialisation has failed by now."""
+        """Raise if the initialisation has failed."""
         for _index, _template, slots in self.env.facts("executive-init-stage"):
             if slots["implied"] == ("FAILED",):
                 messages = [
@@ -183,7 +181,7 @@ class Executive:
                 )
 
     def loop(self) -> int:
-        """Think once; returns how many rules fired. While the debugger is stopped none does."""
+        """Run the rules of one loop; return the number of firings, 0 while the debugger is stopped."""
         env = self.env
         with env.lock:
             if self.within_loop:
@@ -196,7 +194,7 @@ class Executive:
 
     @property
     def debugger(self) -> Debugger:
-        """The debugger of its rules, made on request."""
+        """The debugger, made on first use."""
         if self._debugger is None:
             from cxbridge.executive.breakpoint_names import (  # noqa: PLC0415 - start-up time is a feature
                 AgentNames,
@@ -210,26 +208,26 @@ class Executive:
 
     @property
     def stopped(self) -> Stop | None:
-        """Where the debugger has stopped the rules; None while it has not. Makes no debugger."""
+        """The debugger's current stop; None while running or without a debugger."""
         return None if self._debugger is None else self._debugger.stopped
 
     @property
     def within_loop(self) -> bool:
-        """Whether the debugger has stopped the rules in the middle of a loop."""
+        """Whether the debugger has stopped the rules within a loop."""
         return self._debugger is not None and self._debugger.within_loop
 
     def _run(self) -> int:
-        """Run the rules, with the debugger's eyes on them if there is a reason to."""
+        """Run the rules, with the debugger if it is active."""
         debugger = self._debugger
         return debugger.run() if debugger is not None and debugger.active else self.env.run()
 
     @property
     def first_error(self) -> str:
-        """The first error that an executive without goals has reported; empty: none."""
+        """The first error reported by an executive without goals; empty without errors."""
         return ""
 
     def follow_transitions(self) -> None:
-        """Emit the transitions of goals, plan-actions and skillers from now on."""
+        """Emit transitions of goals, plan-actions and Skillers from now on."""
         tracker = TransitionTracker(self.env.name)
 
         def follow(template: str, slots: dict[str, str]) -> None:
@@ -247,10 +245,10 @@ class Executive:
 
     @property
     def is_over(self) -> bool:
-        """Whether there is nothing left to do: no root goal is open, no skill runs, the agenda is empty.
+        """Whether no root goal is open, no skill runs and the agenda is empty, or the agent has quit.
 
-        MAINTAIN goals at rest are no open root goals here, once another root goal has ended. An agent with
-        MAINTAIN goals alone never ends: the maintained condition may need it at any time.
+        Waiting MAINTAIN goals do not count as open after another root goal has ended. An agent with only
+        MAINTAIN goals never ends, because the maintained condition may change at any time.
         """
         self.goals.settle()
         if self.env.quit_requested:
@@ -261,15 +259,14 @@ class Executive:
 
     @property
     def _is_at_rest(self) -> bool:
-        """Whether no skill runs and the agenda is empty."""
         return not self.env.agenda_size_at_least(1) and not self.skills.running
 
     @property
     def maintained(self) -> list[str]:
-        """The ids of the open root goals, when all of them are MAINTAIN goals at rest; else none.
+        """The ids of the open root goals if all of them are waiting MAINTAIN goals; else empty.
 
-        At rest: no open goal is below them but further MAINTAIN goals, no action of their plans is left, no
-        planner is at work for them, no skill runs and the agenda is empty, or the agent has quit.
+        A MAINTAIN goal waits if all open goals below it are MAINTAIN goals, their plans have no unfinished
+        action, no planner runs, no skill runs and the agenda is empty, or the agent has quit.
         """
         roots = self.goals.maintaining
         if not roots or not (self._is_at_rest or self.env.quit_requested):
@@ -284,11 +281,11 @@ class Executive:
 
     @property
     def initialized(self) -> bool:
-        """Whether all stages are done."""
+        """Whether all initialisation stages are done."""
         return next(self.env.facts("executive-initialized"), None) is not None
 
     def finalize(self) -> None:
-        """Run the rules for the shutdown, and destroy the environment."""
+        """Run the finalization rules and destroy the environment."""
         self.env.assert_string("(executive-finalize)")
         self.env.refresh_agenda()
         if self.env.run(MOST_FINAL_FIRINGS) >= MOST_FINAL_FIRINGS:
@@ -301,11 +298,11 @@ class Executive:
         self._manager.destroy(self.env.name)
 
     def close(self) -> None:
-        """Release the environment's resources. A second call does nothing."""
+        """Release the environment's resources. Further calls do nothing."""
         self._time.dispose()
 
     def _map_action_skill(self, action: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> str:
-        """Return the skill string of an action, "" when it has none; the reason goes to the log."""
+        """Return the skill string of an action; "" after a log message if there is none."""
         if action == "":
             self.log.warn("Failed to map, action name is empty")
             return ""
@@ -336,19 +333,19 @@ class Executive:
 
 
 def _text(value: Value) -> str:
-    """Return a parameter's value as Fawkes hands it to the mapping: floats with six decimals."""
+    """Return a parameter value as Fawkes passes it to the mapping: floats with six decimals."""
     return f"{value:f}" if isinstance(value, float) else str(value)
 
 
 def place_of_mapping(config: Configuration, spec: str, action: str) -> str:
-    """Return ``FILE:LINE`` of the mapping of an action; empty when it is in no file."""
+    """Return ``FILE:LINE`` of an action's mapping; empty if it is in no file."""
     path = f"/clips-executive/specs/{spec}/action-mapping/{action}"
     place = config.get(path) if config.exists(path) else None
     return f"{place.file}:{place.line}" if place is not None and place.file else ""
 
 
 def place_of_skill(config: Configuration, spec: str, skill_string: str) -> str:
-    """Return where the only action is mapped that a skill string can come from; empty when unknown."""
+    """Return the place of the only mapping that can yield a skill string; empty if ambiguous."""
     name = _SKILL.match(skill_string)
     found = [
         action
@@ -359,9 +356,9 @@ def place_of_skill(config: Configuration, spec: str, skill_string: str) -> str:
 
 
 def action_mapping(config: Configuration, spec: str) -> dict[str, str]:
-    """Return the templates of a spec by the names of their actions.
+    """Return the mapping templates of a spec by action.
 
-    :raises ConfigError: when one is not a text.
+    :raises ConfigError: if a template is not a text.
     """
     prefix = f"/clips-executive/specs/{spec}/action-mapping/"
     mapping = {}

@@ -1,4 +1,4 @@
-"""The base class of features, and the forms in which an environment manager is offered one."""
+"""The base class of features, and lazily imported features."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ if TYPE_CHECKING:
 
 
 class Feature(ABC):
-    """Something an environment can request.
+    """Functions, templates and rules that environments can request.
 
-    Subclass it, name it, and define functions in :meth:`init_context`::
+    Subclasses have a name and define functions in :meth:`init_context`::
+
 
         class Answer(Feature):
             name = "answer"
@@ -25,28 +26,28 @@ class Feature(ABC):
     """
 
     name: str
-    """What ``(ff-feature-request ...)`` calls it."""
+    """The argument of ``(ff-feature-request ...)``."""
 
     @abstractmethod
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Give the environment the feature's functions, templates and rules. Called once an environment."""
+        """Add the feature to an environment. Called once per environment."""
 
-    def before_run(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features wait for nothing
-        """Report new input to the environment since its last run, e.g. from other threads.
+    def before_run(self, env: ClipsEnvironment) -> None:  # noqa: B027  optional
+        """Assert new input, e.g. from other threads, before the rules run.
 
-        Called before each run of its rules, once a loop, with its lock held.
+        Called once per loop with the environment locked.
         """
 
-    def context_destroyed(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features hold nothing
-        """Release the environment's resources. Called before it is destroyed."""
+    def context_destroyed(self, env: ClipsEnvironment) -> None:  # noqa: B027  optional
+        """Release the resources of an environment before it is destroyed."""
 
 
 class LazyFeature(Struct, frozen=True):
-    """A feature that is imported when an environment requests the feature: start-up time is a feature.
+    """A feature that is imported on request, to keep the start of a run fast.
 
     :param name: the feature's name.
-    :param load: imports and makes the feature; raises ``CxbridgeError`` when that fails.
-    :param origin: the module and the plug-in of the feature; empty for features of cxbridge.
+    :param load: imports and makes the feature; may raise ``CxbridgeError``.
+    :param origin: module and plug-in of the feature; empty for cxbridge's features.
     """
 
     name: str

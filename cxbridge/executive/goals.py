@@ -20,8 +20,8 @@ _FIRST = "FORMULATED"
 _OVER = "RETRACTED"
 _SLOTS = ("id", "class", "parent", "mode", "outcome", "error", "type")
 _MAINTAIN = "MAINTAIN"
+# A FORMULATED goal is not pursued yet, a FINISHED or EVALUATED goal is about to end.
 _MAINTAINING_MODES = frozenset({"SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED"})
-"""A FORMULATED goal is not pursued yet, a FINISHED or EVALUATED goal is about to end."""
 
 
 class GoalState(Struct, frozen=True):

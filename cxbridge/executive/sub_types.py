@@ -16,8 +16,8 @@ SLOT: Final = "sub-type"
 NONE: Final = "nil"
 """The sub-type of a goal without sub-goals."""
 
+# The folder of the core that has a file for each sub-type.
 _FOLDER: Final = "goals"
-"""The folder of the core that has a file for each sub-type."""
 
 
 def handled(condition: Sequence[CE]) -> frozenset[str]:

@@ -1,9 +1,8 @@
-"""A run put together: configuration, clock, blackboard, skiller, executive, recorders.
+"""Runs of agents.
 
-:func:`run_scenario` is the function of ``cxbridge run``; :class:`Run` is the parts, for programs that drive
-    the
-loop themselves. The package can be called, too: ``cxbridge.run("test-scenario")`` runs a scenario for a
-program, see :func:`cxbridge.run.program.run.run`.
+:func:`run_scenario` implements ``cxbridge run``. :class:`Run` holds the parts of a run, for programs with
+    their own loop. The package is callable: ``cxbridge.run("test-scenario")`` calls
+    :func:`cxbridge.run.program.run.run`.
 """
 
 import sys
@@ -22,7 +21,8 @@ _MODULES = {"Run": "agent", "RunOptions": "options", "RunResult": "result", "run
 
 
 def __getattr__(name: str) -> Any:
-    """Give a public name: the help of a command needs the options of runs, and nothing else of them."""
+    # lazy, because the help of a command needs only the options of runs
+    """Import a public name on first use."""
     from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
 
     if name not in _MODULES:
@@ -31,10 +31,10 @@ def __getattr__(name: str) -> Any:
 
 
 class _CallablePackage(ModuleType):
-    """A package that programs call, and import from."""
+    """A callable package."""
 
     def __call__(self, *args: Any, **options: Any) -> Any:
-        """Run a scenario; see :func:`cxbridge.run.program.run.run`."""
+        """Run a scenario, see :func:`cxbridge.run.program.run.run`."""
         from cxbridge.run.program.run import run  # noqa: PLC0415 - the command line has no need of it
 
         return run(*args, **options)

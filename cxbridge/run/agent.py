@@ -50,16 +50,15 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 MakeComponent = Callable[["Run"], Component]
-"""Makes a component of a run."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunBase:
-    """Configuration, clock, bus and loop of a run; the runs of a team share most of them.
+    """Configuration, clock, bus and loop of a run. The runs of a team share most of them.
 
-    :param name: of the CLIPS environment.
-    :param early: the files that were read before the recording begins; None when they are not recorded.
-    :param embedded: makes the embedded robot memory of an agent of a team.
+    :param name: the name of the CLIPS environment.
+    :param early: the files that were read before the recording begins; None in a run without recording.
+    :param embedded: makes the embedded robot memory of an agent in a team.
     """
 
     name: str
@@ -73,11 +72,11 @@ class RunBase:
 
 
 def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool = False) -> RunBase:
-    """Read the configuration that the options name, and make a clock, a bus and a main loop.
+    """Read the configuration, make clock, bus and main loop.
 
-    :param clock: None: the clock of the options.
-    :param recorded: whether a program records the run, besides the recordings of the options.
-    :raises CxbridgeError: when a file is missing or wrong, or the scenario has no agent of that name.
+    :param clock: by default the clock of the options.
+    :param recorded: whether a program records the run in addition to the options.
+    :raises CxbridgeError: if a file is missing or wrong, or the scenario has no such agent.
     """
     source = source_of(options)
     config, config_file = source.load_configuration()
@@ -92,9 +91,9 @@ def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool
 
 
 def make_only_base(options: RunOptions) -> RunBase:
-    """As :func:`make_base`, for a run of one agent.
+    """Make the base of a run with one agent.
 
-    :raises CxbridgeError: when the scenario has several agents, and the options choose none.
+    :raises CxbridgeError: if the scenario has several agents and the options choose none.
     """
     base = make_base(options)
     names = [] if options.agent else agent_names(base.config)
@@ -106,43 +105,41 @@ def make_only_base(options: RunOptions) -> RunBase:
 
 
 class Player(Protocol):
-    """Plays the environment of a recorded run: :class:`~cxbridge.run.replay.replay.Replay`."""
+    """The environment of a recorded run, see :class:`~cxbridge.run.replay.replay.Replay`."""
 
     @property
-    def board_class(self) -> type[LocalBlackBoard]:
-        """The class of the run's blackboard."""
+    def board_class(self) -> type[LocalBlackBoard]: ...
 
     def of_agent(self, name: str) -> Player:
-        """Return the player of one agent of several."""
+        """Return the player of one agent of a team."""
 
     def make_planning(self, env: str) -> Any:
-        """Make the PlanningService of an environment."""
+        """Make the ``PlanningService`` of an environment."""
 
     def components(self, run: Run) -> Iterator[Component]:
-        """Make the players of Skillers, executors and sensors."""
+        """Make the components that play Skillers, executors and sensors."""
 
     def is_over(self, now_us: int, *, run_is_over: bool) -> bool:
-        """Return whether the recorded run has been played."""
+        """Return whether the replay has reached the end of the recording."""
 
 
 class Run(Closing):
-    """An agent that runs: made by its construction, loaded by :meth:`start`. A context manager.
+    """One agent with its components. :meth:`start` loads the agent; a context manager closes the run.
 
-    :param options: checked.
-    :param base: configuration, clock, bus and loop; None: those that the options name.
-    :param replay: plays the environment, in place of Skillers and of executors of this process.
-    :param additions: the features, skills and writers of a program.
-    :param components: make components that no configuration names; these start first.
-    :param is_look: whether the agent is only looked at: it has no components, and no module that its
-        configuration names is imported.
-    :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
+    :param options: checked options.
+    :param base: by default configuration, clock, bus and loop from the options.
+    :param replay: the recorded environment, which replaces Skillers and local executors.
+    :param additions: features, skills and writers of a program.
+    :param components: make components that start before those of the configuration.
+    :param is_look: only read the agent: no component starts, no configured module is imported.
+    :raises CxbridgeError: if a named file or setting is missing or wrong.
     """
 
     has_executive = True
-    """Whether an executive is wanted."""
+    """Whether the run needs an executive."""
 
     waits_for_skiller = True
-    """Whether a Skiller elsewhere must exist from the start to the end."""
+    """Whether a remote Skiller must exist from start to end."""
 
     def __init__(
         self,
@@ -168,18 +165,18 @@ class Run(Closing):
         self.missing: list[ConfigError] = (
             find_missing(self.config, self.spec, self.paths) if self.spec else []
         )
-        """For each file that the spec loads and that does not exist, where the configuration names it."""
+        """The missing files of the spec, each with its place in the configuration."""
         self.skill_board: BoardSettings | None = self.source.board_settings(
             skill_board_settings(self.config, self.paths, additions.executors), self.config
         )
         self.skill_service: SkillBoardService | None = None
-        """The skill board, while its component is at work."""
+        """The active skill board."""
         self.execution: Execution | None = None
-        """How executors of the skill board execute calls; None: as the configuration says."""
+        """How executors of the skill board execute calls; None: as configured."""
         self.known_skills: dict[str, frozenset[str] | None] = {}
-        """The skills of each Skiller of this process, by its name; None: the Skiller has any."""
+        """The skills by Skiller of this process; None: the Skiller accepts any skill."""
         self.make_planning = additions.planning if replay is None else replay.make_planning
-        """Makes what plans for the environment of that name; None: planners."""
+        """Makes the planning of an environment; None: planners."""
         self.pddl_parser = PddlParserFeature(as_fawkes=reads_as_fawkes(self.config))
         self.registry = InterfaceRegistry(self.paths.interface_dirs)
         board_class = LocalBlackBoard if replay is None else replay.board_class
@@ -194,9 +191,9 @@ class Run(Closing):
             self._make_nodes()
 
     def _choose_spec(self, base: RunBase) -> str:
-        """Return the spec; note oddities of the configuration.
+        """Return the spec and add warnings about the configuration.
 
-        :raises CxbridgeError: when there is no such spec, or a key is misspelt.
+        :raises CxbridgeError: if the spec does not exist or a key is misspelt.
         """
         config, source = self.config, self.source
         spec = choose_spec(config, self.options.spec, base.config_file)
@@ -209,40 +206,37 @@ class Run(Closing):
         return spec
 
     def _make_nodes(self) -> None:
-        """Make the executive: recorders and servers watch it before it loads the agent."""
+        # the executive exists before it starts: recorders and servers must watch it before it loads the agent
         made: ThinkingComponent = COMPONENTS.load(COMPONENTS.find(EXECUTIVE))(self)
         self.thinking_node = ManagedNode(EXECUTIVE, lambda: made, type(made), made)
         self.lifecycle.add(self.thinking_node)
 
-    # -- what its parts share
-
     @property
     def thinking(self) -> ThinkingComponent | None:
-        """The component of the executive; None while it does not exist."""
+        """The component of the executive, once made."""
         return None if self.thinking_node is None else self.thinking_node.component
 
     @property
     def executive(self) -> Executive:
-        """The executive."""
         assert self.thinking is not None
         return self.thinking.executive
 
     @property
     def manager(self) -> EnvironmentManager:
-        """The CLIPS environments of the executive."""
+        """The manager of the CLIPS environments."""
         assert self.thinking is not None
         return self.thinking.manager
 
     @property
     def components(self) -> list[Component]:
-        """The components that exist."""
+        """The existing components."""
         return [node.component for node in self.lifecycle.nodes if node.component is not None]
 
     @property
     def navgraph(self) -> NavGraph:
-        """The navigation graph, one for skills and rules: an edge that is blocked is blocked for both.
+        """The navigation graph, shared by skills and rules: both see the same blocked edges.
 
-        :raises CxbridgeError: when the configuration names no graph, or the graph cannot be read.
+        :raises CxbridgeError: if no graph is configured or its file cannot be read.
         """
         if self._graph is None:
             from cxbridge.skiller.make import load_configured_navgraph  # noqa: PLC0415
@@ -253,33 +247,28 @@ class Run(Closing):
         return self._graph
 
     def one_of(self, make: Callable[[Self], T]) -> T:
-        """Return an object that the parts of a plug-in share; the first call makes the object.
-
-        :param make: makes the object of a run.
-        """
+        """Return the shared object of a plug-in; the first call makes it."""
         if make not in self._made:
             self._made[make] = make(self)
         found: T = self._made[make]
         return found
 
     def section(self, name: str) -> PluginSettings | None:  # noqa: ARG002 - only a daemon has them
-        """Return the settings of a daemon for a plug-in; None in a run."""
+        """Return a plug-in's settings of a daemon; None in a run."""
         return None
 
     @property
     def rights(self) -> Rights:
-        """What clients may do."""
+        """The rights of clients."""
         return read_rights(self.config, self.options.skiller)
 
     @property
     def has_clients(self) -> bool:
-        """Whether clients may ask questions while the rules are at work, e.g. on the page of a run."""
+        """Whether clients may send requests while the rules run, e.g. from a run's page."""
         return any(group.is_interactive for group in self.options.more)
 
-    # -- its life
-
     def start(self) -> None:
-        """Start the components, and join them to the main loop; the executive is the last."""
+        """Start the components and add them to the main loop, the executive last."""
         node, thinking = self.thinking_node, self.thinking
         assert node is not None
         assert thinking is not None
@@ -311,39 +300,40 @@ class Run(Closing):
             self.loop.add(hook, component.loop)
 
     def attend(self) -> None:
-        """Let the steady components work while the main loop rests."""
+        """Call the steady components while the main loop is paused."""
         for component in self.components:
             if component.steady:
                 component.loop()
 
     def leave_loop(self) -> None:
-        """Take no steps in the main loop until :meth:`enter_loop`."""
+        """Remove all steps from the main loop, until :meth:`enter_loop`."""
         for component in self.components:
             for hook in component.hooks:
                 self.loop.remove(hook, component.loop)
         self.loop.remove(Hook.WORLDSTATE, self.memory.attend)
 
     def enter_loop(self) -> None:
-        """Take steps in the main loop again, after those of all other agents."""
+        """Add the steps to the main loop again, behind those of all other agents."""
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         for component in self.components:
             self._join(component)
 
     @property
     def agents(self) -> tuple[Run, ...]:
-        """The agents of the run: this one."""
+        """The agents of the run."""
         return (self,)
 
     @property
     def firings(self) -> int:
-        """How many rules have fired."""
+        """The number of rule firings."""
         return 0 if self.thinking is None else self.thinking.firings
 
     @property
     def is_over(self) -> bool:
-        """Whether every root goal is retracted or gone or maintains, no skill runs and the agenda is empty.
+        """Whether all root goals have ended, no skill runs and the agenda is empty.
 
-        Of a replay: whether the recorded run has been played.
+        A goal has ended when it is retracted or removed, or waits in MAINTAIN. A replay is over at the end of
+        the recording.
         """
         over = self.executive.is_over and not any(component.running for component in self.components)
         if self._replay is None:
@@ -352,7 +342,10 @@ class Run(Closing):
 
     @property
     def is_quiet(self) -> bool:
-        """Whether nothing happens by itself, but by rules: no component works, nothing comes from outside."""
+        """Whether only rules can cause changes.
+
+        All components are idle, and neither a robot memory nor a replay is open.
+        """
         return (
             self._replay is None
             and not self.memory.is_open
@@ -361,26 +354,26 @@ class Run(Closing):
 
     @property
     def is_stuck(self) -> bool:
-        """Whether nothing can happen any more."""
+        """Whether no event can follow."""
         return self.thinking is not None and self.thinking.is_stuck
 
     @property
     def loss(self) -> str:
-        """Why the run cannot come to its end: a component of it is gone; empty while all exist."""
+        """The lost component that the run needs, with the reason; empty if none is lost."""
         return next((component.loss for component in self.components if component.loss), "")
 
     def interrupt(self) -> None:
-        """End the rule that fires now, and let no rule fire any more. From any thread, at any time."""
+        """Stop the current rule and all further rules. Callable from any thread."""
         if (thinking := self.thinking) is not None:
             thinking.executive.env.interrupt()
 
     def finalize(self) -> None:
-        """Let the executive's rules run their finalization."""
+        """Run the finalization rules of the executive."""
         if self.thinking is not None:
             self.thinking.finalize()
 
     def kill(self) -> None:
-        """Do nothing any more, as a process that was killed: no rule fires for the shutdown.
+        """Stop as a killed process does: no finalization rule fires.
 
         The run keeps its resources until :meth:`close`.
         """
@@ -389,7 +382,7 @@ class Run(Closing):
         self.leave_loop()
 
     def close(self) -> None:
-        """Stop everything and release it."""
+        """Finalize the rules, stop the components and release all resources."""
         try:
             self.finalize()
             self.lifecycle.shutdown()
@@ -397,14 +390,15 @@ class Run(Closing):
             self.release()
 
     def release(self) -> None:
-        """Close blackboard and robot memory, after the components."""
+        """Close blackboard and robot memory."""
         self.memory.close()
         self.board.shutdown()
 
 
 def _serials(clock: Clock) -> Callable[[], UUID]:
-    """Return what makes instances' serials: on a virtual clock runs repeat, so these must."""
+    """Return the generator of interface serials."""
     if not clock.is_virtual:
         return uuid4
+    # random serials would make two runs on a virtual clock differ
     numbers = count(1)
     return lambda: UUID(int=next(numbers), version=4)

@@ -1,4 +1,4 @@
-"""The agents of a scenario and their configurations; the clock and the main loop of a run."""
+"""Agents of a scenario, their configuration, clock and main loop."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from cxbridge.plugins import Table, package_hint
 from cxbridge.process.loop_times import LoopTimes
 
 AGENTS = "/cxbridge/agents"
-"""Where the agents of a scenario are configured, by name; without it there is one that needs no name."""
+"""The agents of a scenario by name. A scenario without this key has one unnamed agent."""
 
 AGENT_NAME = "/fawkes/agent/name"
-"""Where an agent of several finds its name: rules have it as the wm-fact /config/agent/name."""
+"""The name of an agent in a team; rules read it as wm-fact ``/config/agent/name``."""
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _KEYS = ("config", "spec")
@@ -29,15 +29,15 @@ _KEYS = ("config", "spec")
 CLOCKS: Final[Table[Callable[[Configuration, Path], Clock]]] = Table(
     "CLOCKS", callable, "a function that makes a clock from a configuration and its folder"
 )
-"""The clocks of plug-ins, by the names that --clock has."""
+"""The clocks of plug-ins, by their name for ``--clock``."""
 
 
 def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
-    """Make a clock: ``virtual``, ``real``, ``scaled:N``, or a clock of a plug-in.
+    """Make a clock: ``virtual``, ``real``, ``scaled:N``, or one of a plug-in.
 
-    :param config: has the settings of clocks of plug-ins.
-    :param folder: what relative folders of the configuration are seen from.
-    :raises CxbridgeError: when the name is none of these, or the configuration is wrong.
+    :param config: the settings for clocks of plug-ins.
+    :param folder: the base of relative paths in the configuration.
+    :raises ConfigError: if the name is unknown or the configuration is wrong.
     """
     row = next((row for row in CLOCKS.rows if row.name == name), None)
     if row is not None:
@@ -48,9 +48,9 @@ def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
 
 
 def make_main_loop(period_us: int, bus: EventBus) -> MainLoop:
-    """Make the main loop; on a clock that is not virtual the loop reports its durations.
+    """Make the main loop. On a clock with real pace, the loop reports its durations.
 
-    :param period_us: the desired duration of a loop, in microseconds.
+    :param period_us: the target period in microseconds.
     """
     loop = MainLoop(bus.clock, period_us)
     if not bus.clock.is_virtual:
@@ -59,9 +59,9 @@ def make_main_loop(period_us: int, bus: EventBus) -> MainLoop:
 
 
 def agent_names(config: Configuration) -> list[str]:
-    """Return the names of the agents of a scenario; none when it has just one without a name.
+    """Return the agent names of a scenario; empty for a single unnamed agent.
 
-    :raises ConfigError: when the configuration of agents is wrong.
+    :raises ConfigError: if the section of agents is malformed.
     """
     names = config.keys(AGENTS)
     if _is_value(config, AGENTS):
@@ -69,7 +69,7 @@ def agent_names(config: Configuration) -> list[str]:
     for name in names:
         path = f"{AGENTS}/{name}"
         if not _NAME.fullmatch(name) or name == ENVIRONMENT:
-            hint = f"use letters, digits, _ and -; not '{ENVIRONMENT}', which is who has no name"
+            hint = f"use letters, digits, _ and -; '{ENVIRONMENT}' is the environment of an unnamed agent"
             raise config.error(path, f"{path} is not a name of an agent", hint)
         if _is_value(config, path):
             raise config.error(path, f"{path} must be a map", f"with: {', '.join(_KEYS)}")
@@ -86,25 +86,25 @@ def agent_names(config: Configuration) -> list[str]:
 
 
 def choose_agent(config: Configuration, name: str) -> Configuration:
-    """Return an agent's own configuration.
+    """Return the configuration of one agent: the scenario's, overlaid with the agent's.
 
-    :raises CxbridgeError: when there is no such agent.
+    :raises CxbridgeError: if the scenario has no such agent.
     """
     names = agent_names(config)
     if name not in names:
         hint = f"it has: {', '.join(names)}" if names else f"it has no {AGENTS[1:]}"
         raise CxbridgeError(f"the scenario has no agent '{name}'", hint=hint)
-    own = Configuration()
-    own.overlay(config)
-    own.overlay(config.below(f"{AGENTS}/{name}/config"))
-    if not own.exists(AGENT_NAME):
-        own.set(AGENT_NAME, name)
+    agent_config = Configuration()
+    agent_config.overlay(config)
+    agent_config.overlay(config.below(f"{AGENTS}/{name}/config"))
+    if not agent_config.exists(AGENT_NAME):
+        agent_config.set(AGENT_NAME, name)
     spec = config.get_str(f"{AGENTS}/{name}/spec", default="")
     if spec:
-        own.set("/clips-executive/spec", spec)
-    return own
+        agent_config.set("/clips-executive/spec", spec)
+    return agent_config
 
 
 def _is_value(config: Configuration, path: str) -> bool:
-    """Whether there is something that is not a map; nothing at all may stand for an empty one."""
+    """Return whether a path has a value that is not a map. Empty counts as an empty map."""
     return config.exists(path) and (config.is_list(path) or bool(config.get(path).text))

@@ -1,4 +1,4 @@
-"""The explainers: modules of plug-ins that find the reason of a failed goal, and the mistakes of an agent."""
+"""Explainers of plug-ins: reasons of failed goals, and mistakes of agents."""
 
 from __future__ import annotations
 
@@ -18,38 +18,41 @@ if TYPE_CHECKING:
 EXPLAINERS: Final[Table[ModuleType]] = Table(
     "EXPLAINERS", is_module, "a module with a function 'why', 'broken_agent' or 'places'"
 )
-"""The explainers. A module has one of the functions, or several."""
+"""Explainer modules, each with at least one of the functions."""
 
 
 class Places:
-    """Finds names in the files of an agent. Without a plug-in that reads the files, it finds none.
+    """Finds names in an agent's files. This base class finds none.
 
-    A place is ``FILE:LINE``; empty when no file has it: a goal or an action may be made of variables.
+    A place is ``FILE:LINE``, or empty if no file spells the name out.
     """
 
     def of_action(self, action: str) -> str:  # noqa: ARG002 - here and below: plug-ins use them
-        """Return where plans get an action."""
+        """Return the place in a plan that uses an action."""
         return ""
 
     def of_goal(self, goal_class: str, mode: str) -> str:  # noqa: ARG002
-        """Return where a rule of the agent has brought goals of a class into a mode, or has made them."""
+        """Return the place of a rule that makes goals of a class, or modifies them into a mode."""
         return ""
 
     def of_interface(self, kind: str, name: str) -> str:  # noqa: ARG002
-        """Return where rules open an interface."""
+        """Return the place where rules open an interface."""
         return ""
 
     def of_similar_fact(self, template: str) -> str:  # noqa: ARG002
-        """Return where a fact is asserted whose name may be a misspelt one: ``NAME, which PLACE asserts``."""
+        """Return the fact with the most similar name, and the place that asserts it.
+
+        The text is ``NAME, which PLACE asserts``.
+        """
         return ""
 
     def rules_that_make_goals(self) -> list[str]:
-        """Return the names of the rules that assert goals."""
+        """Return the rules that assert goals."""
         return []
 
 
 def places(files: Sequence[Path]) -> Places:
-    """Return what finds names in the CLIPS files of an agent: that of the first explainer that does."""
+    """Return the name finder of the first explainer that has one."""
     for row in EXPLAINERS.rows:
         find = getattr(EXPLAINERS.load(row), "places", None)
         if find is not None:
@@ -59,10 +62,10 @@ def places(files: Sequence[Path]) -> Places:
 
 
 def why(run: Run, name: str) -> Sequence[str]:
-    """Return why a goal of a recorded run came to its outcome, or why a rule did not fire.
+    """Return why a recorded goal ended as it did, or why a rule did not fire.
 
-    :param name: a goal's id, a class of goals, or a rule.
-    :raises CxbridgeError: when the run has nothing of that name, or no plug-in explains runs.
+    :param name: a goal id, a goal class or a rule.
+    :raises CxbridgeError: if the run lacks the name, or no plug-in explains runs.
     """
     for row in EXPLAINERS.rows:
         explain = getattr(EXPLAINERS.load(row), "why", None)
@@ -73,10 +76,7 @@ def why(run: Run, name: str) -> Sequence[str]:
 
 
 def with_explanations(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
-    """Return the error about a broken agent with the explainers' findings; the error itself without any.
-
-    :param options: of the run.
-    """
+    """Return the error, extended by the explainers' findings."""
     for row in EXPLAINERS.rows:
         explain = getattr(EXPLAINERS.load(row), "broken_agent", None)
         if explain is not None:

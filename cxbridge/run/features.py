@@ -1,4 +1,4 @@
-"""The table of features for CLIPS environments, and the functions that make cxbridge's own features."""
+"""The table of features for CLIPS environments."""
 
 from __future__ import annotations
 
@@ -98,13 +98,13 @@ FEATURES: Final[Table[Callable[[Run], Feature]]] = Table(
     Row("motor-switch", f"{__name__}:_motor_switch", early=configured(_MOTOR_SWITCH)),
     Row("skill-board", f"{__name__}:_skill_board", configured("/skill-board")),
 )
-"""The features, in the order of Fawkes' facts about features; those that most agents use are made early."""
+"""Features in the order of Fawkes' feature facts. Features that most agents use are made early."""
 
 
 def run_features(context: Run) -> list[Feature | LazyFeature]:
-    """Return the features of a run; features that are not early are made when an environment requests them.
+    """Return the features of a run. Features that are not early are made on request of an environment.
 
-    :raises CxbridgeError: when two features have the same name, or an early feature's configuration is wrong.
+    :raises CxbridgeError: if two features have the same name or an early feature's configuration is wrong.
     """
     replaced = context.source.features(context)
     if replaced is not None:

@@ -1,4 +1,4 @@
-"""The options of a run."""
+"""Options of a run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CORES = ("builtin", "fawkes")
 SKILLERS = ("lua", "simulator", "none")
 SPEECH = ("off", "on")
 MAX_TIMEOUT = 1e9
-"""Seconds, three decades: clocks and operating systems cannot wait longer."""
+"""Seconds (30 years), the longest timeout of clocks and operating systems."""
 
 _INPUTS = (".clp", ".lua", ".pddl", ".xml", ".yaml")
 
@@ -29,49 +29,50 @@ TRACE_LEVELS = ("transitions", "rules", "facts")
 
 REPLAY_ORDERS = ("total", "partial")
 
+# Prefixes of clocks that run faster or slower than a remote Skiller.
 _UNREAL_CLOCKS = ("virtual", "scaled")
-"""How the names of clocks begin that do not go at the pace of a Skiller elsewhere."""
 
-_MORE = {
+_FURTHER_VALUES = {
     "skiller": ", or the URL of a blackboard",
     "speech": ", or FILE.wav, or a folder that ends in / or is there",
 }
 
 
 def is_speech_target(value: str) -> bool:
-    """Whether a value of ``--speech`` is a wav file or a folder: a slip in a word must not make one."""
+    """Return whether a value of ``--speech`` names a wav file or a folder."""
+    # without the suffix rule, a typing mistake such as 'onn' would become a file
     return value.lower().endswith((".wav", "/")) or (value not in SPEECH and Path(value).is_dir())
 
 
 Setting = bool | int | str | list[str]
-"""A value in the tree ``cxbridge:`` of a daemon's configuration."""
+"""The type of values below ``cxbridge:`` in a daemon's configuration."""
 
 
 class PluginOptions:
-    """The base class of option groups of plug-ins. The fields of a subclass, a dataclass, are options."""
+    """Base class of option groups of plug-ins. A subclass is a dataclass; its fields become options."""
 
     commands: ClassVar[frozenset[str]] = frozenset({"agent"})
-    """The commands that have the options: ``agent``: all that run or read an agent; ``run``; ``daemon``."""
+    """The commands with these options: ``agent`` (all that run or read an agent), ``run`` or ``daemon``."""
 
     @property
     def needs_real_time(self) -> bool:
-        """Whether a run uses the real clock unless ``--clock`` names another clock."""
+        """Whether the default clock is the real one."""
         return False
 
     @property
     def is_interactive(self) -> bool:
-        """Whether a user may stop the rules: a loop may take any time, and a run that waits is not stuck."""
+        """Whether users may stop the rules. A loop may then take any time, and a waiting run is not stuck."""
         return False
 
     def check(self, options: RunOptions) -> None:
-        """Raise :class:`CxbridgeError` when options contradict each other."""
+        """Raise :class:`CxbridgeError` if options contradict each other."""
 
     def servers(self) -> Sequence[RunServer]:
         """Return the servers of a run."""
         return ()
 
     def settings(self) -> Iterable[tuple[str, Setting]]:
-        """Return the settings of a daemon that the options stand for, by path below ``cxbridge``."""
+        """Return the equivalent daemon settings, by path below ``cxbridge``."""
         return ()
 
 
@@ -82,30 +83,30 @@ OPTIONS: Final[Table[type[PluginOptions]]] = Table(
     lambda loaded: is_dataclass(loaded) and isinstance(loaded, type) and issubclass(loaded, PluginOptions),
     "a dataclass derived from cxbridge.run.options.PluginOptions",
 )
-"""The groups of options that plug-ins add to commands."""
+"""Option groups of plug-ins."""
 
 
 def option_groups(commands: frozenset[str]) -> list[type[PluginOptions]]:
-    """Return the option groups that plug-ins add to these commands."""
+    """Return the option groups of plug-ins for these commands."""
     groups = map(OPTIONS.load, OPTIONS.rows)
     return [group for group in groups if group.commands & commands]
 
 
 @dataclass(frozen=True, kw_only=True)
 class SourceOptions:
-    """Where the files of an agent come from: options of runs and of daemons.
+    """Options of runs and daemons about the sources of an agent's files.
 
-    :param more: the options of plug-ins: an instance for each group with an option that was given.
+    :param more: one option group for each plug-in with a given option.
     """
 
     commands: ClassVar[frozenset[str]] = frozenset({"agent"})
-    """The commands that have the options, as in :attr:`PluginOptions.commands`."""
+    """See :attr:`PluginOptions.commands`."""
 
     more: tuple[PluginOptions, ...] = ()
 
     @classmethod
     def added_groups(cls) -> list[type[PluginOptions]]:
-        """Return the option groups that plug-ins add."""
+        """Return the option groups of plug-ins."""
         return option_groups(cls.commands)
 
     fawkes_dir: Annotated[
@@ -127,17 +128,17 @@ class SourceOptions:
     skill_dirs: Annotated[tuple[Path, ...], Meta(description="A folder with Lua skills. Repeatable.")] = ()
 
     def group(self, kind: type[G]) -> G | None:
-        """Return the option group of a plug-in; None when none of its options is given."""
+        """Return the option group of a plug-in; None if the user gave none of its options."""
         return next((group for group in self.more if isinstance(group, kind)), None)
 
     def option(self, name: str) -> Any:
-        """Return the value of an option of a plug-in; None when it is not given."""
+        """Return the value of a plug-in's option; None if not given."""
         return next((getattr(group, name) for group in self.more if hasattr(group, name)), None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LogOptions:
-    """The logs that Fawkes writes, too: options of runs and of daemons."""
+    """Options of runs and daemons for logs in Fawkes' formats."""
 
     log: Annotated[Path | None, Meta(description="Write a log in the layout of Fawkes'.")] = None
     bblog: Annotated[
@@ -147,9 +148,9 @@ class LogOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class BrokenOptions:
-    """What becomes of a broken agent: an option of runs and of daemons.
+    """The option of runs and daemons for broken agents.
 
-    :param strict: None: strict, but lenient with a checkout.
+    :param strict: None: strict, but lenient with a Fawkes checkout.
     """
 
     strict: Annotated[
@@ -163,10 +164,10 @@ class BrokenOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ScenarioOptions:
-    """Which agent, and its configuration.
+    """The agent and its configuration.
 
-    :param agent: the one to run, of a scenario with several; None: all.
-    :param config: files that are laid over the scenario's configuration, each over those before.
+    :param agent: one agent of a scenario with several; None: all.
+    :param config: overlays of the scenario's configuration; later files win.
     """
 
     scenario: Annotated[
@@ -198,9 +199,9 @@ class ScenarioOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ExecutionOptions:
-    """How the agent runs.
+    """Clock, Skiller, speech and timeout.
 
-    :param clock: None: virtual, but real with a Skiller elsewhere.
+    :param clock: None: the virtual clock, or the real clock with a remote Skiller.
     :param timeout: seconds of the run's clock.
     """
 
@@ -227,7 +228,7 @@ class ExecutionOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class TraceOptions:
-    """The recording of a run."""
+    """Options of the recording."""
 
     trace: Annotated[Path | None, Meta(description="Record the run to this mcap file.")] = None
     trace_level: Annotated[str, Meta(description="transitions, rules or facts.")] = "transitions"
@@ -238,7 +239,7 @@ class TraceOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions, LogOptions, BrokenOptions):
-    """The options of ``cxbridge run``; see its help."""
+    """The options of ``cxbridge run``."""
 
     commands: ClassVar[frozenset[str]] = frozenset({"agent", "run"})
 
@@ -258,7 +259,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
     ] = None
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` when an option's value is none of those it can have."""
+        """Raise :class:`CxbridgeError` if a value is invalid or options contradict each other."""
         for name, value, known in (
             ("core", self.core, (None, *CORES)),
             ("skiller", self.skiller, (self.skiller,) if self.has_remote_skiller else SKILLERS),
@@ -268,7 +269,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
         ):
             if value not in known:
                 names = ", ".join(item for item in known if item)
-                more = _MORE.get(name, "")
+                more = _FURTHER_VALUES.get(name, "")
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}{more}")
         for group in self.more:
             group.check(self)
@@ -291,17 +292,16 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
     @property
     def has_remote_skiller(self) -> bool:
-        """Whether the Skiller is on another blackboard."""
         return "://" in self.skiller
 
     @property
     def clock_name(self) -> str:
-        """The clock that was chosen, or else the clock that the Skiller and the options of plug-ins need."""
+        """The chosen clock, by default the one that Skiller and plug-ins require."""
         is_real = self.has_remote_skiller or any(group.needs_real_time for group in self.more)
         return self.clock or ("real" if is_real else "virtual")
 
     def _check_replay(self) -> None:
-        """Raise when something is asked for that a replay does not have."""
+        """Raise if an option contradicts a replay."""
         for name, value, only in (
             ("skiller", self.skiller, "lua"),
             ("speech", self.speech, "off"),
@@ -314,7 +314,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
                 )
 
     def _check_outputs(self) -> None:
-        """Raise when recordings would destroy one another, or a file of the user's, or never begin."""
+        """Raise if an output would overwrite an input, another output, or block on a pipe."""
         outputs = {
             name: file for name, file in (("trace", self.trace), ("log", self.log)) if file is not None
         }
@@ -324,7 +324,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             try:
                 mode = file.stat().st_mode
             except OSError:
-                continue  # missing or out of reach: the writer reports that
+                continue  # # missing or inaccessible: the writer reports the error
             if file.suffix in _INPUTS and stat.S_ISREG(mode):
                 raise CxbridgeError(
                     f"--{name} would overwrite this file, which looks like an input",
@@ -336,7 +336,8 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
 
 def _check_reader(name: str, pipe: Path) -> None:
-    """Raise when a named pipe has no reader: opening the pipe for writing would wait for one."""
+    """Raise if a named pipe has no reader."""
+    # without a reader, a blocking open() of the pipe would never return
     try:
         os.close(os.open(pipe, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0)))
     except OSError as error:

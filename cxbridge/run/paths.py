@@ -1,4 +1,4 @@
-"""The paths of the files of a run, from its scenario and, if there is one, a Fawkes checkout."""
+"""Paths of a run's files, from the scenario and an optional Fawkes checkout."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ FAWKES_PLUGIN_INTERFACES = "src/plugins/*/interfaces"
 
 
 class RunPaths(Struct, frozen=True):
-    """The files and folders of a run.
+    """Files and folders of a run.
 
     :param config_file: the configuration file or folder.
-    :param library: utils.clp, time.clp, path.clp.
-    :param cx: the CX core.
-    :param clips_dirs: the agent's CLIPS files, in the order they are searched after the core's.
-    :param interface_dirs: interface definitions, in the order they are searched.
-    :param skill_dirs: Lua skills, in the order they are searched.
-    :param substitutions: what ``@BASEDIR@`` and its like stand for.
-    :param robot_memory: Fawkes' own robot-memory.clp, if it is to be used.
-    :param before: folders whose files replace the core's.
+    :param library: the folder of utils.clp, time.clp and path.clp.
+    :param cx: the folder of the CX core.
+    :param clips_dirs: the agent's CLIPS folders in search order, behind the core's.
+    :param interface_dirs: folders of interface definitions in search order.
+    :param skill_dirs: folders of Lua skills in search order.
+    :param substitutions: values of ``@BASEDIR@`` and other placeholders.
+    :param robot_memory: Fawkes' robot-memory.clp, if used.
+    :param before: folders with replacements of core files.
     :param checkouts: the folders of ``--overlay`` and ``--fawkes-dir``.
     """
 
@@ -45,33 +45,33 @@ class RunPaths(Struct, frozen=True):
 
     @property
     def builtin(self) -> bool:
-        """Whether the core is ours."""
+        """Whether the core is cxbridge's."""
         return self.cx == BUILTIN_CX
 
     @property
     def placeholders(self) -> dict[str, str]:
-        """What placeholders stand for, without the ``@`` around their names."""
+        """The values of placeholders, by name without ``@``."""
         return {name.strip("@"): folder for name, folder in self.substitutions.items()}
 
     @property
     def confdir(self) -> Path:
-        """The folder that relative paths in the configuration are seen from."""
+        """The base folder of relative paths in the configuration."""
         return self.checkouts.confdir(self.config_file)
 
     def expand(self, text: str) -> list[Path]:
-        """Return the folders that a configured path stands for, in the order they are searched."""
+        """Return the folders of a configured path in search order."""
         return self.checkouts.expand(text, self.placeholders, self.confdir)
 
 
 def find_missing(config: Configuration, spec: str, paths: RunPaths) -> list[ConfigError]:
-    """Return the missing files of a spec, each with the place of its entry."""
+    """Return an error for each missing file of a spec, at its entry in the configuration."""
     return check_files(config, spec, (*paths.before, paths.cx, *paths.clips_dirs))
 
 
 def fawkes_interface_dirs(fawkes: Path) -> list[Path]:
-    """Return where a Fawkes checkout has its interface definitions.
+    """Return the folders of interface definitions in a Fawkes checkout.
 
-    :raises CxbridgeError: when it is none.
+    :raises CxbridgeError: unless the folder is a Fawkes checkout.
     """
     return [fawkes_part(fawkes, FAWKES_INTERFACES), *sorted(fawkes.glob(FAWKES_PLUGIN_INTERFACES))]
 
@@ -79,7 +79,7 @@ def fawkes_interface_dirs(fawkes: Path) -> list[Path]:
 def fawkes_part(fawkes: Path, part: str) -> Path:
     """Return a folder of a Fawkes checkout.
 
-    :raises CxbridgeError: when the checkout lacks the folder.
+    :raises CxbridgeError: if the checkout lacks the folder.
     """
     if not (fawkes / part).is_dir():
         raise CxbridgeError(

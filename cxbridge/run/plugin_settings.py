@@ -1,4 +1,4 @@
-"""The settings of plug-ins: sections of the configuration of a run or a daemon."""
+"""Settings of plug-ins in the configuration of a run or a daemon."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from cxbridge.plugins import Table
 
 
 class PluginSettings:
-    """The base class of settings that plug-ins read from the configuration of a run or a daemon."""
+    """Base class of a plug-in's settings."""
 
     KEYS: ClassVar[tuple[str, ...]] = ()
-    """The keys below ``cxbridge`` that a daemon accepts, as in ``web/port``."""
+    """The keys that a daemon accepts, relative to ``cxbridge``, e.g. ``web/port``."""
 
     SECTION: ClassVar[str] = ""
-    """The section of the configuration that has the settings, as in ``/cxbridge/web``."""
+    """The section of the configuration, e.g. ``/cxbridge/web``."""
 
     in_runs: ClassVar[bool] = False
-    """Whether runs have servers with these settings, too, not only daemons."""
+    """Whether runs start servers with these settings, in addition to daemons."""
 
     @classmethod
     def read(cls, config: Configuration) -> Self | None:  # noqa: ARG003 - for subclasses
-        """Return the settings; None when the configuration has none, or switches the servers off.
+        """Return the settings; None if the configuration lacks the section or disables the servers.
 
-        :raises ConfigError: when a setting is invalid.
+        :raises ConfigError: if a setting is invalid.
         """
         return cls()
 
     @property
     def is_local(self) -> bool:
-        """Whether the servers with these settings are for clients of this machine only."""
+        """Whether the servers accept only clients of this machine."""
         return True
 
 
@@ -44,10 +44,10 @@ SETTINGS: Final[Table[type[PluginSettings]]] = Table(
 
 
 def plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, PluginSettings]:
-    """Return the settings that a configuration has for plug-ins, by the names of their rows.
+    """Return the settings of plug-ins by row name.
 
-    :param of_daemon: whether a daemon has the servers; False: a run.
-    :raises ConfigError: when a setting is invalid.
+    :param of_daemon: False selects the settings for runs.
+    :raises ConfigError: if a setting is invalid.
     """
     kinds = {row.name: SETTINGS.load(row) for row in SETTINGS.rows if row.needed(config)}
     read = {name: kind.read(config) for name, kind in kinds.items() if of_daemon or kind.in_runs}
@@ -55,6 +55,6 @@ def plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, P
 
 
 def plugin_keys() -> Iterator[str]:
-    """Yield the keys below ``cxbridge`` that plug-ins know."""
+    """Yield the configuration keys of plug-ins, relative to ``cxbridge``."""
     for row in SETTINGS.rows:
         yield from SETTINGS.load(row).KEYS

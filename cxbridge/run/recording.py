@@ -1,4 +1,4 @@
-"""The recording of a run or a daemon, as its options ask for it."""
+"""The recording of a run or a daemon, as configured by its options."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 
 DAEMON = "daemon"
-"""What bblogger's files call the scenario of a daemon without an executive."""
+"""The scenario name in bblogger files of a daemon without an executive."""
 
 
 class RecordingSubject(Protocol):
-    """The subject of a recording: a run, a team or a daemon.
+    """A run, a team or a daemon that is recorded.
 
     :ivar spec: the executive's spec; empty without an executive.
-    :ivar early: the files that were read before the recording; None when they are not recorded.
+    :ivar early: the files that were read before the recording; None without recording.
     """
 
     bus: EventBus
@@ -48,17 +48,17 @@ class RecordingSubject(Protocol):
 def start_recording(
     assembly: RecordingSubject, options: RunOptions, more: Sequence[RunWriter] = (), *, keep: bool = False
 ) -> Recorder:
-    """Open the files that the options name and record into them from now on.
+    """Open the files of the options and start recording.
 
-    :param more: writers besides those of the options; the recorder closes them.
-    :param keep: rename an earlier file of the same name; else it is written over.
-    :raises TraceError: when a file cannot be written.
+    :param more: additional writers; the recorder closes them.
+    :param keep: rename an existing file instead of overwriting it.
+    :raises TraceError: if a file cannot be written.
     """
     if keep:
         _keep_previous(assembly.bus, [options.trace, options.log])
     writers = [*more]
     if options.trace is not None:
-        from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415  slow to import
+        from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415 - slow to import
 
         definition = partial(interface_source, assembly.registry)
         writers.append(
@@ -96,14 +96,15 @@ def start_recording(
 
 
 def _keep_previous(bus: EventBus, files: Iterable[Path | None]) -> None:
-    """Rename recordings that there are already: the last one may show why the previous process ended."""
+    """Rename existing recordings."""
+    # after a crash and restart, the last recording may show the cause of the crash
     for file in files:
         if file is not None and (kept := keep_previous(file)) is not None:
             bus.logger("Recorder").info(f"The recording before is kept as {kept}")
 
 
 def with_folder(file: Path) -> Path:
-    """Make the folder that a recording goes to, and return the file."""
+    """Make the parent folder of a recording; return the file."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The result of a run: how it ended, and its goals."""
+"""The result of a run."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _REPLAY_WORDS = _WORDS | {COMPLETED: "the same", UNSUCCESSFUL: "different"}
 class ReplayOutcome:
     """The result of a replay.
 
-    :param compared: the recording whose transitions were compared.
-    :param divergence: the first command that was another one; None: there was none.
-    :param lines: the comparison for people.
-    :param report: the comparison as JSON can have it; empty when the run ended with a divergence.
+    :param compared: the path of the compared recording.
+    :param divergence: the first differing command; None if there is none.
+    :param lines: the comparison as text.
+    :param report: the comparison as JSON values; empty after a divergence.
     """
 
     compared: str
@@ -46,7 +46,7 @@ class ReplayOutcome:
 
     @property
     def reason(self) -> str:
-        """The result, in a sentence."""
+        """The result in a sentence."""
         if self.divergence is not None:
             return f"it decided something else: {self.divergence}"
         if not self.same:
@@ -55,7 +55,7 @@ class ReplayOutcome:
         return f"it decided the same as {self.compared}, in {self.order} order{part}"
 
     def plain(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the result as JSON values."""
         return {
             "compared": self.compared,
             "order": self.order,
@@ -68,20 +68,20 @@ class ReplayOutcome:
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """How a run ended.
+    """The result of a run.
 
     :param status: the exit status.
-    :param reason: why, in a sentence.
-    :param spec: the spec that was run.
-    :param goals: the last state of each goal, in the order they appeared; of very many the last.
-    :param is_stuck: whether it was ended before its time because nothing could happen any more.
-    :param forgotten: how many goals there were before them.
-    :param loops: loops of the main loop.
-    :param firings: rules fired.
-    :param run_seconds: time of the run's clock.
-    :param wall_seconds: real time.
-    :param replay: the result of a replay; None: it was none, or did not come to its end.
-    :param agents: the result of each agent, by name, when there are several; then there are no goals here.
+    :param reason: the reason of the status in a sentence.
+    :param spec: the executed spec.
+    :param goals: the last state of each goal, in order of appearance; limited to the latest ones.
+    :param is_stuck: whether the run ended early because no event could follow.
+    :param forgotten: the number of earlier goals that are not in ``goals``.
+    :param loops: the number of main loops.
+    :param firings: the number of rule firings.
+    :param run_seconds: duration by the run's clock.
+    :param wall_seconds: real duration.
+    :param replay: the result of a replay; None without a finished replay.
+    :param agents: the results by agent in a team; ``goals`` is empty then.
     """
 
     status: int
@@ -98,7 +98,7 @@ class RunResult:
     is_stuck: bool = False
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the result as JSON values."""
         more: dict[str, Any] = {} if self.replay is None else {"replay": self.replay.plain()}
         if self.agents:
             more["agents"] = {name: result.as_dict() for name, result in self.agents.items()}
@@ -118,7 +118,7 @@ class RunResult:
 
     @property
     def word(self) -> str:
-        """How it ended, in a word or two."""
+        """The result in one or two words."""
         if self.is_stuck:
             return "stuck"
         if self.replay is None:
@@ -126,30 +126,30 @@ class RunResult:
         return _REPLAY_WORDS[self.status]
 
     def summary(self) -> str:
-        """Return it for people: the goal tree with its outcomes, and one line on the whole."""
+        """Return the goal tree with outcomes, and a line about the run."""
         return "\n".join(map(one_line, self.summary_lines()))
 
     def summary_lines(self) -> list[str]:
-        """Return the lines of the summary without a filter: errors of goals may hold any text."""
+        """Return the lines of the summary unfiltered: error texts may contain control characters."""
         lines = [line if isinstance(line, str) else line.text for line in self.tree()]
         lines += () if self.replay is None else self.replay.lines
         return [*lines, self.verdict + self.figures]
 
     @property
     def verdict(self) -> str:
-        """How it ended, and why."""
+        """Result and reason."""
         return f"{self.spec}: {self.word}, {self.reason}"
 
     @property
     def figures(self) -> str:
-        """How long it took, as the end of the line of the verdict."""
+        """Durations and number of firings, as the end of the summary line."""
         return (
             f"; {self.run_seconds:.1f} s of the run's clock in {self.wall_seconds:.2f} s, "
             f"{self.firings} rules fired"
         )
 
     def tree(self) -> Iterator[GoalLine | str]:
-        """Yield the lines of the goal tree; those of several agents below their names."""
+        """Yield the lines of the goal tree, grouped by agent in a team."""
         for name, result in self.agents.items():
             yield name
             for line in result.tree():
@@ -159,12 +159,12 @@ class RunResult:
         yield from goal_lines(self.goals)
 
     def goal_lines(self) -> list[str]:
-        """Return the tree of goals with their outcomes, in lines."""
+        """Return the lines of the goal tree."""
         return [line if isinstance(line, str) else line.text for line in self.tree()]
 
 
 def sum_up(agents: Mapping[str, RunResult]) -> RunResult:
-    """Return the result of a run with these agents: the worst of theirs. One agent's is that of the run."""
+    """Return the combined result of a team: the worst one. A single agent's result is returned unchanged."""
     results = list(agents.values())
     if len(results) == 1:
         return results[0]

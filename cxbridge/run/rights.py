@@ -1,4 +1,4 @@
-"""The rights that a configuration gives to the clients of a run or a daemon (docs/security.md, "Rights")."""
+"""Rights of the clients of a run or daemon, from its configuration. See "Rights" in docs/security.md."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cxbridge.skiller.backend import INSTANCES
 
 _CONTROL: Final = "/cxbridge/remote-control"
 _PROGRAMS: Final = "/cxbridge/remote-programs"
+# The Skiller of a real Fawkes evaluates skill strings as Lua, whatever this configuration says.
 _FAWKES_URL: Final = "fawkes://"
-"""Of a Skiller that evaluates skill strings, whatever the configuration says."""
 
 
 def read_rights(
@@ -23,12 +23,12 @@ def read_rights(
     *,
     local: bool = True,
 ) -> Rights:
-    """Return what clients may do.
+    """Return the rights of clients.
 
-    :param skiller: who executes skills, as in ``RunOptions.skiller``.
-    :param settings: the settings of plug-ins; None: those of a run.
-    :param local: whether the servers of cxbridge are for this machine only.
-    :raises ConfigError: when the settings do not go together.
+    :param skiller: the value of ``RunOptions.skiller``.
+    :param settings: settings of plug-ins; None: those of a run.
+    :param local: whether cxbridge's servers accept only clients of this machine.
+    :raises ConfigError: if the settings contradict each other.
     """
     control = config.get_bool(_CONTROL, default=True)
     if settings is None:
@@ -46,8 +46,8 @@ def read_rights(
 
 
 def data_may_be_programs(config: Configuration) -> bool:
-    """Return whether the configuration says in words that clients may run programs.
+    """Return whether the configuration explicitly lets clients run programs.
 
-    :raises ConfigError: when the value is not a boolean.
+    :raises ConfigError: if the value is not a boolean.
     """
     return config.get_bool(_PROGRAMS, default=False)

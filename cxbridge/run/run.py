@@ -1,5 +1,3 @@
-"""Run a scenario to its end."""
-
 from __future__ import annotations
 
 import dataclasses
@@ -32,10 +30,10 @@ if TYPE_CHECKING:
 
 
 STALL_S = LIMIT_S
-"""Seconds of real time that a loop may take before there is a warning."""
+"""Seconds of real time before a long loop causes a warning."""
 
 LEAST_STALL_S = 60.0
-"""Seconds of real time that the rules of a loop may take at least."""
+"""The minimum limit on the real time of a loop's rules, in seconds."""
 
 
 def run_scenario(
@@ -47,15 +45,14 @@ def run_scenario(
     interactive: bool = False,
     stay: Stay = no_stay,
 ) -> RunResult:
-    """Run a scenario until its root goals are over, or its time is.
+    """Run a scenario until its root goals end or the timeout expires.
 
-    :param console: gets the log lines.
-    :param attach: called with each agent, before it is started.
-    :param additions: the features, skills and writers of a program.
-    :param interactive: a user may stop the rules and type: a loop may take any time.
-    :param stay: called with the result when servers of the run stay after its end: whether the user has
-        ended them.
-    :raises CxbridgeError: when the input is bad.
+    :param console: receives the log lines.
+    :param attach: called with each agent before its start.
+    :param additions: features, skills and writers of a program.
+    :param interactive: whether a user may stop the rules; loops may then take any time.
+    :param stay: called with the result if servers continue after the end; returns a test for their end.
+    :raises CxbridgeError: if the input is wrong.
     """
     if not options.replay:
         options.check()
@@ -81,9 +78,9 @@ def _run(
     interactive: bool,
     stay: Stay = no_stay,
 ) -> RunResult:
-    """Run a scenario; see :func:`run_scenario`.
+    """Run a scenario, see :func:`run_scenario`.
 
-    :param replay: plays its environment.
+    :param replay: the recorded environment.
     """
     started = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
@@ -99,12 +96,13 @@ def _run(
         stack.callback(recorder.close)
         if replay is not None:
             stack.enter_context(replay.noting(assembly.bus))
-        stack.callback(assembly.finalize)  # before the recorder: the rules' good-bye belongs to the run
+        # # before the recorder closes: the recording includes the finalization
+        stack.callback(assembly.finalize)
         stack.callback(interrupt.give_time, GOODBYE_S)
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
         servers = [server for group in options.more for server in group.servers()]
         interactive = interactive or any(group.is_interactive for group in options.more)
-        _let_in(stack, assembly, attach, servers)
+        _attach_clients(stack, assembly, attach, servers)
         begun_us = assembly.clock.start_us
         stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
@@ -127,7 +125,7 @@ def _run(
             nonlocal over, loss, is_stuck
             checks.look()
             over = assembly.is_over
-            loss = assembly.loss  # a run may be over because its goals have failed for the loss
+            loss = assembly.loss  # # goals may have failed because of the loss
             if interrupt.received or over or assembly.clock.now_us() >= deadline_us:
                 return True
             is_stuck = not loss and watch.look()
@@ -161,10 +159,10 @@ def _finish_servers(
     is_interrupted: Callable[[], bool],
     tick: Callable[[], None],
 ) -> None:
-    """Report the end of the run to its servers; let those that stay answer clients until the user ends them.
+    """Report the result to the servers, and serve clients until the user ends the staying servers.
 
-    :param is_interrupted: whether a signal has come.
-    :param tick: called after each round of answers.
+    :param is_interrupted: whether a signal has been received.
+    :param tick: called after each round.
     """
     for server in servers:
         server.finish(result)
@@ -178,13 +176,13 @@ def _finish_servers(
         time.sleep(REST_S)
 
 
-def _let_in(
+def _attach_clients(
     stack: ExitStack,
     assembly: Run | Team,
     attach: Callable[[Run], None] | None,
     servers: Sequence[RunServer],
 ) -> None:
-    """Attach the console and the servers to a run before the run starts."""
+    """Attach the console and the servers to a run before its start."""
     if attach is not None:
         for agent in assembly.agents:
             attach(agent)
@@ -204,11 +202,11 @@ def sum_up_run(
 ) -> RunResult:
     """Return the result of a run.
 
-    :param loss: what ended the run; empty when nothing was lost.
-    :param verdict: of the watchdog, if it ended the run.
-    :param seconds: of the run's clock, and real ones.
-    :param over: whether the run has come to its end.
-    :param rule_errors: in which rules there were errors, of a run that is stuck; None when it is not.
+    :param loss: the lost component that ended the run; else empty.
+    :param verdict: status and reason from the watchdog, if it ended the run.
+    :param seconds: duration by the run's clock, and real duration.
+    :param over: whether the run reached its end.
+    :param rule_errors: the rules with errors, if the run is stuck.
     """
     several = len(assembly.agents) > 1
     verdicts = {
@@ -235,16 +233,18 @@ def sum_up_run(
 
 
 class _Stalls(Stalls):
-    """Reports loops that do not come to their end: a virtual clock stands still in them.
+    """Reports loops that do not end.
 
-    :param timeout_s: of the run; rules that take longer in one loop, in real time, end the run.
-    :param on: whether to watch at all.
+    :param timeout_s: the timeout of the run, here in real seconds: it ends a run whose rules take longer in
+        one loop.
+    :param on: False disables the watchdog.
     """
 
     def __init__(self, run: Run | Team, timeout_s: float, *, on: bool) -> None:
         self.verdict: tuple[int, str] | None = None
-        """Status and reason, when the run was ended; None when it was not."""
+        """Status and reason if the watchdog ended the run; else None."""
         self._run, self._on = run, on
+        # the virtual clock stands still within a loop, so only real time can limit it
         self._most_s = max(timeout_s, LEAST_STALL_S)
         log = run.bus.logger("Run")
         super().__init__(
@@ -270,22 +270,22 @@ class _Stalls(Stalls):
 
 
 def _start(assembly: Run | Team, interrupt: Interrupt) -> None:
-    """Start it all.
+    """Start the run.
 
-    :raises KeyboardInterrupt: when a signal came during the start.
+    :raises KeyboardInterrupt: if a signal arrived during the start.
     """
     try:
         assembly.start()
     except CxbridgeError:
-        interrupt.check()  # a start that is broken off may fail in any way
+        interrupt.check()  # # an interrupted start may fail with any error
         raise
     interrupt.check()
 
 
 def make_run(options: RunOptions, replay: Replay | None = None, additions: Additions = NOTHING) -> Run | Team:
-    """Make the parts of a run, of one agent or of several.
+    """Make a run of one agent or of a team.
 
-    :raises CxbridgeError: when something is missing or wrong, e.g. one of several is to be replayed.
+    :raises CxbridgeError: if a file or setting is missing or wrong, or a replay chooses one agent of a team.
     """
     base = make_base(options, None if replay is None else replay.clock(), recorded=bool(additions.writers))
     names = [] if options.agent else agent_names(base.config)
@@ -306,34 +306,34 @@ def make_run(options: RunOptions, replay: Replay | None = None, additions: Addit
 def _verdict(
     assembly: Run, options: RunOptions, loss: str, rule_errors: RuleErrors | None, *, over: bool
 ) -> tuple[int, str]:
-    """Return the exit status and the reason for it.
+    """Return exit status and reason.
 
-    :param over: whether the run has come to its end.
-    :param loss: what ended the run; empty when nothing was lost.
-    :param rule_errors: in which rules there were errors, of a run that is stuck; None when it is not.
+    :param over: whether the run reached its end.
+    :param loss: the lost component that ended the run; else empty.
+    :param rule_errors: the rules with errors, if the run is stuck.
     """
     env, goals = assembly.executive.env, assembly.executive.goals
     maintaining = ", ".join(assembly.executive.maintained)
-    bad = _shortcomings(goals, quit_early=env.quit_requested and not maintaining)
-    if fault := next(iter(env.faults), loss if bad or not over else ""):
+    shortcomings = _shortcomings(goals, quit_early=env.quit_requested and not maintaining)
+    if fault := next(iter(env.faults), loss if shortcomings or not over else ""):
         return FAULT, fault
     if not assembly.executive.knows_goals:
         return _verdict_without_goals(assembly)
     if not over and not maintaining:
-        why = f"{_what_is_open(assembly)} after {options.timeout:g} s"
+        why = f"{_open_work(assembly)} after {options.timeout:g} s"
         if rule_errors is not None:
             assert assembly.thinking is not None
             why = f"nothing can happen any more: {assembly.thinking.waits_for(rule_errors.rules)}"
         return TIMED_OUT, why
-    if bad:
-        return UNSUCCESSFUL, ", ".join(bad)
+    if shortcomings:
+        return UNSUCCESSFUL, ", ".join(shortcomings)
     if not maintaining and not goals.outcomes:
         return UNSUCCESSFUL, "the agent quit before any goal was over"
     return COMPLETED, f"maintaining {maintaining}" if maintaining else "every root goal ended COMPLETED"
 
 
 def _verdict_without_goals(assembly: Run) -> tuple[int, str]:
-    """Return the exit status and the reason for an agent whose run lasts as long as its timeout."""
+    """Return exit status and reason of an agent without goals, which runs until its timeout."""
     if error := assembly.executive.first_error:
         return UNSUCCESSFUL, f"an error was reported: {error}"
     if assembly.executive.env.quit_requested:
@@ -342,22 +342,24 @@ def _verdict_without_goals(assembly: Run) -> tuple[int, str]:
 
 
 def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
-    """Return why a run that is over was not successful; empty when it was.
+    """Return why a finished run was not successful; empty after success.
 
-    :param quit_early: whether the agent has quit, and open root goals count.
+    :param quit_early: whether the agent quit, so that open root goals count as failures.
     """
-    bad = []
+    shortcomings = []
     if goals.outcomes.total() > goals.outcomes["COMPLETED"]:
-        # those that are remembered; in a very long run the first are not
-        bad = [f"{goal.goal} ended {goal.outcome}" for goal in goals.ended if goal.outcome != "COMPLETED"]
-        bad = bad or ["some root goals did not end COMPLETED"]
+        # in a very long run, the first ended goals are forgotten
+        shortcomings = [
+            f"{goal.goal} ended {goal.outcome}" for goal in goals.ended if goal.outcome != "COMPLETED"
+        ]
+        shortcomings = shortcomings or ["some root goals did not end COMPLETED"]
     if goals.open_roots and quit_early:
-        bad.append(f"the agent quit before its root goals were over: {_modes(goals.open_roots)}")
-    return bad
+        shortcomings.append(f"the agent quit before its root goals were over: {_modes(goals.open_roots)}")
+    return shortcomings
 
 
-def _what_is_open(assembly: Run) -> str:
-    """Return the goals or steps that were open when a run timed out."""
+def _open_work(assembly: Run) -> str:
+    """Return the open goals or steps of a run that timed out."""
     if not assembly.executive.initialized:
         return "the initialisation has not ended"
     goals = assembly.executive.goals
@@ -367,5 +369,5 @@ def _what_is_open(assembly: Run) -> str:
 
 
 def _modes(goals: Iterable[GoalState]) -> str:
-    """Return which goals are in which modes."""
+    """Return goals with their modes as text."""
     return ", ".join(f"{goal.goal} is {goal.mode}" for goal in goals)

@@ -1,4 +1,4 @@
-"""The servers of a run, for clients that watch the run; the options of plug-ins add them."""
+"""Servers of a run for clients that watch it. Option groups of plug-ins add servers."""
 
 from __future__ import annotations
 
@@ -11,31 +11,30 @@ if TYPE_CHECKING:
 
 
 REST_S: Final = 0.02
-"""Seconds between two calls of :meth:`RunServer.attend` while the main loop rests."""
+"""Seconds between two calls of :meth:`RunServer.attend` while the main loop is paused."""
 
 
 class RunServer:
-    """A server of a run. A subclass overrides the methods that it needs."""
+    """A server of a run. Subclasses override the methods they need."""
 
     stays: ClassVar[str] = ""
-    """The server in words, if it stays after the end of the run until the user ends it: ``the page``."""
+    """The name of a server that stays after the end of the run until the user ends it, e.g. ``the page``."""
 
     def serve(self, run: Any) -> AbstractContextManager[object]:  # noqa: ARG002 - for subclasses
-        """Return a context that serves a run: it is entered before the run starts.
+        """Return a context manager that serves a run, entered before the run starts.
 
-        :param run: an Run or a Team, which import the options that name the servers.
+        :param run: a Run or a Team. The type is Any, because their modules import this one.
         """
         return nullcontext()
 
     def attend(self) -> None:
-        """Answer clients, in the thread of the main loop."""
+        """Answer clients. Called in the thread of the main loop."""
 
-    def finish(self, result: RunResult) -> None:
-        """Note that the run has ended."""
+    def finish(self, result: RunResult) -> None: ...
 
 
 Stay: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
-"""Takes the result of a run whose servers stay; returns a test whether the user has ended the servers."""
+"""Gets the result of a run with staying servers; returns a test whether the user has ended them."""
 
 
 def no_stay(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:

@@ -1,4 +1,4 @@
-"""Reads how skills ended in recorded runs, for the simulator to draw from."""
+"""Durations and outcomes of skills in recorded runs, as samples for the simulator."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from cxbridge.trace.formats.registry import open_run
 
 _TYPE = "SkillerInterface"
 _ENDS = {"S_FINAL": Status.S_FINAL, "S_FAILED": Status.S_FAILED}
-_ENV = ""  # several environments see one and the same Skiller
+_ENV = ""  # # all environments of a run see the same Skiller
 
 
 def read_samples(path: Path) -> list[Sample]:
-    """Return the skills that came to an end in a recorded run, of ours or of Fawkes; any format.
+    """Return the finished skills of a recorded run of any format.
 
-    Skills that were stopped or replaced are left out. The Skiller's writes on the blackboard count; else
-    the executive's events, as in text logs, up to a loop later.
+    Stopped and replaced skills are left out. Times come from the Skiller's writes. Text logs have only the
+    executive's events, which are up to one loop later.
 
-    :raises TraceError: when the run cannot be read, or knows no times.
+    :raises TraceError: if the run cannot be read or has no times.
     """
     run = open_run(path)
     if run.format == "transitions":
@@ -44,7 +44,7 @@ def read_samples(path: Path) -> list[Sample]:
         if status is not None:
             history = histories[type(event)]
             if isinstance(event, FactChange):
-                history.take(event)  # which has the reason of a failure
+                history.take(event)  # # the fact has the reason of a failure
             history.take(status)
     first = next((history for history in histories.values() if history.calls), RunHistory())
     return [
@@ -57,7 +57,7 @@ def read_samples(path: Path) -> list[Sample]:
 
 
 def _status(event: Event) -> Transition | None:
-    """Return the status of a Skiller in an event; None when it has none."""
+    """Return the Skiller status in an event; None without one."""
     if isinstance(event, SkillStatus):
         return replace(event, env=_ENV)
     if isinstance(event, FactChange) and event.asserted and event.template == _TYPE:

@@ -1,4 +1,4 @@
-"""The Skillers of a run or a daemon: one, or several by name."""
+"""Skillers of a run or daemon."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from cxbridge.config import Configuration
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode, SkillerBackend
 
 KINDS = ("lua", "simulator")
-"""The Skillers of this process."""
+"""The kinds of Skillers in this process."""
 
 _SPACE = "/skiller/skillspace"
 _KEYS = ("kind", "skillspace", "mode")
 
 
 class SkillerSettings(Struct, frozen=True):
-    """The settings of one Skiller.
+    """The settings of a Skiller.
 
-    :param name: id of its interfaces.
+    :param name: the id of its interfaces.
     :param kind: one of :data:`KINDS`.
-    :param space: its skill space; None: the configuration's.
-    :param mode: what to do where Fawkes is odd.
+    :param space: the skill space; None: as configured for all Skillers.
+    :param mode: whether the Skiller imitates Fawkes' oddities.
     """
 
     name: str
@@ -33,9 +33,9 @@ class SkillerSettings(Struct, frozen=True):
 
 
 def skiller_mode(config: Configuration, path: str = "/skiller/mode", default: Mode = "strict") -> Mode:
-    """Return what to do where Fawkes is odd, in Skillers and in action mappings.
+    """Return whether Skillers and action mappings imitate Fawkes' oddities.
 
-    :raises ConfigError: when it is none of the modes.
+    :raises ConfigError: unless the value is a mode.
     """
     value = config.get_str(path, default=default)
     modes: tuple[Mode, ...] = get_args(Mode)
@@ -48,11 +48,11 @@ def skiller_mode(config: Configuration, path: str = "/skiller/mode", default: Mo
 def skiller_settings(
     config: Configuration, kind: str, served: Collection[str] = ()
 ) -> tuple[SkillerSettings, ...]:
-    """Return the Skillers to make: those of :data:`INSTANCES`, else the one.
+    """Return the settings of the Skillers: those of :data:`INSTANCES`, or of one default Skiller.
 
-    :param kind: of those that do not say theirs.
-    :param served: the names of those that another component makes.
-    :raises ConfigError: when an instance is invalid.
+    :param kind: the default kind.
+    :param served: Skillers that another component makes.
+    :raises ConfigError: if an instance is invalid.
     """
     mode = skiller_mode(config)
     names = config.keys(INSTANCES)
@@ -79,7 +79,7 @@ def _read(config: Configuration, name: str, kind: str, mode: Mode) -> SkillerSet
 class SkillerGroup(SkillerBackend):
     """Several Skillers as one component.
 
-    :param skillers: they take their steps in this order.
+    :param skillers: the Skillers in the order of their steps.
     """
 
     def __init__(self, skillers: Sequence[SkillerBackend]) -> None:
@@ -88,25 +88,22 @@ class SkillerGroup(SkillerBackend):
 
     @property
     def known_by_name(self) -> dict[str, frozenset[str] | None]:
-        """The skills of each, by its name; None: unknown."""
+        """The skills of each Skiller by name; None: unknown."""
         return {skiller.name: skiller.known_skills for skiller in self.skillers}
 
     @property
     def running(self) -> bool:
-        """Whether any of them executes a skill string."""
         return any(skiller.running for skiller in self.skillers)
 
     @property
     def is_quiet(self) -> bool:
-        """Whether all of them are."""
         return all(skiller.is_quiet for skiller in self.skillers)
 
     def loop(self) -> None:
-        """Let each take its step."""
         for skiller in self.skillers:
             skiller.loop()
 
     def close(self) -> None:
-        """Close them, last to first."""
+        """Close the Skillers, last to first."""
         for skiller in reversed(self.skillers):
             skiller.close()

@@ -1,4 +1,4 @@
-"""Where the files of an agent come from, and how its executive differs from the usual one."""
+"""Sources of an agent's files, and their differences from the default executive."""
 
 from __future__ import annotations
 
@@ -45,20 +45,19 @@ SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
     callable,
     "a subclass of cxbridge.run.source.Source",
 )
-"""The sources of plug-ins."""
 
 CLIPS_SUFFIX = ".clp"
-"""The ending of a scenario that is one CLIPS file."""
+"""The suffix of a scenario in a single CLIPS file."""
 
 _EXECUTIVE = "/clips-executive"
 _TIME = f"{_EXECUTIVE}/assert-time-each-loop"
-_MOST_NAMED = 3  # scenarios, in a hint
+_MOST_NAMED = 3
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
 _FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_LUA = "src/lua"
-_OWN_INTERFACES = "interfaces"  # of a scenario, in the folder of its scenario.yaml
+_OWN_INTERFACES = "interfaces"  # # in the scenario's folder
 
 
 _PERIOD: Final = "/fawkes/mainapp/desired_loop_time"
@@ -66,7 +65,7 @@ _SHORTEST_PERIOD_US: Final = 100
 
 
 class RunFacts(Protocol):
-    """The part of a :class:`~cxbridge.run.agent.Run` that sources and the table of components use."""
+    """The parts of :class:`~cxbridge.run.agent.Run` used by sources and the table of components."""
 
     name: str
     spec: str
@@ -84,10 +83,10 @@ class RunFacts(Protocol):
 
 
 class LoadedFile(Struct, frozen=True):
-    """A file that an agent loads.
+    """A file loaded by an agent.
 
-    :param is_batch: whether its commands are executed, not constructs only.
-    :param mark: what asks for the file.
+    :param is_batch: whether it contains commands rather than constructs.
+    :param mark: the configuration entry or command that loads the file.
     """
 
     path: Path
@@ -96,25 +95,25 @@ class LoadedFile(Struct, frozen=True):
 
 
 def source_of(options: RunOptions) -> Source:
-    """Return the source of a run: the first of :data:`SOURCES` that the options need, or the usual one."""
+    """Return the source of a run: the first of :data:`SOURCES` that matches the options, or the default."""
     row = next((row for row in SOURCES.rows if row.needed(options)), None)
     return Source(options) if row is None else SOURCES.load(row)(options)
 
 
 class Source:
-    """A scenario's folder, or Fawkes' layout. Another source overrides what differs; a run makes one.
+    """The default source: a scenario's folder or a Fawkes checkout. Subclasses override the differences.
 
     :param options: the options of the run.
     """
 
     has_fawkes_configuration: ClassVar[bool] = True
-    """Whether keys, stages and specs are those of Fawkes' executive."""
+    """Whether keys, stages and specs follow Fawkes' executive."""
 
     def __init__(self, options: RunOptions) -> None:
         self.options = options
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` when the options do not name one configuration."""
+        """Raise :class:`CxbridgeError` unless the options name a configuration."""
         self.check_folders()
         if not self.is_named:
             raise CxbridgeError(
@@ -124,29 +123,28 @@ class Source:
 
     @property
     def is_named(self) -> bool:
-        """Whether the options name a configuration."""
         return self.options.scenario is not None or bool(self.folders)
 
     @property
     def needs_skiller(self) -> bool:
-        """Whether actions may go to the Skiller of the run."""
+        """Whether actions may use the run's Skiller."""
         return True
 
     @property
     def folders(self) -> tuple[Path, ...]:
-        """The checkouts that the options name: they must exist, and are too large to be sent elsewhere."""
+        """The checkouts of the options. They must exist, and are too large to send to other machines."""
         fawkes = self.options.fawkes_dir
         return (*self.options.overlays, *(() if fawkes is None else (fawkes,)))
 
     def check_folders(self) -> None:
-        """Raise :class:`CxbridgeError` when a checkout does not exist."""
+        """Raise :class:`CxbridgeError` if a checkout does not exist."""
         for folder in self.folders:
             if not folder.is_dir():
                 raise CxbridgeError("there is no such folder", file=folder)
 
     @property
     def is_lenient(self) -> bool:
-        """Whether a broken agent is started without its broken files, as a checkout's agents are."""
+        """Whether a broken agent starts without its broken files, the default for checkouts."""
         strict = self.options.strict
         return self.is_checkout if strict is None else not strict
 
@@ -157,13 +155,13 @@ class Source:
 
     @property
     def checkouts(self) -> Checkouts:
-        """The checkouts that the options name, in the order in which files are searched."""
+        """The checkouts of the options in search order."""
         return Checkouts(tuple(folder.resolve() for folder in self.folders))
 
     def config_file(self) -> Path:
-        """Return the configuration file that the options name.
+        """Return the configuration file of the options.
 
-        :raises CxbridgeError: when it does not exist.
+        :raises CxbridgeError: if the file does not exist.
         """
         checkouts, named = self.checkouts, self.options.scenario
         if named is None:
@@ -183,39 +181,39 @@ class Source:
         return named
 
     def load_configuration(self) -> tuple[Configuration, Path]:
-        """Return the configuration that the options name, with its overlays, and its file.
+        """Return the configuration with overlays, and its file.
 
-        :raises CxbridgeError: when a file is missing or wrong.
+        :raises CxbridgeError: if a file is missing or wrong.
         """
         self.check()
         file = self.config_file()
         config = self.read_configuration(file)
         config.overlay_files(self.find_overlays())
         if file.name == SCENARIO_FILE and config.keys(_EXECUTIVE) and not config.exists(_TIME):
-            config.set(_TIME, True)  # without it no rule would ever run; Fawkes' own configuration sets it
+            config.set(_TIME, True)  # # no rule would run without it; Fawkes' own configuration sets it
         return config, file
 
     def read_configuration(self, file: Path) -> Configuration:
         """Return the configuration in a file, without overlays.
 
-        :raises CxbridgeError: when the file is wrong.
+        :raises CxbridgeError: if the file is wrong.
         """
         if file.suffix == CLIPS_SUFFIX:
             return _of_program(file)
         return Configuration.load(file, confdir=self.checkouts.confdir(file))
 
     def find_overlays(self) -> Sequence[Path]:
-        """Return the configuration files that are laid over the scenario's.
+        """Return the overlays of the scenario's configuration.
 
-        :raises CxbridgeError: when a file of a shipped overlay's name does not exist.
+        :raises CxbridgeError: if an overlay does not exist.
         """
         files = self.options.config
         return (files,) if isinstance(files, Path) else tuple(files or ())
 
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
-        """Return the files and folders that the options and the configuration name.
+        """Return the files and folders of options and configuration.
 
-        :raises CxbridgeError: when a folder of a checkout is missing.
+        :raises CxbridgeError: if a checkout lacks a folder.
         """
         options, checkouts = self.options, self.checkouts
         here = checkouts.confdir(config_file).resolve()
@@ -250,7 +248,7 @@ class Source:
                 cx, library = fawkes_cx, fawkes_part(fawkes, _FAWKES_LIBRARY)
                 robot_memory = fawkes / _FAWKES_ROBOT_MEMORY
             else:
-                # the original agents are in the core's folder
+                # Fawkes' own agents lie in the folder of its core
                 clips_dirs.append(fawkes_cx)
         return RunPaths(
             config_file=config_file,
@@ -265,36 +263,36 @@ class Source:
         )
 
     def find_oddities(self, config: Configuration, spec: str) -> list[str]:  # noqa: ARG002 - for other sources
-        """Return warnings about the files and the configuration of the source."""
+        """Return warnings about files and configuration."""
         return []
 
     def loop_period_us(self, config: Configuration) -> int:
-        """Return the desired duration of a main loop, in microseconds.
+        """Return the target period of the main loop in microseconds.
 
-        :raises ConfigError: when the configured duration is too short.
+        :raises ConfigError: if the configured period is too short.
         """
         return loop_period_us(config)
 
     def board_settings(self, settings: BoardSettings | None, config: Configuration) -> BoardSettings | None:  # noqa: ARG002
         """Return the settings of the run's skill board; None for no skill board.
 
-        :param settings: those of the configuration; None when it has none.
-        :raises ConfigError: when a setting is wrong.
+        :param settings: the configured settings; None if there are none.
+        :raises ConfigError: if a setting is wrong.
         """
         return settings
 
     def board_policy(self, config: Configuration) -> BoardPolicy | None:  # noqa: ARG002
-        """Return how the skill board treats executors; None for the usual policy."""
+        """Return the policy of the skill board towards executors; None: the default."""
         return None
 
     def prepare_board(self, context: RunFacts) -> None:
-        """Add executors to the skill board of a run when the board begins.
+        """Add executors to the skill board of a run before it starts.
 
-        :raises CxbridgeError: when an executor cannot be made.
+        :raises CxbridgeError: if an executor cannot be made.
         """
 
     def features(self, context: RunFacts) -> list[Feature] | None:  # noqa: ARG002
-        """Return the features that replace those of cxbridge; None for the features of cxbridge."""
+        """Return replacements for cxbridge's features; None keeps them."""
         return None
 
     def make_manager(
@@ -303,7 +301,7 @@ class Source:
         features: Sequence[Feature | LazyFeature],
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
-        """Return what makes the environments of the executive.
+        """Make the manager of the executive's environments.
 
         :param environment: the class of the environments.
         """
@@ -312,38 +310,39 @@ class Source:
     def make_executive(
         self, context: RunFacts, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
     ) -> Executive:
-        """Return the executive, with its environment and nothing of the agent.
+        """Make the executive with its environment, without loading the agent.
 
-        :raises CxbridgeError: when the configuration is wrong.
+        :raises CxbridgeError: if the configuration is wrong.
         """
         return Executive(manager, context.config, mapper, files, context.name or ENVIRONMENT)
 
     def calls(self, function: str) -> bool:  # noqa: ARG002
-        """Return whether a deffunction of this name is called from outside of the rules."""
+        """Return whether Python code calls a deffunction of this name."""
         return False
 
     def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile] | None:  # noqa: ARG002
-        """Return the CLIPS files of an agent that is only looked at; None: its spec and core name them."""
+        """Return the CLIPS files of an agent for reading only; None: the files of spec and core."""
         return None
 
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:  # noqa: ARG002
-        """Return where the executive finds its files, and the features and functions that the core needs."""
+        """Return the files, features and functions of the core."""
         return CoreFiles(paths.cx, paths.clips_dirs, paths.substitutions, paths.before)
 
     def start_thinking(self, clock: Clock, config: Configuration) -> None:
-        """Note that the executive is initialised: its rules run from now on."""
+        """Note the end of the initialisation: rules run from now on."""
 
     def think(self, executive: Executive) -> int:
-        """Run the rules of a loop; returns the number of firings."""
+        """Run the rules of one loop; return the number of firings."""
         return executive.loop()
 
 
 def loop_period_us(config: Configuration) -> int:
-    """Return the desired time of a loop.
+    """Return the target period of the main loop in microseconds.
 
-    :raises ConfigError: when it is so short that a virtual clock would hardly move, or not at all.
+    :raises ConfigError: if the period is too short.
     """
     period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
+    # with a shorter period, a virtual clock would hardly advance
     if period_us >= _SHORTEST_PERIOD_US:
         return period_us
     raise config.error(
@@ -356,10 +355,10 @@ def loop_period_us(config: Configuration) -> int:
 def skill_board_settings(
     config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
 ) -> BoardSettings | None:
-    """Return the settings of the configuration for a skill board; None without any.
+    """Return the settings of the skill board; None without one.
 
-    :param executors: those that a program adds; with them there is a skill board in any case.
-    :raises ConfigError: when a setting is wrong.
+    :param executors: executors of a program. They need a skill board even if none is configured.
+    :raises ConfigError: if a setting is wrong.
     """
     if not config.keys("/skill-board") and not executors:
         return None
@@ -372,7 +371,6 @@ def skill_board_settings(
 
 
 def _file_in(folder: Path) -> Path:
-    """Return the configuration file in a folder."""
     for name in (SCENARIO_FILE, "config.yaml"):
         if (folder / name).is_file():
             return folder / name
@@ -387,7 +385,7 @@ def _file_in(folder: Path) -> Path:
 
 
 def _of_program(file: Path) -> Configuration:
-    """Return the configuration of an agent that is one CLIPS file."""
+    """Return the configuration of an agent in a single CLIPS file."""
     config = Configuration()
     stage = f"{_EXECUTIVE}/specs/program/init/stage-3/0"
     config.set(f"{_EXECUTIVE}/spec", "program")

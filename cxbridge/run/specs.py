@@ -1,7 +1,7 @@
-"""Chooses the spec of the configuration that is run, and checks that the executive can read it.
+"""The choice of a spec, and checks of its configuration.
 
-Fawkes finds out while the rules initialise the executive, or never: a stage that is not a list is not a
-stage, and the agent waits forever. Here a wrong type is an error with its place before anything runs.
+Fawkes detects such mistakes during the initialisation or never: it ignores a stage that is not a list, and
+the agent waits forever. Here, a wrong type is an error with its place before anything runs.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ _KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", 
 _SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
 _SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "limits", "instances")
 _SECTIONS = {"clips-executive": _KEYS, "skiller": _SKILLER_KEYS}
+# The minimum similarity of an unread key to an absent key that counts as a misspelling.
 _LIKE = 0.75
-"""The similarity from which an unread key counts as a misspelling of an absent one."""
 
 
 def choose_spec(config: Configuration, spec: str | None, config_file: Path | None = None) -> str:
-    """Return the spec to run, and see to it that the configuration names it.
+    """Return the spec to run, and store the choice in the configuration.
 
-    :param config_file: where to look for the mistake when nothing in the configuration has a place.
-    :raises ConfigError: when the configuration has no such spec.
+    :param config_file: the place for an error without a place in the configuration.
+    :raises ConfigError: if the spec does not exist.
     """
     place = _first(config, f"{_ROOT}/spec") if spec is None else None
     if spec is not None:
@@ -59,9 +59,9 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
 
 
 def check_spec(config: Configuration, spec: str) -> list[str]:
-    """Check the parts of the configuration that the executive reads for a spec.
+    """Check the executive's part of the configuration for a spec.
 
-    :returns: warnings: keys that are never read.
+    :returns: warnings about unread keys.
     :raises ConfigError: at the first value of a wrong type, with file and line.
     """
     base = f"{_ROOT}/specs/{spec}"
@@ -83,10 +83,8 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
 
 
 def mistaken_keys(config: Configuration, spec: str) -> list[ConfigError]:
-    """Return the keys that are misspelt, and those that are empty or have the wrong type where that is fatal.
-
-    Fawkes reads on without them: a misspelt key is one that it does not know.
-    """
+    """Return an error for each misspelt key, and for each empty value or wrong type that would be fatal."""
+    # only a warning with a Fawkes checkout: Fawkes ignores unknown keys
     base = f"{_ROOT}/specs/{spec}"
     found = [
         *_misspelt_sections(config),
@@ -110,7 +108,8 @@ def mistaken_keys(config: Configuration, spec: str) -> list[ConfigError]:
 
 
 def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
-    """Yield an error for each section with a wrong name: further sections may exist, with other keys."""
+    """Yield an error for each section whose name is similar to a known one and whose keys match."""
+    # unknown sections are allowed, so the similarity of the name alone does not prove a mistake
     sections = config.keys("/")
     for section, known in _SECTIONS.items():
         for each in () if section in sections else sections:
@@ -121,10 +120,10 @@ def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
 
 
 def _misspelt(config: Configuration, path: str, known: Sequence[str]) -> Iterator[ConfigError]:
-    """Yield an error for each key below a path that is probably meant for a known one, which is absent."""
+    """Yield an error for each key that is similar to a known, absent key."""
     keys = config.keys(path)
     given = [key for key in keys if (value := _first(config, f"{path}/{key}")) is None or value.file]
-    absent = [key for key in known if key not in given]  # those with an unwritten default, too
+    absent = [key for key in known if key not in given]  # # includes keys with an unwritten default
     for key in keys:
         if key not in known and (near := nearest(key, absent, _LIKE)):
             place = _first(config, f"{path}/{key}")
@@ -132,13 +131,12 @@ def _misspelt(config: Configuration, path: str, known: Sequence[str]) -> Iterato
 
 
 def check_features(config: Configuration, spec: str, available: Collection[str]) -> None:
-    """See to it that the features that a spec asks for can be had.
+    """Check that all requested features of a spec exist.
 
-    The rules would find out, too, but cannot say where they are asked for; those of the original for ROS 2
-    trip over their own error, and wait forever.
-
-    :raises ConfigError: for the first that cannot be had, with file and line.
+    :raises ConfigError: for the first missing feature, with file and line.
     """
+    # the rules would find it, too, but without its place; those of ros2_cx fail on their own error and wait
+    # forever
     for stage, path in _entries(config, spec):
         name = config.get_str(f"{path}/name", default="")
         asks = config.get_bool(f"{path}/feature-request", default=stage == STAGES[0])
@@ -153,9 +151,9 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
 
 
 def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
-    """Return the missing files of a spec, with file and line of their entries.
+    """Return an error for each missing file of a spec, at its entry.
 
-    :param folders: where CLIPS files are searched for.
+    :param folders: the search path of CLIPS files.
     """
     missing = []
     for stage, path in _entries(config, spec):
@@ -174,23 +172,23 @@ def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> li
 def _missing_file(
     stage: str, file: str, reasons: Mapping[Path, str], place: ConfigValue, folders: Sequence[Path]
 ) -> ConfigError:
-    """Return the error for a file that a spec loads: why the file cannot be read, or that no folder has it.
+    """Return the error for a file of a spec that no folder has, or that cannot be read.
 
-    :param reasons: why the file cannot be read in each folder.
+    :param reasons: why the file cannot be read, by path.
     """
     there = next((path for path, reason in reasons.items() if reason != ABSENT), None)
     if there is not None:
         return _error(f"{stage} loads {file}: {there} {reasons[there]}", place, None)
-    return _error(f"{stage} loads {file}, which no folder has", place, _meant(file, folders))
+    return _error(f"{stage} loads {file}, which no folder has", place, _similar_file(file, folders))
 
 
-def _meant(file: str, folders: Sequence[Path]) -> str | None:
-    """Return which file was probably meant."""
+def _similar_file(file: str, folders: Sequence[Path]) -> str | None:
+    """Return a hint with the most similar file name."""
     return did_you_mean(file, {path.name for folder in folders for path in folder.glob("*.clp")}) or None
 
 
 def _entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:
-    """Yield the entries of a spec's initialisation: stage and path."""
+    """Yield stage and path of each entry in a spec's initialisation."""
     for stage in STAGES:
         path = f"{_ROOT}/specs/{spec}/init/{stage}"
         for index in config.keys(path):
@@ -228,20 +226,20 @@ def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
     unknown = sorted(set(keys) - _ENTRY_KEYS)
     for key in unknown:
         known = ", ".join(sorted(_ENTRY_KEYS))
-        yield f"{_at(config, f'{path}/{key}')}'{key}' of {where} is never read; known are {known}"
+        yield f"{_prefix(config, f'{path}/{key}')}'{key}' of {where} is never read; known are {known}"
     if not unknown and not where.startswith(STAGES[0]) and not _ENTRY_KEYS.intersection(keys) - {"name"}:
-        yield f"{_at(config, path)}{where} does nothing: it names no file"
+        yield f"{_prefix(config, path)}{where} does nothing: it names no file"
 
 
 def _must_have_parts(config: Configuration, path: str, shape: str) -> None:
-    """Raise when there is a value where a map or a list of maps belongs; nothing at all is fine."""
+    """Raise if the path has a value instead of a map or a list. A missing value is valid."""
     if config.exists(path) and (value := config.get(path)) and (value.is_list or value.text):
         name = path.rsplit("/", 1)[1]
         raise _error(f"'{name}' must be {shape}", value, None)
 
 
 def _first(config: Configuration, path: str) -> ConfigValue | None:
-    """Return the value at the path, or the first below it: its place is where to look."""
+    """Return the value at the path, or the first value below it."""
     return config.get(path) if config.exists(path) else min(config.search(path), key=_line, default=None)
 
 
@@ -253,7 +251,7 @@ def _line(value: ConfigValue) -> int:
     return value.line
 
 
-def _at(config: Configuration, path: str) -> str:
+def _prefix(config: Configuration, path: str) -> str:
     """Return ``FILE:LINE: `` of the path, or of the first value below it; empty if set at run time."""
     place = _first(config, path)
     return f"{place.file}:{place.line}: " if place is not None and place.file else ""
@@ -264,12 +262,12 @@ def _error(message: str, place: ConfigValue | None, hint: str | None) -> ConfigE
 
 
 def init_mentions(config: Configuration, spec: str, *names: str) -> bool:
-    """Whether a feature or file of the spec's initialisation has one of these in its name."""
+    """Return whether a feature or file of the initialisation contains one of the names."""
     init = f"/clips-executive/specs/{spec}/init/"
     texts = [text for item in config.search(init) for text in (item.text, *item.items)]
     return any(name in text for name in names for text in texts)
 
 
 def needs_memory(config: Configuration, spec: str) -> bool:
-    """Whether the spec's initialisation asks for the robot memory, or waits for it."""
+    """Return whether the initialisation requests the robot memory or waits for it."""
     return init_mentions(config, spec, "robot_memory", "robmem-wait-init")

@@ -1,8 +1,8 @@
-"""Why nothing happens in a run or a daemon: a loop does not end, or nothing can happen any more.
+"""Detection of a run or daemon in which nothing happens.
 
-:class:`Watchdog` is the thread that notices a loop which does not end, and finds out why; :class:`Stalls`
-reports such a loop. :class:`StuckWatch` notices a run in which nothing can happen any more; the executive
-names the events that the run waits for (:mod:`cxbridge.run.ending.stuck`).
+:class:`Watchdog` is a thread that detects a loop without end and describes its activity. :class:`Stalls`
+    reports such loops. :class:`StuckWatch` detects a run in which no event can follow;
+    :mod:`cxbridge.run.ending.stuck` names the missing events.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from cxbridge.mainloop import MainLoop
 
 LIMIT_S: Final = 5.0
-"""Seconds that a loop may take by default before it counts as a stall."""
+"""The default limit of a loop in seconds. A longer loop is a stall."""
 
 SPIN_S: Final = 1.5
-"""Seconds after which a right-hand side that does not end counts as a stall, if the limit is not less."""
+"""The limit of a single right-hand side in seconds."""
 
 HOPELESS_S: Final = 5.0
-"""Seconds after which a right-hand side is ended in tests, explorations and sweeps, which no user watches."""
+"""The limit of a right-hand side in tests, explorations and sweeps, which have no user to interrupt it."""
 
 _TICK_S = 0.25
 _AGAIN_S = 0.02
@@ -45,20 +45,20 @@ _BETWEEN_LOOKS_S = 0.0005
 _MOST_LOOKS = 12 * _LOOKS
 _HALTED: Final = "[PRCCODE4]"
 _TICK_RULES: Final = 2
+# The first check waits for this many loops without firings other than each tick's.
 _QUIET_LOOPS: Final = 15
-"""Loops without a rule but those of each tick, after which it is worth to look."""
 
 _PACKAGE = str(Path(__file__).resolve().parent.parent)
 
 
 class Stall(Struct, frozen=True):
-    """A loop that does not come to its end.
+    """A loop that does not end.
 
-    :param seconds: how long it has taken by now, in real time.
-    :param component: which component is at work; empty: it is not known.
-    :param what: the work of the loop, in words.
-    :param in_rules: whether rules are at work, and nothing that they wait for.
-    :param is_spin: whether it is one right-hand side that does not end.
+    :param seconds: its duration so far, in real time.
+    :param component: the active component; empty if unknown.
+    :param what: the activity as text.
+    :param in_rules: whether the time is spent in rules rather than in a function that they called.
+    :param is_spin: whether a single right-hand side does not end.
     """
 
     seconds: float
@@ -68,59 +68,47 @@ class Stall(Struct, frozen=True):
     is_spin: bool = False
 
     def __str__(self) -> str:
-        """Return it for people."""
         return f"{self.what}, for {self.seconds:.0f} s now"
 
 
 class WatchedAgent(Protocol):
-    """An agent of a run."""
+    @property
+    def name(self) -> str: ...
 
     @property
-    def name(self) -> str:
-        """Its name."""
+    def executive(self) -> Executive: ...
 
     @property
-    def executive(self) -> Executive:
-        """Its executive."""
-
-    @property
-    def firings(self) -> int:
-        """How many rules have fired."""
+    def firings(self) -> int: ...
 
     @property
     def is_over(self) -> bool:
-        """Whether it has nothing left to do."""
+        """Whether the agent has finished."""
 
     @property
     def is_stuck(self) -> bool:
-        """Whether nothing can happen to it any more."""
+        """Whether no event can follow."""
 
 
 class WatchedRun(Protocol):
-    """A run of agents."""
+    @property
+    def loop(self) -> MainLoop: ...
 
     @property
-    def loop(self) -> MainLoop:
-        """Its main loop."""
-
-    @property
-    def agents(self) -> Sequence[WatchedAgent]:
-        """Its agents."""
+    def agents(self) -> Sequence[WatchedAgent]: ...
 
 
 class Watchdog:
-    """Watches a loop from another thread, from :meth:`start` to :meth:`stop`.
+    """Watches a loop from another thread, between :meth:`start` and :meth:`stop`.
 
-    It counts its own looks and not the time: a process that is stopped for a while (SIGSTOP, a laptop that
-    sleeps) has not hung.
-
-    :param loop: the loop, which runs in the thread that calls :meth:`start`.
-    :param environments: returns the CLIPS environments there are.
-    :param report: gets a stall when the limit has passed, and again each time the time has doubled; gets None
-        when the loop continues. Called in the watchdog's thread.
-    :param limit_s: seconds that a loop may take.
+    :param loop: the loop in the thread that calls :meth:`start`.
+    :param environments: returns the existing CLIPS environments.
+    :param report: called in the watchdog's thread: with a stall at the limit and each time its duration has
+        doubled, with None when the loop continues.
+    :param limit_s: the limit of a loop in seconds.
     """
 
+    # durations are counted in looks: after SIGSTOP or a laptop's sleep, elapsed time would look like a stall
     def __init__(
         self,
         loop: MainLoop,
@@ -147,7 +135,7 @@ class Watchdog:
         self._thread.start()
 
     def stop(self) -> None:
-        """Watch no more; a second call does nothing."""
+        """Stop watching. Further calls do nothing."""
         thread, self._thread = self._thread, None
         if thread is not None:
             forking.threads.remove(self)
@@ -156,11 +144,9 @@ class Watchdog:
             thread.join()
 
     def interrupt(self) -> None:
-        """End what rules do in this loop, unless it comes to its end at once. From any thread."""
+        """Interrupt the rules of the current loop. Callable from any thread."""
         self._wanted = self._loop.turns
         self._wake.set()
-
-    # -- in the thread
 
     def _run(self) -> None:
         tick_s = min(_TICK_S, self._limit_s / 4) if self._limit_s else _TICK_S
@@ -179,14 +165,15 @@ class Watchdog:
                     self._report(None)
                 continue
             took_s += tick_s
-            self._look()
+            self._sample()
             limit_s = min(self._limit_s, SPIN_S) if self._is_spinning(tick_s) else self._limit_s
             if self._limit_s and took_s >= max(limit_s, 2 * reported_s):
                 reported_s = took_s
                 self._report(self._describe(took_s))
 
     def _break_off(self) -> None:
-        """End what rules do, as long as the loop is the one that was meant."""
+        """Interrupt the rules until the loop of the request has ended."""
+        # the loop may have ended since the request: the next one must not be interrupted
         wanted, self._wanted = self._wanted, None
         pause_s = _PATIENCE_S
         while not self._over and self._loop.turns == wanted and self._loop.working:
@@ -196,8 +183,8 @@ class Watchdog:
                     env.break_off()
             pause_s = _AGAIN_S
 
-    def _look(self) -> None:
-        """Note what rules are at work: several looks, with time for the rules between them."""
+    def _sample(self) -> None:
+        """Sample the active rules several times, with pauses in which the rules continue."""
         for env in tuple(self._environments().values()):
             for _ in range(_LOOKS):
                 if rule := executing(env):
@@ -207,7 +194,7 @@ class Watchdog:
                 time.sleep(_BETWEEN_LOOKS_S)
 
     def _is_spinning(self, tick_s: float) -> bool:
-        """Whether one right-hand side has been at work for long, and not the matching of facts."""
+        """Return whether the time is spent in a single right-hand side rather than in matching."""
         fired = sum(env.endless.fired for env in tuple(self._environments().values()))
         if fired != self._fired:
             self._fired, self._still_s = fired, 0.0
@@ -216,19 +203,19 @@ class Watchdog:
         return self._still_s >= min(self._limit_s, SPIN_S) and self._rules(_LOOKS)[:1] != [MATCHING]
 
     def _rules(self, looks: int = _MOST_LOOKS) -> list[str]:
-        """Return the rules that were at work in the last looks, the most frequent first."""
+        """Return the rules in the latest samples, most frequent first."""
         return [rule for rule, _ in Counter([*self._seen][-looks:]).most_common(_MOST_NAMES)]
 
     def _describe(self, took_s: float) -> Stall:
-        frames = list(_frames(sys._current_frames().get(self._watched)))  # noqa: SLF001 - how Python names it
+        frames = list(_frames(sys._current_frames().get(self._watched)))  # noqa: SLF001 - the only way to another thread's frames
         component = next(filter(None, map(_component, frames)), "")
         function = next(filter(None, map(_udf, frames)), "")
         firing = [env for env in tuple(self._environments().values()) if env.is_firing]
         in_rules, is_spin = bool(firing) and not function, not function and self._is_spinning(0.0)
-        activity = self._what(frames, function, firing)
+        activity = self._activity(frames, function, firing)
         return Stall(took_s, component, activity, in_rules, is_spin)
 
-    def _what(self, frames: list[FrameType], function: str, firing: list[ClipsEnvironment]) -> str:
+    def _activity(self, frames: list[FrameType], function: str, firing: list[ClipsEnvironment]) -> str:
         rules = self._rules()
         if not firing:
             skill = next(filter(None, map(_skill, frames)), "")
@@ -250,12 +237,12 @@ class Watchdog:
 
 
 class Stalls:
-    """Reports a loop that does not come to its end, and ends what rules do in it. A context manager.
+    """Reports loops without end, and interrupts their rules on request. A context manager.
 
     :param environments: returns the CLIPS environments.
-    :param advice: the action of a user that ends the stall, for the log.
-    :param limit_s: seconds that a loop may take.
-    :param on_stall: called after each report in the watchdog's thread, with None when the loop continues.
+    :param advice: how a user can end the stall, for the log.
+    :param limit_s: the limit of a loop in seconds.
+    :param on_stall: called in the watchdog's thread after each report, with None when the loop continues.
     """
 
     def __init__(
@@ -282,17 +269,18 @@ class Stalls:
 
     @property
     def text(self) -> str:
-        """Why the loop does not come to its end; empty when it does."""
+        """A description of the current stall; empty without one."""
         stall = self.now
         return "" if stall is None else str(stall)
 
     @property
     def now(self) -> Stall | None:
-        """The stall that was reported, while it lasts: the loop may have gone on in this moment."""
+        """The current stall; None without one."""
+        # the loop may have continued since the report
         return self._stall if self._loop.working and self._loop.turns == self._turn else None
 
     def interrupt(self) -> None:
-        """End what rules do in this loop, unless it comes to its end at once; from any thread."""
+        """Interrupt the rules of the current loop. Callable from any thread."""
         self._log.info("A client asks to interrupt")
         self.watchdog.interrupt()
 
@@ -305,10 +293,10 @@ class Stalls:
 
 
 class StuckWatch:
-    """Looks from time to time whether the agents of a run can still do anything.
+    """Checks periodically whether the agents of a run can still change anything.
 
-    :param run: its agents may come and go.
-    :param on: whether to look at all: a user who looks on may interfere.
+    :param run: its agents may change.
+    :param on: False with an interactive user, who may cause changes.
     """
 
     def __init__(self, run: WatchedRun, *, on: bool) -> None:
@@ -318,11 +306,9 @@ class StuckWatch:
         self._look_at = _QUIET_LOOPS
 
     def look(self) -> bool:
-        """Return whether the run is stuck; to be called after each loop.
-
-        To find out takes some milliseconds, so the watch tries when nothing has happened for some loops, and
-        after twice as many again.
-        """
+        """Return whether the run is stuck. To be called after each loop."""
+        # a check takes milliseconds, so it waits for some quiet loops, and twice as long after each negative
+        # result
         agents = self._run.agents
         if agents != self._agents:
             self._agents = agents
@@ -340,20 +326,19 @@ class StuckWatch:
 
 
 class RuleErrors:
-    """Keeps in which rules there were errors, as CLIPS reports them; a sink of log lines."""
+    """Collects the names of rules with errors from CLIPS' log lines."""
 
     def __init__(self) -> None:
         self.rules: dict[str, None] = {}
 
     def __call__(self, event: Event) -> None:
-        """Take a log line."""
         text = getattr(event, "text", "")
         if text.startswith(_HALTED) and "'" in text:
             self.rules[text.split("'")[1]] = None
 
 
 def end_spins(run: WatchedRun) -> Watchdog:
-    """Return a watchdog for a run without a user: it ends a rule whose right-hand side does not end."""
+    """Return a watchdog that ends right-hand sides without end, for runs without a user."""
 
     def environments() -> dict[str, ClipsEnvironment]:
         return {agent.name: agent.executive.env for agent in run.agents}
@@ -368,36 +353,36 @@ def end_spins(run: WatchedRun) -> Watchdog:
 
 
 def _frames(frame: FrameType | None) -> Iterator[FrameType]:
-    """Yield the frames of a thread, the innermost first."""
+    """Yield the frames of a thread, innermost first."""
     while frame is not None:
         yield frame
         frame = frame.f_back
 
 
 def _component(frame: FrameType) -> str:
-    """Return the name of the component whose step a frame is (``ComponentManager.guarded``)."""
+    """Return the component if the frame is ``ComponentManager.guarded``; else empty."""
     if frame.f_code.co_qualname == "ComponentManager.guarded.<locals>.run":
         return str(frame.f_locals["node"].name)
     return ""
 
 
 def _skill(frame: FrameType) -> str:
-    """Return the skill string of the Lua Skiller whose step a frame is."""
-    # The budget of the engine counts instructions of Lua, none inside a function of C such as string.find.
+    """Return the skill string if the frame is a Lua Skiller's step; else empty."""
+    # the engine's budget counts Lua instructions, but none inside C functions such as string.find
     if frame.f_code.co_qualname == "Skiller.loop":
         return str(frame.f_locals["self"].skill_string)
     return ""
 
 
 def _udf(frame: FrameType) -> str:
-    """Return the function of CLIPS that a frame is (``UdfTable``)."""
+    """Return the CLIPS function if the frame is a call of ``UdfTable``; else empty."""
     if frame.f_code.co_qualname == "UdfTable._wrap.<locals>.call":
         return str(frame.f_locals["name"])
     return ""
 
 
 def _place(frames: Iterable[FrameType]) -> str:
-    """Return where Python is: file and line, the innermost of ours."""
+    """Return file and line of the innermost frame in this package."""
     for frame in frames:
         path = frame.f_code.co_filename
         if path.startswith(_PACKAGE):

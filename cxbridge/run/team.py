@@ -1,4 +1,4 @@
-"""Several agents in one run, each with its environment, blackboard and Skillers.
+"""Several agents in one run, each with its own environment, blackboard and Skillers.
 
 See docs/several-agents.md.
 """
@@ -26,25 +26,25 @@ if TYPE_CHECKING:
 
 
 class AgentWatcher(Protocol):
-    """Watches the agents of a run."""
+    """An observer of the agents of a run."""
 
     def left(self, agent: Run) -> None:
-        """Take note of an agent that was killed."""
+        """Handle an agent that was killed."""
 
     def joined(self, agent: Run) -> None:
-        """Take note of an agent that was made again and is not started yet."""
+        """Handle an agent that was restarted, before it starts."""
 
 
 class Team(Closing):
-    """A run of several agents, with the face of a :class:`Run`.
+    """A run of several agents, with the interface of a :class:`Run`.
 
-    :param options: the options of the run; checked.
-    :param base: the clock, bus, loop and configuration that they share.
-    :param names: the agents.
-    :param replay: plays the environment of each.
-    :param additions: what each gets besides.
-    :param components: makes the components of an agent that no configuration names.
-    :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
+    :param options: checked options.
+    :param base: the shared clock, bus, loop and configuration.
+    :param names: the names of the agents.
+    :param replay: the recorded environment.
+    :param additions: additions for each agent.
+    :param components: makes further components of an agent.
+    :raises CxbridgeError: if a named file or setting is missing or wrong.
     """
 
     def __init__(
@@ -63,23 +63,23 @@ class Team(Closing):
         self._components = components
         self._dead: list[Run] = []
         self.watchers: list[AgentWatcher] = []
-        """Called when an agent is killed or started again."""
+        """Called when an agent is killed or restarted."""
         with ExitStack() as undo:
             undo.callback(self._memory.close)
             made = []
             for name in names:
                 part = None if replay is None else replay.of_agent(name)
-                one = self._one(base, name)
-                agent = Run(options, one, part, additions, components(name))
+                base = self._base_of(base, name)
+                agent = Run(options, base, part, additions, components(name))
                 made.append(undo.enter_context(agent))
             undo.pop_all()
         self.agents: tuple[Run, ...] = tuple(made)
         self.paths, self.registry = self.agents[0].paths, self.agents[0].registry
         self.spec = " ".join(dict.fromkeys(agent.spec for agent in self.agents))
 
-    def _one(self, base: RunBase, name: str) -> RunBase:
+    def _base_of(self, base: RunBase, name: str) -> RunBase:
         config = choose_agent(base.config, name)
-        config.warnings = ()  # they are reported once
+        config.warnings = ()  # # reported once, by the team
         return replace(
             base,
             name=name,
@@ -89,16 +89,15 @@ class Team(Closing):
         )
 
     def start(self) -> None:
-        """Start all agents."""
         for warning in self.config.warnings:
             self.bus.logger("Config").warn(str(warning))
         for agent in self.agents:
             agent.start()
 
     def kill(self, agent: Run) -> None:
-        """Let an agent end as by ``kill -9``; the databases that it shares with other agents do not change.
+        """Kill an agent as ``kill -9`` does. Shared databases stay unchanged.
 
-        To be called between two loops. The agent is none of :attr:`agents` any more.
+        To be called between two loops. Removes the agent from :attr:`agents`.
         """
         agent.kill()
         self._dead.append(agent)
@@ -107,7 +106,7 @@ class Team(Closing):
             watcher.left(agent)
 
     def reorder(self, names: Sequence[str]) -> None:
-        """Let the agents take their turns in this order from the next loop on."""
+        """Change the order of the agents, from the next loop on."""
         for agent in self.agents:
             agent.leave_loop()
         self.agents = tuple(sorted(self.agents, key=lambda agent: names.index(agent.name)))
@@ -115,12 +114,12 @@ class Team(Closing):
             agent.enter_loop()
 
     def restart(self, name: str) -> None:
-        """Make and start an agent that was killed, as a process that starts again.
+        """Start a killed agent again, as a new process would.
 
-        :raises CxbridgeError: when the agent cannot be made.
+        :raises CxbridgeError: if the agent cannot be made.
         """
-        one, more = self._one(self._base, name), self._components(name)
-        agent = Run(self.options, one, None, self._additions, more)
+        base, components = self._base_of(self._base, name), self._components(name)
+        agent = Run(self.options, base, None, self._additions, components)
         self.agents = (*self.agents, agent)
         for watcher in self.watchers:
             watcher.joined(agent)
@@ -128,26 +127,26 @@ class Team(Closing):
 
     @property
     def is_over(self) -> bool:
-        """Whether all agents have nothing left to do."""
+        """Whether all agents have finished."""
         return all(agent.is_over for agent in self.agents)
 
     @property
     def loss(self) -> str:
-        """Why the run cannot come to its end; empty while it can."""
+        """The lost component that the run needs, with the reason; empty if none is lost."""
         return next((agent.loss for agent in self.agents if agent.loss), "")
 
     def interrupt(self) -> None:
-        """End the rules that fire now, and let no rule fire any more. From any thread."""
+        """Stop the current rules and all further rules. Callable from any thread."""
         for agent in self.agents:
             agent.interrupt()
 
     def finalize(self) -> None:
-        """Run the rules of all agents for the shutdown."""
+        """Run the finalization rules of all agents."""
         for agent in self.agents:
             agent.finalize()
 
     def close(self) -> None:
-        """Stop everything and let go of it."""
+        """Stop all agents and release their resources."""
         with ExitStack() as stack:
             stack.callback(self._memory.close)
             for agent in (*self._dead, *self.agents):
@@ -156,9 +155,9 @@ class Team(Closing):
 
 
 class AgentBus(EventBus):
-    """The bus of one agent of several: its events go to the run's bus, too, under the agent's name.
+    """The bus of one agent in a team. It forwards events to the run's bus under the agent's name.
 
-    :param name: the agent's, which is that of its environment.
+    :param name: the name of the agent and its environment.
     :param run: the bus of the run.
     """
 
@@ -168,11 +167,11 @@ class AgentBus(EventBus):
         self._run = run
 
     def wants(self, event_type: type[Event]) -> bool:
-        """Whether anybody listens to this type, here or there."""
+        """Return whether this bus or the run's bus has a subscriber for the type."""
         return super().wants(event_type) or self._run.wants(event_type)
 
     def emit(self, event: Event) -> None:
-        """Hand ``event`` to the sinks here, and, with the agent's name, to those of the run."""
+        """Emit an event here, and on the run's bus with the agent's name."""
         super().emit(event)
         if isinstance(event, Publication | InterfaceMessage):
             kind, mark, own = event.uid.partition("::")
@@ -180,15 +179,15 @@ class AgentBus(EventBus):
         self._run.emit(event)
 
     def logger(self, component: str) -> Logger:
-        """Return a logger for a component of the agent."""
+        """Return a logger for a component, named after agent and component."""
         named = component.endswith((f"({self._name})", f"|{self._name}"))
         return Logger(self, component if named else f"{self._name}/{component}")
 
 
 class SharedMemory:
-    """The shared part of the embedded robot memories of a run's agents: the distributed databases.
+    """The shared robot memory of a team: the distributed databases.
 
-    :param base: whose configuration says where they survive.
+    :param base: its configuration names the file of the databases.
     """
 
     def __init__(self, base: RunBase) -> None:
@@ -196,11 +195,11 @@ class SharedMemory:
         self._store: Store | None = None
 
     def part(self, agent: str, settings: Settings) -> Store:
-        """Return an agent's robot memory: its databases, and the shared ones.
+        """Return an agent's robot memory: separate databases, and the shared ones.
 
-        :raises CxbridgeError: when a file cannot be used.
+        :raises CxbridgeError: if a file cannot be used.
         """
-        # most runs have no robot memory
+        # imported on use: most runs have no robot memory
         from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
         from cxbridge.executive.robmem.split import SplitStore  # noqa: PLC0415
 
@@ -213,7 +212,6 @@ class SharedMemory:
         return SplitStore(EmbeddedStore(clock, own), self._store, settings.distributed)
 
     def close(self) -> None:
-        """Close it."""
         if self._store is not None:
             self._store.close()
             self._store = None

@@ -1,1 +1,1 @@
-"""The features that environments can request: config, blackboard, redefine-warning, pddl-parser."""
+"""Features that environments can request."""

@@ -1,7 +1,7 @@
-"""The feature `blackboard`: interfaces as facts, messages to writers.
+"""The feature ``blackboard``: interfaces as facts, messages to their writers.
 
-Facts: compat clips-functions, feature `blackboard`. Interfaces opened for reading are read by the rule
-``blackboard-read`` on every ``time`` fact; each refresh becomes one fact of a template named after the type.
+The rule ``blackboard-read`` reads the interfaces at each ``time`` fact. Each refreshed interface becomes a
+fact of the template named after its type.
 """
 
 from __future__ import annotations
@@ -27,30 +27,30 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 
 _INTERFACE = Symbol("blackboard-interface")
+# Errors of a type's definition, which are mistakes of the agent.
 _DEFINITION_ERRORS = (InterfaceError, UnknownTypeError)
-"""That a type cannot be used: a mistake of the agent itself."""
 
 _PRELOAD_ID = "__clips_blackboard_preload__"
 
 
 class _BlackBoardContext(Struct):
-    """The feature's state of one environment."""
+    """The feature's state in one environment."""
 
     env: ClipsEnvironment
     log: Logger
     defined: set[str]
-    """The types whose templates the environment has; they stay when the feature is removed from it."""
+    """The types with a template in the environment. Templates stay when the feature is removed."""
     reading: dict[str, list[Interface]] = field(default_factory=dict)
     writing: dict[str, list[Interface]] = field(default_factory=dict)
     messages: dict[int, tuple[Interface, Message]] = field(default_factory=dict)
     handles: itertools.count[int] = field(default_factory=lambda: itertools.count(1))
 
     def has_slot(self, name: str) -> bool:
-        """Whether the template ``blackboard-interface`` has a slot."""
+        """Return whether the template ``blackboard-interface`` has a slot."""
         return bool(self.env.call("deftemplate-slot-existp", _INTERFACE, Symbol(name)) == TRUE)
 
     def writer(self, uid: str) -> Interface | None:
-        """Return the instance opened for writing, None after a warning."""
+        """Return an interface opened for writing; None after a warning."""
         kind, _, _identifier = uid.partition("::")
         if kind not in self.writing:
             self.log.warn(f"No interface of type {kind} opened for, writing in environment {self.env.name}")
@@ -63,11 +63,12 @@ class _BlackBoardContext(Struct):
 
 
 class BlackBoardFeature(Feature):
-    """Gives the ``blackboard-*`` functions.
+    """Provides the ``blackboard-*`` functions.
 
-    :param board: the blackboard that environments see.
-    :param retract_early: Fawkes' ``/clips/retract-early``: interface facts live for one run only.
-    :param sender: the thread name of messages: in Fawkes the executive has a separate thread.
+    :param board: the blackboard of the environments.
+    :param retract_early: Fawkes' ``/clips/retract-early``: retract interface facts after each run of the
+        rules.
+    :param sender: the sender of messages, by default the name of the executive's thread in Fawkes.
     """
 
     name = "blackboard"
@@ -82,7 +83,6 @@ class BlackBoardFeature(Feature):
         self._defined: WeakKeyDictionary[ClipsEnvironment, set[str]] = WeakKeyDictionary()
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Load the templates and define the functions."""
         env.call("path-load", "blackboard.clp")
         defined = self._defined.setdefault(env, set())
         context = _BlackBoardContext(env, env.bus.logger(f"BBCLIPS|{env.name}"), defined)
@@ -100,7 +100,7 @@ class BlackBoardFeature(Feature):
     def _define(
         self, env: ClipsEnvironment, name: str, function: Function, minimum: int = 0, types: str = "*"
     ) -> None:
-        """Define a function; a feature that derives may leave some out."""
+        """Define a function. Subclasses override this to leave out functions."""
         env.define(name, function, minimum, types=types)
 
     def _define_interfaces(self, env: ClipsEnvironment, context: _BlackBoardContext) -> None:
@@ -133,14 +133,12 @@ class BlackBoardFeature(Feature):
             define(name, lambda *args: self._set_msg_field(context, *args), 3, types=types)
         define("blackboard-send-msg", lambda msg: self._send_msg(context, msg), 1, types="*;e")
 
-    # --- interfaces -------------------------------------------------------------------------------------
-
     @staticmethod
     def _enable_time_read(env: ClipsEnvironment) -> None:
         env.build("(defrule blackboard-read (declare (salience 1000)) (time $?) => (blackboard-read))")
 
     def _define_type(self, context: _BlackBoardContext, interface: Interface) -> bool:
-        """Build the deftemplate of an interface type and what retracts its facts, once a type."""
+        """Build the deftemplate of an interface type, and the construct that retracts its facts, once."""
         if interface.type in context.defined:
             return True
         template = interface_facts.deftemplate(interface)
@@ -174,7 +172,7 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _report_definition(context: _BlackBoardContext, kind: str, error: CxbridgeError) -> None:
-        """Explain why an interface cannot be opened; a type that is not defined is a mistake of the agent."""
+        """Log why an interface cannot be opened. A faulty definition counts as the agent's mistake."""
         loader = context.env.loader
         if not isinstance(error, _DEFINITION_ERRORS):
             context.log.warn(str(error))
@@ -211,7 +209,7 @@ class BlackBoardFeature(Feature):
             "uid": interface.uid,
             "writing": TRUE if writing else FALSE,
         }
-        # the template of the executive for ROS 2 has neither
+        # ros2_cx's template lacks these slots
         marks = {"hash": interface.hash.hex().upper(), "serial": str(interface.serial)}
         slots |= {name: value for name, value in marks.items() if context.has_slot(name)}
         context.env.assert_fact(str(_INTERFACE), slots)
@@ -226,7 +224,7 @@ class BlackBoardFeature(Feature):
                     break
 
     def _read(self, context: _BlackBoardContext) -> None:
-        """Read the opened interfaces; a refreshed one becomes a fact."""
+        """Read the open interfaces; assert a fact for each refreshed one."""
         env = context.env
         for kind in sorted(context.reading):
             for interface in context.reading[kind]:
@@ -265,15 +263,13 @@ class BlackBoardFeature(Feature):
 
     @staticmethod
     def _store(context: _BlackBoardContext, block: Interface | Message, name: str, value: Value) -> bool:
-        """Set a field of an interface or message; whether it could be, else an error is logged."""
+        """Set a field of an interface or message; log an error. Return whether it was set."""
         try:
             interface_facts.store(block, name, value)
         except CxbridgeError as error:
             context.log.error(str(error))
             return False
         return True
-
-    # --- messages ---------------------------------------------------------------------------------------
 
     def _create_msg(self, context: _BlackBoardContext, uid: str, message_type: str) -> Value:
         kind = uid.partition("::")[0]
@@ -326,7 +322,7 @@ class BlackBoardFeature(Feature):
         try:
             return interface.msgq_enqueue(message)
         except NoWriterError:
-            # the blackboard has reported it already
+            # the blackboard has reported it
             return 0
         except CxbridgeError as error:
             context.log.warn(f"Failed to send message: {error}")

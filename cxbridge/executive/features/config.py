@@ -1,4 +1,4 @@
-"""The feature `config`: configuration values as facts. Facts: compat clips-functions, feature `config`."""
+"""The feature ``config``: configuration values as facts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
 
 
 def clips_scalar(text: str) -> Value:
-    """Return what CLIPS reads the text of a number as: INTEGER, FLOAT, else SYMBOL (``0x10`` is one)."""
+    """Return the CLIPS value of a number's text: INTEGER or FLOAT, else SYMBOL, e.g. for ``0x10``."""
     if _INTEGER.match(text):
         return int(text)
     if _FLOAT.match(text):
@@ -24,7 +24,7 @@ def clips_scalar(text: str) -> Value:
 
 
 class ConfigFeature(Feature):
-    """Gives ``config-load`` and the template ``confval``.
+    """Provides ``config-load`` and the template ``confval``.
 
     :param config: the configuration of the run.
     """
@@ -35,18 +35,17 @@ class ConfigFeature(Feature):
         self._config = config
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Load the template and define the function."""
         env.call("path-load", "ff-config.clp")
         env.define("config-load", lambda prefix: self._load(env, prefix), 1, types="*;sy")
 
     def _load(self, env: ClipsEnvironment, prefix: str) -> None:
-        """Assert a ``confval`` for each value below ``prefix``, in the order of their paths."""
+        """Assert a ``confval`` for each value below ``prefix``, sorted by path."""
         for slots in confvals(self._config, prefix):
             env.assert_fact("confval", slots)
 
 
 def confvals(config: Configuration, prefix: str) -> Iterator[dict[str, Value]]:
-    """Yield the slots of a ``confval`` for each value below ``prefix``, in the order of their paths."""
+    """Yield the slots of a ``confval`` for each value below ``prefix``, sorted by path."""
     for item in config.search(prefix):
         slots: dict[str, Value] = {"path": item.path, "type": Symbol(item.type.name)}
         if item.is_list:
@@ -58,7 +57,7 @@ def confvals(config: Configuration, prefix: str) -> Iterator[dict[str, Value]]:
 
 
 def _convert(item: ConfigValue, text: str) -> Value:
-    """Return one scalar as Fawkes' feature hands it to CLIPS."""
+    """Return one scalar as the CLIPS value that Fawkes makes of it."""
     if item.type is ConfigType.STRING:
         return text
     if item.type is ConfigType.BOOL:

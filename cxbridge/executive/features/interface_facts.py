@@ -1,8 +1,7 @@
-"""Interfaces as CLIPS sees them: the deftemplate of a type, the slots of its facts, values back into fields.
+"""The mapping between interfaces and CLIPS: deftemplates, slots of facts, and field values.
 
-The mapping is Fawkes' (compat clips-functions, feature `blackboard`), with these differences where Fawkes' is
-of no use: infinities become the greatest double with their sign, NaN the greatest double, a STRING is taken
-for an enum's item, a ``byte`` field can be set.
+The mapping follows Fawkes, except that infinities and NaN become the greatest double, enum items may be
+STRINGs, and ``byte`` fields are writable.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ def _is_multislot(field: FieldSchema) -> bool:
 
 
 def deftemplate(interface: Interface) -> str:
-    """Return the deftemplate whose facts describe interfaces of this type."""
+    """Return the deftemplate for facts of this interface type."""
     lines = [
         f"(deftemplate {interface.type}",
         "  (slot id (type STRING))",
@@ -48,18 +47,18 @@ def deftemplate(interface: Interface) -> str:
 
 
 def cleanup_function(kind: str) -> str:
-    """Return the deffunction that retracts the facts of one interface of a type."""
+    """Return the deffunction that retracts the facts of an interface."""
     query = f"(do-for-all-facts ((?f {kind})) (eq ?f:id ?id) (retract ?f))"
     return f"(deffunction {kind}-cleanup-late (?id)\n  {query})"
 
 
 def cleanup_rule(kind: str) -> str:
-    """Return the rule that retracts a type's facts at the end of each run (``/clips/retract-early``)."""
+    """Return the rule that retracts the facts of a type at the end of each run (``/clips/retract-early``)."""
     return f"(defrule {kind}-cleanup (declare (salience -10000)) ?f <- ({kind}) => (retract ?f))"
 
 
 def slots(interface: Interface) -> dict[str, Value]:
-    """Return the slots of the fact about a read interface."""
+    """Return the slots of an interface's fact."""
     values: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
     for field in interface.SCHEMA.fields:
         value = getattr(interface, field.name)
@@ -85,16 +84,16 @@ def _to_clips(field: FieldSchema, value: Value) -> Value:
 
 
 def _finite(value: float) -> float:
-    """Return what Fawkes' six decimals leave of a number; CLIPS has no infinity and no NaN."""
+    """Return a number with Fawkes' six decimals. CLIPS has neither infinity nor NaN."""
     if math.isfinite(value):
         return float(f"{value:f}")
     return -sys.float_info.max if value == -math.inf else sys.float_info.max
 
 
 def store(block: Block, name: str, value: Value) -> None:
-    """Set a field from a value of CLIPS; a multifield sets as many elements of an array as it has.
+    """Set a field from a CLIPS value. A multifield sets the first elements of an array.
 
-    :raises InterfaceError: for an unknown field or a value that does not fit.
+    :raises InterfaceError: if the field is unknown or the value does not fit.
     """
     field = next((field for field in block.SCHEMA.fields if field.name == name), None)
     if field is None:
@@ -129,7 +128,7 @@ def _from_clips(block: Block, field: FieldSchema, value: Value) -> Value:
 
 
 def _enum_item(block: Block, field: FieldSchema, value: Value) -> int:
-    """Return the number of an enum's item."""
+    """Return the number of an enum item."""
     assert field.enum is not None
     for item in field.enum.items:
         if item.name == str(value):

@@ -1,4 +1,4 @@
-"""The feature `motor-switch` of the RCLL agent: switch a robot's motors on and off. See docs/features.md."""
+"""The feature ``motor-switch`` of the RCLL agent: switches a robot's motors. See docs/features.md."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _LOG = "ClipsMotorSwitchThread"
 
 
 class MotorSwitchFeature(Feature):
-    """Gives ``motor-enable`` and ``motor-disable``.
+    """Provides ``motor-enable`` and ``motor-disable``.
 
-    They send the message ``SetMotorState`` to a MotorInterface: there is no ROS service here.
+    The functions send ``SetMotorState`` to a MotorInterface, in place of Fawkes' ROS service.
 
-    :param interface_id: ``/clips-motor-switch/interface-id``.
+    :param interface_id: the value of ``/clips-motor-switch/interface-id``.
     """
 
     name = "motor-switch"
@@ -31,12 +31,10 @@ class MotorSwitchFeature(Feature):
         self._opened: dict[str, Any] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the functions."""
         env.define("motor-enable", lambda: self._switch(env, on=True))
         env.define("motor-disable", lambda: self._switch(env, on=False))
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Close the interface."""
         motor = self._opened.pop(env.name, None)
         if motor is not None:
             motor.close()

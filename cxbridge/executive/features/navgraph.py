@@ -1,4 +1,4 @@
-"""The feature `navgraph`: the graph as facts, and edges that no way may use. See docs/navgraph.md."""
+"""The feature ``navgraph``: the navigation graph as facts, and blocked edges. See docs/navgraph.md."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _LOG = "ClipsNavGraphThread"
 
 
 class NavGraphFeature(Feature):
-    """Gives ``navgraph-block-edge``, ``navgraph-unblock-edge`` and the facts of the graph.
+    """Provides ``navgraph-block-edge``, ``navgraph-unblock-edge`` and the facts of the graph.
 
-    :param graph: returns the graph, the same each time; raises a CxbridgeError when there is none.
+    :param graph: returns the shared graph; raises a CxbridgeError without one.
     """
 
     name = "navgraph"
@@ -31,7 +31,6 @@ class NavGraphFeature(Feature):
         self._asserted: dict[str, int] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Load the templates, assert the graph, define the functions."""
         env.load(_FILE)
         self._assert_graph(env)
         define = env.define
@@ -39,7 +38,7 @@ class NavGraphFeature(Feature):
         define("navgraph-unblock-edge", lambda *ends: self._set(env, *ends, block=False), 2, types="*;sy;sy")
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        """Report the graph again when it has changed."""
+        """Assert the graph again after a change."""
         asserted = self._asserted.get(env.name)
         if asserted is not None and asserted != self._graph().revision:
             env.bus.logger(_LOG).debug(f"Graph changed, re-asserting in environment {env.name}")
@@ -47,11 +46,10 @@ class NavGraphFeature(Feature):
             self._assert_graph(env)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Forget the environment."""
         self._asserted.pop(env.name, None)
 
     def _assert_graph(self, env: ClipsEnvironment) -> None:
-        """Assert the graph, or that there is none."""
+        """Assert the graph, or ``navgraph-load-fail``."""
         try:
             graph = self._graph()
         except CxbridgeError as error:
@@ -78,7 +76,7 @@ class NavGraphFeature(Feature):
             )
 
     def _set(self, env: ClipsEnvironment, start: str, end: str, *, block: bool) -> None:
-        """Block or unblock an edge, both ways, as Fawkes' constraint does."""
+        """Block or unblock an edge in both directions, as Fawkes' constraint does."""
         try:
             graph = self._graph()
         except CxbridgeError:
@@ -99,10 +97,10 @@ class NavGraphFeature(Feature):
 
 
 def _flat(properties: Mapping[str, str]) -> tuple[Value, ...]:
-    """Return names and values in turn, sorted by name."""
+    """Return alternating names and values, sorted by name."""
     return tuple(text for name in sorted(properties) for text in (name, properties[name]))
 
 
 def _six(number: float) -> float:
-    """Return a coordinate as Fawkes writes it into facts: with six decimals."""
+    """Return a coordinate with the six decimals of Fawkes' facts."""
     return float(f"{number:f}")

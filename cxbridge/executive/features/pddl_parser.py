@@ -1,4 +1,4 @@
-"""The feature `pddl-parser`: PDDL domains and formulas as facts. Facts: docs/pddl.md."""
+"""The feature ``pddl-parser``: PDDL domains and formulas as facts, see docs/pddl.md."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _FAWKES: Final = "fawkes"
 
 
 def reads_as_fawkes(config: Configuration) -> bool:
-    """Return whether PDDL is read as Fawkes' parser reads it: its errors, and the parts that it drops.
+    """Return whether to imitate Fawkes' PDDL parser, including its errors and ignored sections.
 
-    :raises ConfigError: for another value than ``fawkes``.
+    :raises ConfigError: if the value is not ``fawkes``.
     """
     value = config.get_str(STRICT, default="")
     if value not in ("", _FAWKES):
@@ -35,7 +35,7 @@ def reads_as_fawkes(config: Configuration) -> bool:
 
 
 class PddlParserFeature(Feature):
-    """Gives ``parse-pddl-domain`` and ``parse-pddl-formula``.
+    """Provides ``parse-pddl-domain`` and ``parse-pddl-formula``.
 
     :param as_fawkes: see :func:`reads_as_fawkes`.
     """
@@ -47,16 +47,14 @@ class PddlParserFeature(Feature):
         self._domains: dict[str, Domain] = {}
 
     def domain_of(self, env: ClipsEnvironment) -> Domain | None:
-        """Return the domain that an environment parsed last; None when it parsed none."""
+        """Return the last domain parsed in an environment, or None."""
         return self._domains.get(env.name)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Forget the environment's domain."""
         self._domains.pop(env.name, None)
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the functions."""
-        # the parser is only for agents that ask for it
+        # imported on use: most agents do not parse PDDL
         from cxbridge.executive.pddl import (  # noqa: PLC0415
             domain_facts,
             formula_facts,
@@ -107,7 +105,7 @@ class PddlParserFeature(Feature):
 
 
 def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
-    """Assert the rows in order; a refused row is logged, and the next ones follow."""
+    """Assert the rows in order. Log refused rows and continue."""
     for row in rows:
         slots = {slot: _fields(value) for slot, value in row.slots.items()}
         try:
@@ -117,9 +115,9 @@ def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
 
 
 def _fields(value: str | tuple[str, ...]) -> Value:
-    """Return the fields of a slot: symbols, and numbers for names that CLIPS would print unchanged.
+    """Return a slot's values: names as symbols, but as numbers where CLIPS prints the same text.
 
-    Agents write such a name as a number, ``(domain-object (name 1))``. Other names stay names: ``01`` is not
+    Agents write ``(domain-object (name 1))`` with a number. ``01`` stays a symbol, because CLIPS would print
     1.
     """
     return _field(value) if isinstance(value, str) else tuple(map(_field, value))

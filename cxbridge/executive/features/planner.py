@@ -1,4 +1,7 @@
-"""The feature `planner`: plans from the facts at hand, made in the background. See docs/planning.md."""
+"""The feature ``planner``: plans made in the background from the environment's facts.
+
+See docs/planning.md.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,7 @@ _NEEDED_BY_GOALS = ("goal", "plan", "plan-action")
 
 
 class _PlannerUser(PlanningUser):
-    """An environment that plans."""
+    """The planning of one environment."""
 
     def __init__(
         self,
@@ -46,17 +49,15 @@ class _PlannerUser(PlanningUser):
         self._parts: dict[str, Collection[str] | None] = {}
         self._reporters: dict[str, PlannerCallReporter] = {}
         self._began_us: dict[str, int] = {}
-        self._made = 0
-        self._refused = 0
+        self._call_count = 0
+        self._refused_count = 0
         self._goals_loaded = False
-
-    # ---- functions
 
     def plan(self, goal_id: str, formula: str, planner: str = "", timeout: float = 0.0) -> Value:
         return self._plan(goal_id, formula, planner, timeout)
 
     def plan_part(self, goal_id: str, formula: str, objects: tuple[Value, ...]) -> Value:
-        """Plan with some objects only, and with the facts about these objects."""
+        """Plan with some objects, and the facts about them."""
         return self._plan(goal_id, formula, objects=frozenset(map(str, objects)))
 
     def _plan(
@@ -67,17 +68,17 @@ class _PlannerUser(PlanningUser):
         timeout: float = 0.0,
         objects: Collection[str] | None = None,
     ) -> Value:
-        """Start planning; return the id of the call, which has FAILED already when that is impossible."""
+        """Start planning; return the id of the call. An impossible request has FAILED at once."""
         try:
             request, reporter = self.request(goal_id, formula, planner, timeout, objects)
         except PddlError as error:
             self._log.error(f"Cannot plan for {formula}: {error}")
             slots = {"status": Symbol("FAILED"), "message": str(error), "planner": Symbol(planner or NIL)}
-            self._refused += 1
+            self._refused_count += 1
             refused_id = Symbol(f"no-plan-{self._refused}")
             self.env.assert_fact("planner-call", {"id": refused_id, "goal-id": Symbol(goal_id), **slots})
             return refused_id
-        self._made += 1
+        self._call_count += 1
         call_id = Symbol(f"plan-{self._made}")
         self._parts[call_id] = objects
         self._reporters[call_id] = reporter.started(call_id, request.problem)
@@ -109,14 +110,12 @@ class _PlannerUser(PlanningUser):
         functions = {function.name for function in domain.functions}
         return [each for each in numbers_in(self.env).items() if each[0][0] in functions] if functions else []
 
-    # ---- results
-
     def before_run(self) -> None:
-        """Assert the plans that are ready."""
+        """Assert the finished plans."""
         if not self._goals_loaded:
             self._load_goals()
         self._checks.refresh()
-        # a virtual clock stands still during the call, so that runs repeat
+        # a virtual clock does not advance during the call, so that runs are reproducible
         waits = self.env.bus.clock.is_virtual
         for call_id, call in list(self._calls.items()):
             result = call.wait() if waits else call.result
@@ -125,11 +124,11 @@ class _PlannerUser(PlanningUser):
                 self._assert_result(call_id, call.request, result)
 
     def check(self, plan_id: str) -> Value:
-        """Check the rest of a plan."""
+        """Check the remaining actions of a plan."""
         return self._checks.check(plan_id)
 
     def _load_goals(self) -> None:
-        """Load the rules for goals as soon as there are goals and plans."""
+        """Load the rules for goals once the templates of goals and plans exist."""
         if all(self.env.has_template(name) for name in _NEEDED_BY_GOALS):
             self._goals_loaded = True
             self.env.load(_FILES / "goals.clp")
@@ -162,7 +161,7 @@ class _PlannerUser(PlanningUser):
         )
 
     def close(self) -> None:
-        """Cancel all planning and end the planners' processes."""
+        """Cancel all calls and stop the planner processes."""
         self.service.close()
         for call_id, call in self._calls.items():
             if (result := call.wait()) is not None:
@@ -188,14 +187,13 @@ class _PlannerUser(PlanningUser):
 
 
 class PlannerFeature(PlanningFeature[_PlannerUser]):
-    """Gives ``planner-plan``, its kin, ``planner-cancel`` and ``planner-check``."""
+    """Provides ``planner-plan`` and its variants, ``planner-cancel`` and ``planner-check``."""
 
     name = "planner"
 
     def make_user(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
     ) -> _PlannerUser:
-        """Define the functions and the template of calls."""
         user = _PlannerUser(env, service, settings, domain_of)
         env.load(_FILES / "calls.clp")
         env.define("planner-plan", user.plan, 2, types="*;sy;sy")

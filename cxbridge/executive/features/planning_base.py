@@ -1,4 +1,4 @@
-"""The base of features that plan: a planning service per environment, its requests, plans as facts."""
+"""Base classes of planning features: a planning service per environment, requests, plans as facts."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ if TYPE_CHECKING:
     from cxbridge.executive.planning import PlannedAction, PlannerCallReporter, PlanningService, PlanRequest
 
 DomainOf = Callable[[ClipsEnvironment], "Domain | None"]
-"""Returns the domain that an environment parsed last; None when it parsed none."""
+"""Returns the last domain parsed in an environment, or None."""
 
 MakeService = Callable[[str], "PlanningService"]
-"""Makes the service that plans for the environment of this name."""
+"""Makes the planning service of an environment."""
 
 Known = tuple[list[tuple[str, str]], list[tuple[str, tuple[str, ...]]]]
-"""Objects with their types, and facts: predicate and values."""
+"""Objects with their types, and facts as predicate and arguments."""
 
 Numbers = list[tuple[tuple[str, tuple[str, ...]], float]]
-"""Values of functions: function and arguments, and the value."""
+"""Function values: function, arguments and value."""
 
 
 class PlanningUser:
-    """An environment that plans.
+    """The planning of one environment.
 
     :param env: the environment.
-    :param service: plans for this environment only.
-    :param settings: which planner, how long.
-    :param domain_of: returns its domain.
+    :param service: the planning service of this environment.
+    :param settings: planner and timeout.
+    :param domain_of: returns the environment's domain.
     """
 
     def __init__(
@@ -53,19 +53,19 @@ class PlanningUser:
 
     @property
     def domain(self) -> Domain | None:
-        """The domain that the environment parsed last."""
+        """The last domain parsed in the environment."""
         return self._domain_of(self.env)
 
     @abstractmethod
     def known(self, domain: Domain) -> Known:
-        """Return the objects and facts that a problem begins with."""
+        """Return the objects and facts of a problem's initial state."""
 
     def numbers(self, domain: Domain) -> Numbers:  # noqa: ARG002 - most know none
-        """Return the values of functions that a problem begins with."""
+        """Return the function values of a problem's initial state."""
         return []
 
     def part(self, domain: Domain, objects: Collection[str] | None) -> tuple[Known, Numbers]:
-        """Return the start of a problem with some objects only, the constants being among them.
+        """Return an initial state restricted to some objects and all constants.
 
         :param objects: None: all objects.
         """
@@ -80,11 +80,11 @@ class PlanningUser:
 
     @abstractmethod
     def before_run(self) -> None:
-        """Assert the plans that are ready."""
+        """Assert the finished plans."""
 
     @abstractmethod
     def close(self) -> None:
-        """Cancel the calls that still run, and end the planners' processes."""
+        """Cancel the running calls and stop the planner processes."""
 
     def request(
         self,
@@ -94,12 +94,12 @@ class PlanningUser:
         timeout: float = 0.0,
         objects: Collection[str] | None = None,
     ) -> tuple[PlanRequest, PlannerCallReporter]:
-        """Return a request for a plan, and what reports the call to the bus.
+        """Return a planning request, and the reporter of the call.
 
-        :param planner: its name; empty: that of the settings.
-        :param timeout: seconds; 0: those of the settings.
-        :param objects: those that the problem has; None: all.
-        :raises PddlError: when there is no domain, or the formula does not fit it; the bus has the reason.
+        :param planner: the planner's name; empty: as in the settings.
+        :param timeout: seconds; 0: as in the settings.
+        :param objects: the objects of the problem; None: all.
+        :raises PddlError: without a domain, or if the formula does not fit it. The bus gets the reason.
         """
         from cxbridge.executive.pddl import parse_formula, problem_of_facts  # noqa: PLC0415
         from cxbridge.executive.planning import PlannerCallReporter, PlanRequest  # noqa: PLC0415
@@ -122,10 +122,10 @@ class PlanningUser:
     def assert_plan(
         self, plan_id: Symbol, goal_id: Symbol, actions: Iterable[PlannedAction], *, timed: bool = False
     ) -> None:
-        """Assert a plan, then its actions.
+        """Assert a plan and its actions.
 
-        :param timed: with dispatch times and durations, as a temporal plan.
-        :raises CxbridgeError: when CLIPS refuses a fact.
+        :param timed: include dispatch times and durations, for a temporal plan.
+        :raises CxbridgeError: if CLIPS refuses a fact.
         """
         kind = Symbol("TEMPORAL" if timed else "SEQUENTIAL")
         self.env.assert_fact("plan", {"id": plan_id, "goal-id": goal_id, "type": kind})
@@ -147,11 +147,11 @@ UserT = TypeVar("UserT", bound=PlanningUser)
 
 
 class PlanningFeature(Feature, Generic[UserT]):
-    """A feature that gives each environment a planning service.
+    """A feature with a planning service per environment.
 
-    :param settings: which planner, how long.
-    :param domain_of: returns the domain that an environment parsed last.
-    :param make_service: makes the service that plans for an environment; None: by planners.
+    :param settings: planner and timeout.
+    :param domain_of: returns the last domain parsed in an environment.
+    :param make_service: makes the service of an environment; None: planners.
     """
 
     def __init__(
@@ -171,18 +171,15 @@ class PlanningFeature(Feature, Generic[UserT]):
     def make_user(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
     ) -> UserT:
-        """Return what plans for an environment, with its functions defined."""
+        """Make the planning of an environment and define its functions."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Start a planner's process and define the functions."""
         service = self._make_service(env.name)
         service.warm_up()
         self._users[env.name] = self.make_user(env, service, self._settings, self._domain_of)
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        """Assert the plans that are ready."""
         self._users[env.name].before_run()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Cancel the calls that still run, and end the planners' processes."""
         self._users.pop(env.name).close()

@@ -1,4 +1,4 @@
-"""The feature `redefine-warning`: an error in the log when a file defines a construct that exists."""
+"""The feature ``redefine-warning``: logs an error if a file redefines a construct."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 
 
 class RedefineWarningFeature(Feature):
-    """Makes the loader report redefinitions. Nothing is prevented, as in Fawkes."""
+    """Makes the loader report redefinitions. As in Fawkes, the redefinition still happens."""
 
     name = "redefine-warning"
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Switch it on."""
         env.loader.warn_redefinitions = True
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Switch it off."""
         env.loader.warn_redefinitions = False

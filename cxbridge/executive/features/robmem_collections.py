@@ -1,4 +1,4 @@
-"""The functions ``robmem-*``: collections read, written, watched, dumped and restored from CLIPS."""
+"""The ``robmem-*`` functions: read, write, watch, dump and restore collections from CLIPS."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from cxbridge.executive.robmem.values import Document, copy
 
 
 class CollectionFunctions:
-    """Defines the functions in an environment. Mistakes and failures are logged, as in Fawkes.
+    """Defines the functions in an environment. Errors are logged, as in Fawkes.
 
-    :param folder: finds a folder that rules name.
+    :param folder: resolves a folder named by rules.
     """
 
     def __init__(
@@ -50,11 +50,7 @@ class CollectionFunctions:
         ):
             env.define(name, function, function.__code__.co_argcount - 1, types=types)
 
-    # --- writing ------------------------------------------------------------------------------------------
-
     def insert(self, collection: str, doc: Value) -> None:
-        """Insert a document."""
-
         def insert() -> bool:
             self._store.insert(collection, self._document(doc, "robmem-insert"))
             return True
@@ -62,11 +58,11 @@ class CollectionFunctions:
         self._attempt("Insert", insert)
 
     def update(self, collection: str, doc: Value, query: Value) -> None:
-        """Set the fields of a document in all that fit."""
+        """Set the fields of ``doc`` in all matching documents."""
         self._update(collection, doc, query, upsert=False)
 
     def upsert(self, collection: str, doc: Value, query: Value) -> None:
-        """Set the fields of a document in all that fit; insert one when none does."""
+        """Set the fields of ``doc`` in all matching documents; insert a document if none matches."""
         self._update(collection, doc, query, upsert=True)
 
     def _update(self, collection: str, doc: Value, query: Value, *, upsert: bool) -> None:
@@ -78,14 +74,14 @@ class CollectionFunctions:
             try:
                 self._store.update(collection, wanted, {"$set": changes}, upsert=upsert)
             except DuplicateKeyError as error:
-                # how wm-robmem-sync finds out that another agent has a newer document
+                # rules of wm-robmem-sync detect by this that another agent has a newer document
                 self._log.debug(f"Update of {collection} refused: {error}")
             return True
 
         self._attempt("Update", update)
 
     def remove(self, collection: str, query: Value) -> None:
-        """Remove the documents that fit."""
+        """Remove the matching documents."""
 
         def remove() -> bool:
             self._store.remove(collection, self._document(query, "robmem-remove"))
@@ -94,11 +90,10 @@ class CollectionFunctions:
         self._attempt("Remove", remove)
 
     def create_index(self, collection: str, keys: Value) -> None:
-        """Create an index."""
         self._index(collection, keys, unique=False)
 
     def create_unique_index(self, collection: str, keys: Value) -> None:
-        """Create an index that refuses the same values twice."""
+        """Create an index that rejects duplicate values."""
         self._index(collection, keys, unique=True)
 
     def _index(self, collection: str, keys: Value, *, unique: bool) -> None:
@@ -108,14 +103,12 @@ class CollectionFunctions:
 
         self._attempt("Creating unique index" if unique else "Creating index", create)
 
-    # --- reading ------------------------------------------------------------------------------------------
-
     def query(self, collection: str, query: Value) -> Value:
-        """Return a cursor over the documents that fit."""
+        """Return a cursor over the matching documents."""
         return self._find(collection, query, None)
 
     def query_sort(self, collection: str, query: Value, order: Value) -> Value:
-        """Return a cursor over the sorted documents that fit."""
+        """Return a cursor over the sorted matching documents."""
         return self._find(collection, query, order)
 
     def _find(self, collection: str, query: Value, order: Value) -> Value:
@@ -128,7 +121,7 @@ class CollectionFunctions:
             return FALSE
 
     def cursor_next(self, cursor: Value) -> Value:
-        """Return the next document, FALSE when there is none."""
+        """Return the next document, or FALSE at the end."""
         try:
             found = next(self._handles.get(cursor, Cursor, "robmem-cursor-next").documents, None)
         except ClipsError as error:
@@ -137,22 +130,19 @@ class CollectionFunctions:
         return FALSE if found is None else self._handles.add(found)
 
     def cursor_more(self, _cursor: Value) -> None:
-        """End the right-hand side: Fawkes throws."""
+        """Raise an error, as in Fawkes. It ends the right-hand side."""
         raise ClipsError(
             "robmem-cursor-more is no longer supported", hint="robmem-cursor-next is FALSE at the end"
         )
 
     def cursor_destroy(self, cursor: Value) -> None:
-        """Forget a cursor."""
         try:
             self._handles.take(cursor, Cursor, "robmem-cursor-destroy")
         except ClipsError as error:
             self._log.error(str(error))
 
-    # --- files --------------------------------------------------------------------------------------------
-
     def dump(self, collection: str, directory: str) -> Value:
-        """Write a collection below a folder; TRUE on success."""
+        """Write a collection to a folder; return TRUE on success."""
 
         def dump() -> bool:
             dump_collection(self._store, collection, self._folder(directory))
@@ -161,7 +151,7 @@ class CollectionFunctions:
         return TRUE if self._attempt(f"Dumping collection {collection} to {directory}", dump) else FALSE
 
     def restore(self, collection: str, directory: str, target: str) -> Value:
-        """Replace a collection by its dump; TRUE on success."""
+        """Replace a collection by its dump; return TRUE on success."""
 
         def restore() -> bool:
             restore_collection(self._store, collection, self._folder(directory), target)
@@ -171,10 +161,8 @@ class CollectionFunctions:
             TRUE if self._attempt(f"Restoring collection {collection} from {directory}", restore) else FALSE
         )
 
-    # --- triggers -----------------------------------------------------------------------------------------
-
     def trigger_register(self, collection: str, query: Value, name: str) -> Value:
-        """Ask for events of a collection; a feedback fact says whether they come."""
+        """Register a trigger for changes of a collection. A feedback fact reports success."""
         try:
             wanted = copy(self._document(query, "robmem-trigger-register"))
         except ClipsError as error:
@@ -208,27 +196,25 @@ class CollectionFunctions:
             self._context.enqueue_fact(relation, SUCCESS, name, pointer_symbol(self._handles.add(trigger)))
 
     def trigger_destroy(self, trigger: Value) -> None:
-        """Stop reporting events of a trigger."""
+        """Remove a trigger."""
         try:
             self._handles.take(trigger, Trigger, "robmem-trigger-destroy").close()
         except ClipsError as error:
             self._log.error(str(error))
 
-    # --- arguments ----------------------------------------------------------------------------------------
-
     def _document(self, address: Value, function: str) -> Document:
-        """Return a document.
+        """Return the document behind an address.
 
-        :raises ClipsError: when it is none.
+        :raises ClipsError: unless the address is a document.
         """
         document: Document = self._handles.get(address, dict, function)
         return document
 
     def _query(self, query: Value) -> Document:
-        """Return a query, which may be written as JSON.
+        """Return a query, given as document or JSON.
 
-        :raises ClipsError: when it is none.
-        :raises QueryError: when it does not parse.
+        :raises ClipsError: unless the argument is a query.
+        :raises QueryError: if the JSON is invalid.
         """
         if isinstance(query, ExternalAddress):
             return self._document(query, "robmem-update: query")

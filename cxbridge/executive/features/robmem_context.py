@@ -1,4 +1,4 @@
-"""The state of the feature robot_memory for one environment, and the events that wait for it."""
+"""The feature robot_memory in one environment, with its queue of events."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _THREADS = 4
 
 
 class RobotMemoryContext:
-    """One environment with a robot memory.
+    """The robot memory of one environment.
 
-    Events and answers may come from any thread. They wait until the environment's next run begins, and are
-    asserted then in the order in which they came.
+    Events and replies may arrive in any thread. The environment's next run asserts them in their order of
+    arrival.
     """
 
     def __init__(self, env: ClipsEnvironment, memory: RobotMemory) -> None:
@@ -38,29 +38,28 @@ class RobotMemoryContext:
         self._threads: ThreadPoolExecutor | None = None
 
     def deliver(self) -> None:
-        """Assert received documents. The environment's lock must be held."""
+        """Assert the queued events. The environment must be locked."""
         for _ in range(len(self._inbox)):
             self._inbox.popleft()()
 
     def enqueue_fact(self, relation: str, *fields: Value) -> None:
-        """Let an ordered fact be asserted before the next run."""
+        """Queue an ordered fact for the next run."""
         self._inbox.append(lambda: self._assert(relation, fields))
 
     def enqueue_event(self, name: str, change: Change) -> None:
-        """Let the facts of an event be asserted before the next run."""
+        """Queue the facts of an event for the next run."""
         received_us = self.env.bus.clock.now_us()
         self._inbox.append(lambda: self._assert_event(name, change, received_us))
 
     def start(self, key: str, operation: Callable[[], None]) -> bool:
-        """Do something that may take its time; not while one of the same key is under way.
+        """Start a long operation, unless one with the same key is running.
 
-        A store in this process answers at once, so it is done at once: runs repeat.
-
-        :returns: whether it was started.
+        :returns: whether the operation was started.
         """
         running = self._tasks.get(key)
         if running is not None and not running.done():
             return False
+        # a local store is fast, and running it in this thread keeps runs reproducible
         if self.store.is_local:
             operation()
             return True
@@ -72,11 +71,11 @@ class RobotMemoryContext:
     def _guarded(self, key: str, operation: Callable[[], None]) -> None:
         try:
             operation()
-        except Exception as error:  # noqa: BLE001  nobody asks for the result
+        except Exception as error:  # noqa: BLE001  the result of the thread is not read
             self.log.error(f"{key}: {type(error).__name__}: {error}")
 
     def attempt(self, name: str, operation: Callable[[], bool]) -> bool:
-        """Whether an operation succeeded; an error goes to the log, and is none."""
+        """Run an operation; return its success, or False after logging its error."""
         try:
             return operation()
         except RobotMemoryError as error:
@@ -84,7 +83,7 @@ class RobotMemoryContext:
             return False
 
     def close(self) -> None:
-        """Stop reporting."""
+        """Stop the threads and drop queued events."""
         if self._threads is not None:
             self._threads.shutdown(wait=True, cancel_futures=True)
         self._inbox.clear()
@@ -96,7 +95,7 @@ class RobotMemoryContext:
             self.log.warn(f"Cannot assert ({relation} ...): {error}")
 
     def _assert_event(self, name: str, change: Change, received_us: int) -> None:
-        # each has a different time: rules take the oldest first
+        # distinct times: rules take the oldest event first
         self._last_event_us = max(received_us, self._last_event_us + 1)
         if self.env.assert_string(f"({name})") is None:
             self.log.warn(f"Asserting ({name}) failed: is it a name?")

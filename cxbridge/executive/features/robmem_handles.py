@@ -18,8 +18,8 @@ from cxbridge.executive.robmem.values import Document
 
 T = TypeVar("T")
 
+# Far from the numbers of messages, which are external addresses, too.
 _FIRST = 1 << 32
-"""Far from the numbers of messages, which are external addresses, too."""
 
 _MANY = 100_000
 

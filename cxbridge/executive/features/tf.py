@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from cxbridge.space.tf.publisher import TransformPublisher
 
 _LOG = "ClipsTFThread"
+# What failed: a multifield, not the symbol.
 _NO: tuple[Value, ...] = (FALSE,)
-"""What failed: a multifield, not the symbol."""
 
 _YES: tuple[Value, ...] = (TRUE,)
 

@@ -10,8 +10,8 @@ from cxbridge.executive.host.capi import MATCHING, NULL, decode, executing_rule
 
 __all__ = ["MATCHING", "executing", "executing_functions"]
 
+# Where a deffunction of CLIPS 6.4.2 counts its calls that are under way, in units of ``unsigned int``.
 _EXECUTING: Final = 17
-"""Where a deffunction of CLIPS 6.4.2 counts its calls that are under way, in units of ``unsigned int``."""
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

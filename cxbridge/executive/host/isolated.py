@@ -20,8 +20,8 @@ from cxbridge.executive.host.source import check_excess, prepare
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import Value, show
 
+# Shims of functions that are not allowed.
 _NOT_BUILT: Final = ("seed", "setgen")
-"""Shims of functions that are not allowed."""
 
 _BY_REASON: Final = {
     "computes with numbers": """

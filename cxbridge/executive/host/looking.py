@@ -56,6 +56,7 @@ _TYPES: Final = 2
 _POINTER: Final = 3
 
 _ANY: Final = (1 << 10) - 1
+# A value of each type, by the type's bit.
 _VALUES: Final[tuple[tuple[int, Value], ...]] = (
     (lib.INTEGER_BIT, 0),
     (lib.FLOAT_BIT, 0.0),
@@ -63,7 +64,6 @@ _VALUES: Final[tuple[tuple[int, Value], ...]] = (
     (lib.MULTIFIELD_BIT, ()),
     (lib.INSTANCE_NAME_BIT, InstanceName("nil")),
 )
-"""A value of each type, by the type's bit."""
 
 
 class LookEnvironment(ClipsEnvironment):

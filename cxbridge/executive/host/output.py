@@ -17,6 +17,8 @@ from cxbridge.executive.host.capi import CData, callback, decode
 from cxbridge.executive.host.loggers import LineSink
 from cxbridge.executive.host.shims import OWN_NAMES
 
+# Logical names and levels; source: Fawkes' CLIPS environment manager, which drops output to wdialog. The
+# colours: ``cx_clips_env_manager`` of the CLIPS Executive for ROS 2, which logs them at the same level.
 _LEVELS = {
     b"stdout": Level.INFO,
     b"t": Level.INFO,
@@ -41,10 +43,6 @@ _LEVELS = {
         (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold"), Level.INFO
     ),
 }
-"""Logical names and levels; source: Fawkes' CLIPS environment manager, which drops output to wdialog.
-
-The colours: ``cx_clips_env_manager`` of the CLIPS Executive for ROS 2, which logs them at the same level.
-"""
 
 _LIMIT_REACHED = "rule firing limit reached\n"
 _ROUTER = b"cxbridge-log"

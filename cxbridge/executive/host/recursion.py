@@ -23,30 +23,30 @@ from cxbridge.executive.host.capi import CData, callback
 GUARD_FUNCTION = "cx-guard-recursion"
 """The host's function that recursive functions begin with."""
 
+# Bytes of the stack that are left alone: for the calls of a function on its last level.
 _RESERVE = 2 * 1024 * 1024
-"""Bytes of the stack that are left alone: for the calls of a function on its last level."""
 
+# Bytes of the stack that CLIPS may use, however large it is.
 _MOST = 256 * 1024 * 1024
-"""Bytes of the stack that CLIPS may use, however large it is."""
 
 _FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\s*")
 _HANDLER = re.compile(
     r"\(\s*defmessage-handler\s+[^\s()]+\s+([^\s()]+)(?:\s+(?:around|before|primary|after)(?=[\s(]))?\s*"
 )
+# Functions of CLIPS that call functions whose names only the run can tell.
 _INDIRECT = (
     *("funcall", "sort", "call-specific-method"),
     *("eval", "build", "assert-string", "str-assert", "load-facts"),
     *("send", "make-instance", "initialize-instance", "load-instances", "restore-instances"),
 )
-"""Functions of CLIPS that call functions whose names only the run can tell."""
 
 _INDIRECT_CALL = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, _INDIRECT))})(?=[\s()])")
 
 _SLOTS = re.compile(r"\(\s*(?:deftemplate|defclass)\s+([^\s()]+)")
 _DYNAMIC = re.compile(r"\(\s*default-dynamic(?=[\s(])")
 
+# Parentheses around the query of a method's parameter: ``((?x INTEGER (> ?x 3)))``.
 _QUERY_DEPTH = 3
-"""Parentheses around the query of a method's parameter: ``((?x INTEGER (> ?x 3)))``."""
 
 
 def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> Iterator[tuple[int, str]]:

@@ -19,6 +19,8 @@ from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
 
+# Built-ins that the functions below are made from, called ``cx-...`` there: C function, least and greatest
+# number of arguments, their types.
 _KEPT = {
     "length$": ("LengthFunction", 1, 1, "m"),
     "str-byte-length": ("StrByteLengthFunction", 1, 1, "syn"),
@@ -38,8 +40,6 @@ _KEPT = {
     "seed": ("SeedFunction", 1, 1, "l"),
     "setgen": ("SetgenFunction", 1, 1, "l"),
 }
-"""Built-ins that the functions below are made from, called ``cx-...`` there: C function, least and greatest
-number of arguments, their types."""
 
 REMOVED = (
     *(
@@ -82,13 +82,13 @@ ADDED = frozenset(
 OWN_NAMES: Final = {f"cx-{name}": name for name in _KEPT}
 """CLIPS' name of a function in its messages, and the name that the agent's text has called."""
 
+# Functions that 6.4 does not have: an agent written for it may define functions of these names.
 _DROPPED: Final = frozenset(
     (
         *("length", "nth", "member", "subset", "sequencep", "wordp", "str-explode", "str-implode"),
         *("mv-append", "mv-delete", "mv-replace", "mv-subseq"),
     )
 )
-"""Functions that 6.4 does not have: an agent written for it may define functions of these names."""
 
 _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
 

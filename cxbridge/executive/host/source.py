@@ -32,22 +32,22 @@ _IN_CORE = re.compile(rf"^{CONSTRUCT.pattern}", re.MULTILINE)
 _FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate|cx-modify-goal)\s+\Z")
 _GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
 _SLOT = re.compile(r"\(\s*([^\s()\";]+)")
+# What 6.30 takes for ``slot`` in a defclass, too; editors of ontologies write it.
 _SINGLE_SLOT = re.compile(r"(?<=\()(\s*)single-slot(?=\s)")
-"""What 6.30 takes for ``slot`` in a defclass, too; editors of ontologies write it."""
 
+# Parentheses in parentheses: CLIPS parses them by recursion, and its stack ends the process.
 _MAX_DEPTH = 500
-"""Parentheses in parentheses: CLIPS parses them by recursion, and its stack ends the process."""
 
+# Characters of a string or symbol: CLIPS' time to read one grows with the square of it.
 _MAX_WORD = 128 * 1024
-"""Characters of a string or symbol: CLIPS' time to read one grows with the square of it."""
 
+# Slots, patterns, actions of one construct: CLIPS counts them in 16 bits, slowly.
 _MAX_PARTS = 4096
-"""Slots, patterns, actions of one construct: CLIPS counts them in 16 bits, slowly."""
 
 _LONG_WORD = re.compile(rf"""[^\s()";]{{{_MAX_WORD + 1}}}""")
 _FORMAT = re.compile(r'\(\s*format\s+[^\s()";]+\s+"((?:[^"\\]|\\.)*)"')
+# A field of 200 characters or more: CLIPS writes it into a buffer that has no room for it.
 _WIDE_FIELD = re.compile(r"(?:^|[^%])(?:%%)*%-?(?:\d*\.)?(?:[2-9]\d\d|\d{4})")
-"""A field of 200 characters or more: CLIPS writes it into a buffer that has no room for it."""
 
 _LONGEST_GAP = 1000
 _FUNCTIONS = ("deffunction", "defmethod")
@@ -102,8 +102,8 @@ class ClipsSource(Struct, frozen=True):
     excess: Excess | None = None
 
 
+# More than the core has.
 _CORE_FILES = 128
-"""More than the core has."""
 
 
 def prepare(

@@ -182,6 +182,7 @@ def _printed_fields(value: CData) -> str:
     return " ".join([printed(contents + index) for index in range(value.multifieldValue.length)])
 
 
+# By CLIPS' type codes, as :data:`TO_PYTHON`; missing codes take the slow way.
 _PRINTED: tuple[Callable[[CData], str], ...] = (
     lambda value: float_text(value.floatValue.contents),
     lambda value: str(value.integerValue.contents),
@@ -189,7 +190,6 @@ _PRINTED: tuple[Callable[[CData], str], ...] = (
     lambda value: f'"{decode(value.lexemeValue.contents)}"',
     _printed_fields,
 )
-"""By CLIPS' type codes, as :data:`TO_PYTHON`; missing codes take the slow way."""
 
 
 def printed(value: CData) -> str:

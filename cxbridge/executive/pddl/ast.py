@@ -24,8 +24,8 @@ class Position(NamedTuple):
     column: int = 1
 
 
+# Where a node was read, and from which text: that does not count when nodes are compared.
 _UNSAID: Final = ("position", "file", "text")
-"""Where a node was read, and from which text: that does not count when nodes are compared."""
 
 
 @cache

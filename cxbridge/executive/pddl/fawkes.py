@@ -16,9 +16,10 @@ from cxbridge.executive.pddl.grammar import END
 from cxbridge.executive.pddl.tokens import Text, Token
 
 _SECTIONS: Final = (":requirements", ":types", ":constants", ":predicates", ":functions")
+# Required sections, with the number of their entries.
 _NEEDED: Final = {":requirements": 0, ":predicates": 1}
-"""Required sections, with the number of their entries."""
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
+# The parts of actions, in their order.
 _KEYS: Final = {
     ":parameters": "parameters",
     ":duration": "duration",
@@ -28,7 +29,6 @@ _KEYS: Final = {
     ":conditional-breakup": "conditional breakup",
     ":temporal-breakup": "temporal breakup",
 }
-"""The parts of actions, in their order."""
 _NEEDED_KEYS: Final = ("parameters", "condition", "effect")
 _PREFIXES: Final = ("exists", "forall")
 _EFFECT_PREFIXES: Final = ("when", "increase", "decrease")

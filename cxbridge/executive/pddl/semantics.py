@@ -41,8 +41,8 @@ from cxbridge.executive.pddl.unsupported import CONTINUOUS, refusal, unsupported
 
 __all__ = ["ROOT_TYPE", "DomainChecker", "check_problem"]
 
+# Formulas whose parts Fawkes does not check.
 _UNSEEN: Final = (Timed, Imply, When, TermComparison, NumericChange)
-"""Formulas whose parts Fawkes does not check."""
 _TIME: Final = "#t"
 
 Warn = Callable[[PddlError], None]

@@ -9,8 +9,8 @@ from typing import Final
 from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
 from cxbridge.executive.planning.registry import AUTO, Choice, more_planners
 
+# How much of the time that is left a planner may take that is not the last one.
 _SHARE: Final = 0.6
-"""How much of the time that is left a planner may take that is not the last one."""
 
 
 class Attempts:

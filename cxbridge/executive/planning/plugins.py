@@ -30,8 +30,8 @@ from cxbridge.executive.robmem.store import Store
 _GENERATOR: Final = "/plugins/pddl-robot-memory"
 _PLANNER: Final = "/plugins/pddl-planner"
 _NO_GOAL: Final = "(and)"
+# Of `active_planner`, without the NUL at its end.
 _MOST_CHARACTERS: Final = 29
-"""Of `active_planner`, without the NUL at its end."""
 
 
 @dataclass(frozen=True, slots=True)

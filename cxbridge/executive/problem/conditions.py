@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
 
 _PAIR: Final = 2
+# Levels of a formula; facts that an agent asserts may be part of each other.
 _DEEPEST: Final = 50
-"""Levels of a formula; facts that an agent asserts may be part of each other."""
 
 Slots = Mapping[str, "Value"]
 

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from cxbridge.executive.planning.validation.world import Objects
 
 FACT: Final = "plan-valid"
+# The templates of the facts that a plan depends on.
 _DEPENDS_ON: Final = (PREDICATE, INSTANCE, FUNCTION, "plan-action")
-"""The templates of the facts that a plan depends on."""
 
 _NOT_BEGUN: Final = frozenset({"FORMULATED", "PENDING", "WAITING"})
+# States of actions whose effects are about to be applied: the facts say only half of the world.
 _SETTLING: Final = frozenset({"EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD"})
-"""States of actions whose effects are about to be applied: the facts say only half of the world."""
 
 _OVER: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
 

@@ -11,11 +11,11 @@ from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
 from cxbridge.executive.robmem.query import compile_query, equalities, leaves, needs_mongodb, order_of
 from cxbridge.executive.robmem.values import MISSING, Document, Key, key, to_ms
 
+# So few documents are faster looked through than looked up.
 _SCANNED = 32
-"""So few documents are faster looked through than looked up."""
 
+# Indexes that queries made by themselves; each costs a little at every write.
 _MOST_INDEXES = 16
-"""Indexes that queries made by themselves; each costs a little at every write."""
 
 
 @dataclass(frozen=True, slots=True)

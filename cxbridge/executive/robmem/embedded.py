@@ -19,8 +19,8 @@ from cxbridge.executive.robmem.store import Change, OnChange, Store, Watch, spli
 from cxbridge.executive.robmem.update import Changed, Update
 from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms
 
+# How often documents are looked for whose time is over; MongoDB's own period.
 _SWEEP_US = 60_000_000
-"""How often documents are looked for whose time is over; MongoDB's own period."""
 
 
 class _LocalWatch(Watch):

@@ -28,8 +28,8 @@ CREATE TABLE IF NOT EXISTS indexes (
 );
 """
 _APPLICATION = 0x43585242
+# Of the layout; 0 had BSON in place of JSON.
 _VERSION = 2
-"""Of the layout; 0 had BSON in place of JSON."""
 
 
 class Journal:

@@ -15,8 +15,8 @@ from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.query import array_index, equalities, has_operators, needs_mongodb
 from cxbridge.executive.robmem.values import MISSING, Document, copy, same
 
+# Where names stand among indexes: behind them.
 _NAMES = sys.maxsize
-"""Where names stand among indexes: behind them."""
 
 Modify = Callable[[Any, datetime], Any]
 """Returns the new value for the old one and the time; either may be :data:`MISSING`."""

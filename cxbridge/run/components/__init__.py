@@ -1,1 +1,1 @@
-"""The components of runs and daemons, each in a file; :mod:`table` lists them."""
+"""The components of runs and daemons. :mod:`table` lists them."""

@@ -1,4 +1,4 @@
-"""The base class of components. How to write a component: docs/daemon.md."""
+"""Base classes of components. docs/daemon.md shows how to write a component."""
 
 from __future__ import annotations
 
@@ -13,68 +13,66 @@ if TYPE_CHECKING:
 
 
 class Component:
-    """A part of a run or a daemon. A subclass overrides the methods that it needs.
+    """A part of a run or a daemon. Subclasses override the methods they need.
 
-    The constructor acquires the resources, and leaves nothing behind when it raises.
+    The constructor acquires resources; it must release them before it raises.
 
-    :param run: the run or daemon, a :class:`cxbridge.run.agent.Run`: what all components share.
+    :param run: a :class:`cxbridge.run.agent.Run`, or a daemon.
     """
 
     hooks: ClassVar[Sequence[Hook]] = ()
-    """Where the main loop calls :meth:`loop`."""
+    """The hooks of the main loop that call :meth:`loop`."""
 
     steady: ClassVar[bool] = False
     """Whether the component works while a daemon is paused or reset."""
 
     description: ClassVar[str] = ""
-    """A line about it, for ``ffplugin``."""
+    """One line for ``ffplugin``."""
 
-    def __init__(self, run: Any) -> None:
-        """Acquire the resources."""
+    def __init__(self, run: Any) -> None: ...
 
     def configure(self) -> None:
-        """Get ready to work; other components may call it from now on."""
+        """Prepare for work. Other components may call this component afterwards."""
 
     def abort(self) -> None:
-        """Release everything after :meth:`configure` has failed."""
+        """Release all resources after :meth:`configure` failed."""
         self.close()
 
     def activate(self) -> None:
-        """Begin to work."""
+        """Start working."""
 
     def deactivate(self) -> None:
-        """Stop working; everything that was acquired stays."""
+        """Stop working and keep all resources."""
 
     def loop(self) -> None:
-        """Do the work of a loop, at each of the hooks."""
+        """Do one step of the main loop."""
 
     def check(self) -> None:
-        """Raise when it does not work any more; a daemon asks about once a second."""
+        """Raise if the component is broken. A daemon calls this about once a second."""
 
     def close(self) -> None:
-        """Release everything."""
+        """Release all resources."""
 
     @property
     def running(self) -> bool:
-        """Whether it has begun something that a run has to wait for."""
+        """Whether the component has work that a run must wait for."""
         return False
 
     @property
     def is_quiet(self) -> bool:
-        """Whether the component changes nothing until rules ask it to: a run that waits for it may end."""
+        """Whether only rules can make the component change anything. A stuck run may end only then."""
         return False
 
     @property
     def loss(self) -> str:
-        """Why a run cannot come to its end: the part that is gone; empty while none is gone."""
+        """The lost part that a run needs, with the reason; empty if none is lost."""
         return ""
 
 
 class ThinkingComponent(Component):
     """The executive of a run.
 
-    :ivar manager: makes its environments.
-    :ivar firings: how many rules have fired.
+    :ivar firings: the number of rule firings.
     """
 
     manager: EnvironmentManager
@@ -83,29 +81,28 @@ class ThinkingComponent(Component):
 
     @abstractmethod
     def watch(self) -> None:
-        """Watch facts and rules for history and recording, from before the first file is loaded."""
+        """Watch facts and rules for history and recordings. To be called before the first file is loaded."""
 
     @property
     @abstractmethod
     def is_stuck(self) -> bool:
-        """Whether nothing can happen to the agent any more."""
+        """Whether no event can follow."""
 
     @abstractmethod
     def waits_for(self, failed_rules: Iterable[str]) -> str:
         """Return the events that the agent waits for and that cannot come.
 
-        :param failed_rules: the rules whose actions an error has ended.
+        :param failed_rules: rules that ended with an error.
         """
 
     @abstractmethod
     def finalize(self) -> None:
-        """Let the rules run their finalization; a second call does nothing."""
+        """Run the finalization rules once."""
 
     @abstractmethod
     def forgo_finalization(self) -> None:
-        """Let :meth:`finalize` do nothing."""
+        """Turn :meth:`finalize` into a no-op."""
 
 
 def is_component(loaded: object) -> bool:
-    """Return whether an object is a subclass of :class:`Component`."""
     return isinstance(loaded, type) and issubclass(loaded, Component)

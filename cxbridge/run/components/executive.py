@@ -1,4 +1,4 @@
-"""The CLIPS Executive as a component, with the features that its environments may request."""
+"""The CLIPS Executive as a component."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _EVERY_TICK_FACTS = ("time",)
 
 
 class ExecutiveComponent(ThinkingComponent):
-    """Lets the rules of an agent think.
+    """Runs the rules of an agent.
 
-    :raises CxbridgeError: when the configuration or the library is wrong.
+    :raises CxbridgeError: if the configuration or the CLIPS library is wrong.
     """
 
     hooks = (Hook.THINK,)
@@ -38,7 +38,6 @@ class ExecutiveComponent(ThinkingComponent):
     def __init__(self, context: Run) -> None:
         self.context = context
         self.firings = 0
-        """How many rules have fired."""
         self._begun = False
         if needs_memory(context.config, context.spec):
             context.memory.open()
@@ -46,7 +45,6 @@ class ExecutiveComponent(ThinkingComponent):
         self.executive.known_skills = partial(known_skills, context)
 
     def watch(self) -> None:
-        """Watch facts and rules for history and recording, from before the first file is loaded."""
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
         UnexecutedActions(self.context, self.executive)
@@ -61,12 +59,12 @@ class ExecutiveComponent(ThinkingComponent):
         self.context.source.start_thinking(self.context.clock, self.context.config)
 
     def loop(self) -> None:
-        """Think, if it is time to."""
+        """Run the rules if a tick is due."""
         self.firings += self.context.source.think(self.executive)
 
     def check(self) -> None:
-        """Raise when a fault of ours came to light in the rules' work, or the agent has quit."""
-        self.executive.goals.settle()  # or the goals that ended would be kept forever
+        """Raise if a Python function called by rules failed unexpectedly, or the agent has quit."""
+        self.executive.goals.settle()  # # frees the ended goals
         env = self.executive.env
         if env.faults:
             raise ExecutiveError(env.faults[0])
@@ -74,44 +72,37 @@ class ExecutiveComponent(ThinkingComponent):
             raise ExecutiveError("the agent has quit")
 
     def finalize(self) -> None:
-        """Let the rules run their finalization; a second call does nothing."""
         begun, self._begun = self._begun, False
         if begun:
             self.executive.finalize()
 
     def forgo_finalization(self) -> None:
-        """Let :meth:`finalize` do nothing."""
         self._begun = False
 
     @property
     def is_stuck(self) -> bool:
-        """Whether nothing can happen to the agent any more."""
         return stuck.is_stuck(self.context)
 
     def waits_for(self, failed_rules: Iterable[str]) -> str:
-        """Return the events that the agent waits for and that cannot come."""
         return stuck.waits_for(self.context, failed_rules)
 
     @property
     def is_quiet(self) -> bool:
-        """Whether it changes nothing but by rules: always."""
         return True
 
     def close(self) -> None:
-        """Finalize, and unload everything."""
         try:
             self.finalize()
         finally:
             self.abort()
 
     def abort(self) -> None:
-        """Unload everything."""
         self.executive.close()
         self.manager.close()
 
 
 def unasked_features(context: Run) -> list[str]:
-    """Return the features that an agent gets though its initialisation does not name them."""
+    """Return the features that plug-ins and programs add without an entry in the agent's initialisation."""
     names = [feature.name for feature in context.additions.features]
     names += [row.name for row in FEATURES.rows if row.requested(context)]
     return [name for name in names if not init_mentions(context.config, context.spec, name)]
@@ -120,11 +111,10 @@ def unasked_features(context: Run) -> list[str]:
 def make_executive(
     context: Run, environment: type[ClipsEnvironment] = ClipsEnvironment
 ) -> tuple[EnvironmentManager, Executive]:
-    """Make the executive of an agent; nothing of the agent is loaded yet.
+    """Make the executive of an agent without loading any file.
 
-    :param environment: the class of its environment.
-    :returns: the manager of its environment, to be closed after it, and the executive.
-    :raises CxbridgeError: when the configuration or the library is wrong.
+    :returns: the manager and the executive; close the executive first.
+    :raises CxbridgeError: if the configuration or the CLIPS library is wrong.
     """
     config, spec = context.config, context.spec
     source = context.source
@@ -145,11 +135,13 @@ def make_executive(
 
 
 def _watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:
-    """Watch facts and rules for a recording of ``level`` when the configuration leaves debugging off."""
+    """Watch facts and rules for a recording of ``level``."""
+    # with debugging on, the core's own configuration has chosen the watches
     if level == "transitions" or config.get_bool("/clips-executive/debug/enable", default=False):
         return
     watcher = executive.env.watcher
     watcher.rules.set((), on=True)
+    # these fire in each loop and would be most of the recording
     watcher.rules.set(_EVERY_TICK_RULES, on=False)
     if level == "facts":
         watcher.facts.set((), on=True)

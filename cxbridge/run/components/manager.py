@@ -1,12 +1,11 @@
-"""The life of components, and the manager that leads all components of a run or a daemon through it.
+"""Lifecycle of components, and the manager of all components of a run or daemon.
 
-A component has the states of a *managed node* of ROS 2: unconfigured, inactive, active or finalized.
+A component has the states of a ROS 2 *managed node*::
 
-::
 
     UNCONFIGURED --configure--> INACTIVE --activate--> ACTIVE
-         ^                       |    ^                  |
-         +-------cleanup---------+    +----deactivate----+        shutdown, from anywhere --> FINALIZED
+       ^                       |    ^                  |
+       +-------cleanup---------+    +----deactivate----+        shutdown, from any state --> FINALIZED
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from cxbridge.run.components.component import Component
 
 
 class State(IntEnum):
-    """Where in its life a component is; the numbers are those of ComponentInterface."""
+    """Lifecycle states, numbered as in ComponentInterface."""
 
     UNCONFIGURED = 0
     INACTIVE = 1
@@ -33,7 +32,7 @@ class State(IntEnum):
 
 
 class Transition(StrEnum):
-    """A step of a component's life, under the name that ROS 2 has for it."""
+    """Lifecycle transitions, named as in ROS 2."""
 
     CONFIGURE = "configure"
     ACTIVATE = "activate"
@@ -42,6 +41,7 @@ class Transition(StrEnum):
     SHUTDOWN = "shutdown"
 
 
+# The states that permit each transition.
 _FROM = {
     Transition.CONFIGURE: (State.UNCONFIGURED,),
     Transition.ACTIVATE: (State.INACTIVE,),
@@ -49,11 +49,10 @@ _FROM = {
     Transition.CLEANUP: (State.INACTIVE,),
     Transition.SHUTDOWN: (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE),
 }
-"""The states in which each can be taken."""
 
 
 class Policy(Enum):
-    """Whether the other components stop when a component fails; RAISE hands the error to the caller."""
+    """Reaction to a failed component: continue, stop all components, or raise the error to the caller."""
 
     CONTINUE = "continue"
     STOP = "stop"
@@ -61,29 +60,29 @@ class Policy(Enum):
 
 
 class Interruption(Protocol):
-    """Returns whether a signal asks for the end."""
+    """A source of termination signals."""
 
     @property
     def received(self) -> bool:
-        """Whether a signal has come."""
+        """Whether a signal has been received."""
 
 
 class LifecycleError(CxbridgeError):
-    """A component is in no state for a transition, or failed at the transition."""
+    """A transition that the component's state does not permit, or that failed."""
 
 
 class ComponentFailedError(CxbridgeError):
-    """A component failed with an unexpected error: not the user's mistake; a second attempt may succeed."""
+    """An unexpected error in a component, rather than a user's mistake. A retry may succeed."""
 
     exit_status = 4
 
 
 @dataclass(frozen=True, slots=True)
 class ComponentStatus:
-    """Describes a component.
+    """A component's state.
 
-    :param reason: why the component is not active; empty when it is active, or was never started.
-    :param since_us: when it came into this state, microseconds since the epoch.
+    :param reason: why the component is inactive; empty if active or never started.
+    :param since_us: the time of the last change, microseconds since the epoch.
     """
 
     name: str
@@ -92,7 +91,7 @@ class ComponentStatus:
     since_us: int
 
     def plain(self) -> dict[str, Any]:
-        """Return the description as JSON can have it."""
+        """Return the status as JSON values."""
         return {
             "name": self.name,
             "state": self.state.name,
@@ -105,12 +104,12 @@ ComponentType = TypeVar("ComponentType", bound=Component)
 
 
 class ManagedNode(Generic[ComponentType]):
-    """A component with its state: made when it is configured, closed at its cleanup.
+    """A component with its lifecycle state. Configuring makes the component, cleanup closes it.
 
-    :param name: for lists and logs.
-    :param make: makes the component; an exception is a failure.
-    :param kind: the component's class.
-    :param component: the component, if it was made already.
+    :param name: the name for lists and logs.
+    :param make: makes the component; may raise.
+    :param kind: the class of the component.
+    :param component: an existing component.
     """
 
     def __init__(
@@ -129,46 +128,40 @@ class ManagedNode(Generic[ComponentType]):
         self.error: Exception = LifecycleError(f"{name} has not failed")
         """The error of the last failure."""
         self.component = component
-        """None while it is not configured, unless it was made before."""
+        """None while unconfigured, unless the component existed before."""
         self._make = make
 
     def configure_component(self, component: ComponentType) -> None:
-        """Get a component ready that was made."""
         component.configure()
 
     def step(self) -> None:
-        """Let the component do the work of a loop."""
         if self.component is not None:
             self.component.loop()
 
     def check(self) -> None:
-        """Raise when the component does not work any more; asked about once a second while active."""
+        """Raise if the component is broken."""
         if self.component is not None:
             self.component.check()
 
     def on_configure(self) -> None:
-        """Make the component, and get it ready."""
         self.component = self._make()
         self.configure_component(self.component)
 
     def abort(self) -> None:
-        """Release everything after a failure to configure."""
+        """Release all resources after a failed configuration."""
         component, self.component = self.component, None
         if component is not None:
             component.abort()
 
     def on_activate(self) -> None:
-        """Let the component begin to work."""
         if self.component is not None:
             self.component.activate()
 
     def on_deactivate(self) -> None:
-        """Let the component stop working."""
         if self.component is not None:
             self.component.deactivate()
 
     def on_cleanup(self) -> None:
-        """Close the component."""
         try:
             if self.component is not None:
                 self.component.close()
@@ -176,25 +169,22 @@ class ManagedNode(Generic[ComponentType]):
             self.component = None
 
     def configure(self) -> None:
-        """Go from unconfigured to inactive."""
         self._go(State.UNCONFIGURED, State.INACTIVE, self.on_configure)
 
     def activate(self) -> None:
-        """Go from inactive to active."""
         self._go(State.INACTIVE, State.ACTIVE, self.on_activate)
 
     def deactivate(self) -> None:
-        """Go from active to inactive; it is inactive afterwards even if it fails."""
+        # a component that fails to stop counts as stopped: there is nothing left to try
         self._go(State.ACTIVE, State.INACTIVE, self.on_deactivate, regardless=True)
 
     def cleanup(self) -> None:
-        """Go from inactive to unconfigured; it is unconfigured afterwards even if it fails."""
         self._go(State.INACTIVE, State.UNCONFIGURED, self.on_cleanup, regardless=True)
 
     def shutdown(self) -> None:
-        """Go from any state to finalized, on the way through all between; a failure does not stop it.
+        """Finalize from any state, through the states in between. Failures do not stop the sequence.
 
-        :raises Exception: the first failure, when all is done.
+        :raises Exception: the first failure, after all steps.
         """
         failures: list[Exception] = []
         for state, step in ((State.ACTIVE, self.deactivate), (State.INACTIVE, self.cleanup)):
@@ -207,14 +197,12 @@ class ManagedNode(Generic[ComponentType]):
             raise failures[0]
 
     def _go(self, before: State, after: State, step: Callable[[], None], *, regardless: bool = False) -> None:
-        """Take one step of life.
+        """Take one transition.
 
-        :raises LifecycleError: when the node is not in the state ``before``.
+        :raises LifecycleError: if the node is not in the state ``before``.
         """
         if self.state is not before:
-            raise LifecycleError(
-                f"{self.name} is {self.state.name.lower()}, it would have to be {before.name.lower()}"
-            )
+            raise LifecycleError(f"{self.name} is {self.state.name.lower()}, expected {before.name.lower()}")
         try:
             step()
         except Exception:
@@ -227,14 +215,14 @@ class ManagedNode(Generic[ComponentType]):
 class ComponentManager:
     """Starts components first to last, stops them last to first, and watches them in between.
 
-    Everything happens in the thread that calls. Failures are logged, kept as the component's reason, and by
-    the policy either leave the other components alone or set :attr:`failure`, upon which the owner should
-    :meth:`shutdown`. Under the policy of a run they are raised.
+    All calls run in the caller's thread. A failure is logged and kept as the component's reason. The policy
+    decides whether the other components continue, :attr:`failure` is set and the owner calls
+    :meth:`shutdown`, or the error is raised.
 
-    :param nodes: the components in the order of their start; those behind may need those before.
-    :param log: None: changes of states are not logged.
-    :param policy: whether the other components stop when one fails.
-    :param on_change: called after each change of a component's state or reason.
+    :param nodes: components in start order; each may depend on its predecessors.
+    :param log: None: no log lines about changes.
+    :param policy: the reaction to failures.
+    :param on_change: called after each change of a state or reason.
     """
 
     def __init__(
@@ -249,9 +237,9 @@ class ComponentManager:
         self.nodes = tuple(nodes)
         self.policy = policy
         self.failure = ""
-        """The first failure under the policy to stop; empty when there was none."""
+        """The first failure under :attr:`Policy.STOP`; else empty."""
         self.failure_error: Exception = LifecycleError("nothing has failed")
-        """The error that :attr:`failure` came of."""
+        """The exception behind :attr:`failure`."""
         self.paused = False
         self.on_change = on_change
         self._clock = clock
@@ -259,7 +247,7 @@ class ComponentManager:
         self._since = dict.fromkeys((node.name for node in self.nodes), clock.now_us())
 
     def add(self, node: ManagedNode[Any]) -> None:
-        """Manage one more component; it stops first."""
+        """Add a component at the end: it starts last and stops first."""
         self.nodes = (*self.nodes, node)
         self._since[node.name] = self._clock.now_us()
 
@@ -268,19 +256,17 @@ class ComponentManager:
             self._log.log(level, text)
 
     def status(self) -> list[ComponentStatus]:
-        """Return a description of each component, in the order of their start."""
+        """Return the status of each component, in start order."""
         return [
             ComponentStatus(node.name, node.state, node.reason, self._since[node.name]) for node in self.nodes
         ]
 
-    # -- all of them
-
     def startup(self, interrupt: Interruption | None = None) -> bool:
-        """Configure all, then activate all, first to last; return whether all are active.
+        """Configure all components, then activate all; return whether all are active.
 
-        A component whose forerunner failed under the policy to stop is not tried.
+        Under :attr:`Policy.STOP`, a failure ends the sequence.
 
-        :param interrupt: when it has received a signal no further one is tried.
+        :param interrupt: a received signal ends the sequence.
         """
         self.failure = ""
         self.paused = False
@@ -294,7 +280,7 @@ class ComponentManager:
         return all(node.state is State.ACTIVE for node in self.nodes)
 
     def pause(self) -> None:
-        """Deactivate all but the steady ones, last to first."""
+        """Deactivate all components except steady ones, last to first."""
         self.paused = True
         for node in reversed(self.nodes):
             if node.state is State.ACTIVE and not node.steady:
@@ -309,19 +295,16 @@ class ComponentManager:
         return all(node.state is State.ACTIVE for node in self.nodes)
 
     def reset(self) -> bool:
-        """Bring all but the steady ones back to the start, last to first, and start them again.
-
-        :returns: whether all are active.
-        """
+        """Clean up all components except steady ones, start them again; return whether all are active."""
         for node in reversed(self.nodes):
             if not node.steady and node.state is not State.FINALIZED:
                 self._wind_down(node, "reset")
         return self.startup()
 
     def shutdown(self) -> None:
-        """Finalize all, last to first; a second call does nothing.
+        """Finalize all components, last to first. Further calls do nothing.
 
-        :raises Exception: under the policy to raise: the first failure, when all are finalized.
+        :raises Exception: under :attr:`Policy.RAISE` the first failure, after all components are finalized.
         """
         failures: list[Exception] = []
         for node in reversed(self.nodes):
@@ -331,39 +314,37 @@ class ComponentManager:
         if failures:
             raise failures[0]
 
-    # -- one of them
-
     def start_one(self, name: str) -> None:
-        """Bring one component to be active; no error when it is.
+        """Activate one component.
 
-        A failure is an error for the caller, whatever the policy.
+        A failure is raised under every policy.
 
-        :raises LifecycleError: when there is no such component, or it cannot be started.
+        :raises LifecycleError: if the component is unknown or fails to start.
         """
         self.start(self._changeable(name))
 
     def start(self, node: ManagedNode[Any]) -> None:
-        """As :meth:`start_one`."""
+        """Activate the component of a node, see :meth:`start_one`."""
         name = node.name
         if node.state is State.FINALIZED:
-            raise LifecycleError(f"{name} was shut down", hint="it comes back when the daemon starts again")
+            raise LifecycleError(f"{name} was shut down", hint="restart the daemon to start it again")
         for state, step in ((State.UNCONFIGURED, "configure"), (State.INACTIVE, "activate")):
             if node.state is state and not self._step(node, step):
                 raise LifecycleError(f"{name} cannot {step}: {node.reason}")
 
     def stop_one(self, name: str) -> None:
-        """Bring one component back to the start; no error when it is unconfigured.
+        """Clean up one component.
 
-        :raises LifecycleError: when there is no such component.
+        :raises LifecycleError: if the component is unknown.
         """
         node = self._changeable(name)
         if node.state not in (State.UNCONFIGURED, State.FINALIZED):
             self._wind_down(node, "unloaded")
 
     def find(self, name: str) -> ComponentStatus:
-        """Return a description of one component.
+        """Return the status of one component.
 
-        :raises LifecycleError: when there is none of that name.
+        :raises LifecycleError: if the component is unknown.
         """
         for status in self.status():
             if status.name == name:
@@ -372,13 +353,12 @@ class ComponentManager:
         raise LifecycleError(f"there is no component '{name}'", hint=f"there are: {names}")
 
     def change_one(self, name: str, transition: str) -> None:
-        """Let one component take one step of its life.
+        """Take one lifecycle transition of a component.
 
-        A failure is an error for the caller, whatever the policy. A component that was shut down stays so.
+        A failure is raised under every policy. A finalized component stays finalized.
 
-        :param transition: the name of a :class:`Transition`.
-        :raises LifecycleError: when there is no such component or transition, the component is not in a state
-            for it, or fails at it.
+        :param transition: the value of a :class:`Transition`.
+        :raises LifecycleError: if the component or transition is unknown, not permitted, or fails.
         """
         node = self._changeable(name)
         if transition not in list(Transition):
@@ -405,7 +385,7 @@ class ComponentManager:
         )
 
     def watch(self) -> None:
-        """Ask every active component whether it still works."""
+        """Check all active components."""
         for node in self.nodes:
             if node.state is State.ACTIVE:
                 try:
@@ -414,7 +394,7 @@ class ComponentManager:
                     self.fail(node, error)
 
     def guarded(self, node: ManagedNode[Any], step: Callable[[], object]) -> Callable[[], None]:
-        """Return ``step`` as the main loop may call it: while the node is active, and never raising."""
+        """Wrap ``step`` for the main loop: it runs only while the node is active, and never raises."""
 
         def run() -> None:
             if node.state is State.ACTIVE:
@@ -426,8 +406,8 @@ class ComponentManager:
         return run
 
     def fail(self, node: ManagedNode[Any], error: Exception) -> None:
-        """Take a component that failed out of service; by the policy, ask for the end of all."""
-        reason = _words(error)
+        """Stop a failed component; under :attr:`Policy.STOP`, set :attr:`failure`."""
+        reason = _one_line(error)
         self._say(Level.ERROR, f"{node.name} failed: {reason}")
         self._wind_down(node, reason)
         if self.policy is Policy.STOP and not self.failure:
@@ -442,42 +422,42 @@ class ComponentManager:
         self.on_change()
 
     def _try(self, node: ManagedNode[Any], step: str, reason: str = "") -> None:
-        """Let a component take a step of its life; by the policy, a failure asks for the end of all."""
+        """Take a lifecycle step; under :attr:`Policy.STOP`, a failure sets :attr:`failure`."""
         if not self._step(node, step, reason) and self.policy is Policy.STOP and not self.failure:
             self.failure, self.failure_error = f"{node.name}: {node.reason}", node.error
 
     def _step(self, node: ManagedNode[Any], step: str, reason: str = "") -> bool:
-        """Let a component take a step of its life; return whether it did not fail."""
-        before, done = node.state, True
+        """Take a lifecycle step; return whether it succeeded."""
+        before, succeeded = node.state, True
         try:
             getattr(node, step)()
         except Exception as error:
             if self.policy is Policy.RAISE:
-                raise  # close() closes the component
+                raise  # # the caller's close() closes the component
             if node.state is State.UNCONFIGURED:
                 node.abort()
-            words = _words(error)
+            words = _one_line(error)
             self._say(Level.ERROR, f"{node.name} cannot {step}: {words}")
-            node.error, reason, done = error, words, False
+            node.error, reason, succeeded = error, words, False
         if node.state is not before:
             self._since[node.name] = self._clock.now_us()
             self._say(Level.DEBUG, f"{node.name} is {node.state.name.lower()}")
         node.reason = reason
         self.on_change()
-        return done
+        return succeeded
 
 
 def _attempt(step: Callable[[], object], failures: list[Exception]) -> None:
-    """Take a step; note its failure."""
+    """Call a step and collect its exception."""
     try:
         step()
     except Exception as error:  # noqa: BLE001 - the caller raises the failure
         failures.append(error)
 
 
-def _words(error: Exception) -> str:
-    """Return the text of an error in one line; of an unexpected error its class as well."""
+def _one_line(error: Exception) -> str:
+    """Return the text of an error in one line, with the class of an unexpected error."""
     if isinstance(error, BrokenAgentError):
-        return error.message  # who has asked for the start gets to know each mistake
+        return error.message  # # the client that starts the agent gets each mistake separately
     text = str(error) if isinstance(error, CxbridgeError) else f"{type(error).__name__}: {error}"
     return "; ".join(line.strip() for line in text.splitlines())

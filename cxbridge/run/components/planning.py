@@ -1,4 +1,4 @@
-"""Fawkes' plugins `pddl-robot-memory` and `pddl-planner` as a component, for agents that plan with them."""
+"""Fawkes' plugins ``pddl-robot-memory`` and ``pddl-planner`` as a component."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from cxbridge.run.specs import needs_memory
 
 
 class PlanningPlugins(Component):
-    """Generates problems from the robot memory, and plans; for specs that wait for that (``pddl-init.clp``).
+    """Generates PDDL problems from the robot memory, and plans, for specs with ``pddl-init.clp``.
 
-    :raises CxbridgeError: when the configuration lacks a setting, or an interface has another writer.
+    :raises CxbridgeError: if a setting is missing or an interface has another writer.
     """
 
     hooks = (Hook.ACT_EXEC,)
@@ -35,11 +35,9 @@ class PlanningPlugins(Component):
             raise
 
     def loop(self) -> None:
-        """Carry out the requests."""
         self._generator.loop()
         self._planner.loop()
 
     def close(self) -> None:
-        """Close the interfaces."""
         self._planner.close()
         self._generator.close()

@@ -1,5 +1,3 @@
-"""The recorder of a run or a daemon as a component."""
-
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -14,11 +12,11 @@ if TYPE_CHECKING:
 
 
 class RecorderComponent(Component):
-    """Records what happens from its construction until it is closed.
+    """Records events from construction until :meth:`close`.
 
     :param run: a run, a team or a daemon.
-    :param writers: get the events besides the files of the options.
-    :raises TraceError: when a file cannot be written.
+    :param writers: additional receivers of events.
+    :raises TraceError: if a file cannot be written.
     """
 
     hooks = (Hook.POST_LOOP,)
@@ -31,22 +29,18 @@ class RecorderComponent(Component):
 
     @property
     def fault(self) -> str:
-        """Why the recording is not whole; empty when it is."""
         return str(self.recorder.errors[0]) if self.recorder.errors else ""
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Add facts about the run to the recording."""
+        """Add metadata to the recording."""
         self.recorder.describe(metadata)
 
     def loop(self) -> None:
-        """Write the recorded events to the files, now and then."""
         self.recorder.flush_when_due()
 
     def check(self) -> None:
-        """Raise when something could not be recorded."""
         if self.recorder.errors:
             raise self.recorder.errors[0]
 
     def close(self) -> None:
-        """Finish the files."""
         self.recorder.close()

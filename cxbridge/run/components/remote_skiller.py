@@ -1,4 +1,4 @@
-"""A Skiller on another blackboard, as if it were on ours."""
+"""A Skiller on another blackboard, mirrored to the local blackboard."""
 
 from __future__ import annotations
 
@@ -13,31 +13,30 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 
 PATTERNS = ("SkillerInterface", "SkillerDebugInterface")
-"""The interfaces that are mirrored."""
+"""The mirrored interfaces."""
 
 PATIENCE_S = 5.0
-"""Seconds that the Skiller has to appear."""
+"""Seconds to wait for a Skiller at the start."""
 
 RELEASE_S = 2.0
-"""Seconds that a Skiller which is gone has to return, when a client had control of it."""
+"""Seconds to wait for a lost Skiller before giving up control of it."""
 
 _POLL_S = 0.05
 
 Opener = Callable[[str], BlackBoard]
-"""Opens the blackboard at a URL."""
 
 
 class RemoteSkiller:
-    """Mirrors a Skiller's interfaces to our blackboard, and messages to the Skiller.
+    """Mirrors a Skiller's interfaces to the local blackboard, and messages to the Skiller.
 
-    Works in another thread: the other blackboard may be slow to answer, or away for a while.
+    Uses a thread, because the remote blackboard may be slow or disconnected.
 
     :param url: the blackboard with the Skiller.
-    :param board: ours.
+    :param board: the local blackboard.
     :param open_blackboard: opens the blackboard at a URL.
-    :param patience_s: how long to wait for the Skiller; 0: not at all, it may come later.
-    :raises SkillerError: when there is no Skiller.
-    :raises BlackBoardError: when the URL has no blackboard.
+    :param patience_s: seconds to wait for the Skiller; 0 does not wait.
+    :raises SkillerError: if no Skiller appears.
+    :raises BlackBoardError: if the URL has no blackboard.
     """
 
     def __init__(
@@ -70,7 +69,7 @@ class RemoteSkiller:
     def _await_skiller(self, patience_s: float) -> None:
         end_s = time.monotonic() + patience_s
         while True:
-            if self._is_there():
+            if self._has_skiller():
                 self._met = True
                 return
             if time.monotonic() >= end_s:
@@ -80,30 +79,29 @@ class RemoteSkiller:
                 )
             time.sleep(_POLL_S)
 
-    def _is_there(self) -> bool:
+    def _has_skiller(self) -> bool:
         return any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors())
 
     def _note_end(self, _uid: str, reason: str) -> None:
-        """Note, in the gateway's thread, that an interface is not mirrored any more."""
-        if self._met and not self._loss and not self._is_there():
+        """Record the end of a mirrored interface. Called in the gateway's thread."""
+        if self._met and not self._loss and not self._has_skiller():
             self._loss = f"the Skiller at {self.url} is gone, and with it the skills under way: {reason}"
 
     @property
     def loss(self) -> str:
-        """Why a run cannot continue: the Skiller is gone, or was gone; else empty."""
+        """The reason of a lost Skiller; empty if connected."""
         return self._loss
 
     def close(self) -> None:
-        """Carry over the messages that are under way, and leave both blackboards.
-
-        A Fawkes that loads its Skiller again keeps its controller. So this waits a moment for the Skiller, to
-        give control back.
-        """
+        """Deliver the pending messages and disconnect from both blackboards."""
         end_s = time.monotonic() + RELEASE_S
+        # a Fawkes that reloads its Skiller keeps the old controller, so wait for the Skiller to release
+        # control
         while self._remote.connected and self._gateway.owes_release and time.monotonic() < end_s:
             time.sleep(_POLL_S)
         if not self._remote.connected:
-            self._remote.shutdown()  # else who is asking there waits for an answer first
+            # # else pending requests to the lost blackboard would run into their timeouts first
+            self._remote.shutdown()
         self._gateway.close()
         self._remote.shutdown()
 
@@ -111,9 +109,9 @@ class RemoteSkiller:
 class RemoteSkillers(Component):
     """Mirrors the Skiller of the blackboard at a URL.
 
-    A run waits for the Skiller, and ends when it is gone; a daemon does without it until it comes.
+    A run waits for the Skiller and ends without it. A daemon continues without it.
 
-    :raises CxbridgeError: when the URL has no blackboard, or the blackboard has no Skiller in time.
+    :raises CxbridgeError: if the URL has no blackboard, or no Skiller appears in time.
     """
 
     description = "Executes skills, or mirrors the Skiller that does"
@@ -132,9 +130,7 @@ class RemoteSkillers(Component):
 
     @property
     def loss(self) -> str:
-        """Why the run cannot continue."""
         return self._remote.loss
 
     def close(self) -> None:
-        """Leave both blackboards."""
         self._remote.close()

@@ -1,4 +1,4 @@
-"""The Skillers of a run as components: those of this process, their speech, and a Skiller elsewhere."""
+"""Skillers, speech and skill board as components."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _SPACE = "/skiller/skillspace"
 
 
 class Skillers(Component):
-    """Execute skill strings.
+    """Executes skill strings.
 
-    :param skillers: those of a recording; None: those of the configuration.
-    :raises CxbridgeError: when skills cannot be loaded, or an interface has another writer.
+    :param skillers: Skillers of a replay; None: those of the configuration.
+    :raises CxbridgeError: if skills cannot be loaded or an interface has another writer.
     """
 
     hooks = (Hook.SKILL,)
@@ -41,30 +41,27 @@ class Skillers(Component):
         context.known_skills.update(self._skillers.known_by_name)
 
     def loop(self) -> None:
-        """Let each take its step."""
         self._skillers.loop()
 
     @property
     def running(self) -> bool:
-        """Whether any of them executes a skill string."""
         return self._skillers.running
 
     @property
     def is_quiet(self) -> bool:
-        """Whether all wait for a skill string."""
         return self._skillers.is_quiet
 
     def close(self) -> None:
-        """Close them."""
         self._skillers.close()
 
 
 class Speech(Component):
-    """Writes ``SpeechSynthInterface``; works after the Skiller.
+    """Writes ``SpeechSynthInterface``.
 
-    :raises CxbridgeError: when the output fails, or the interface has another writer.
+    :raises CxbridgeError: if the output fails or the interface has another writer.
     """
 
+    # behind Hook.SKILL, so that speech starts in the loop of its message
     hooks = (Hook.ACT,)
     description = "Speech synthesis that skills use"
 
@@ -74,24 +71,21 @@ class Speech(Component):
         self._writer = make_speech(context.board, context.clock, context.bus, speech=context.options.speech)
 
     def loop(self) -> None:
-        """Take messages, and speak."""
         self._writer.loop()
 
     @property
     def is_quiet(self) -> bool:
-        """Whether it only speaks what skills say: always."""
         return True
 
     def close(self) -> None:
-        """Close the interface."""
         self._writer.close()
 
 
 class SkillBoardComponent(Component):
     """Finds executors for skills.
 
-    :param settings: those of a recording; None: those of the configuration.
-    :raises CxbridgeError: when an executor cannot be made, or an interface has another writer.
+    :param settings: settings of a replay; None: those of the configuration.
+    :raises CxbridgeError: if an executor cannot be made or an interface has another writer.
     """
 
     hooks = (Hook.SKILL,)
@@ -99,7 +93,7 @@ class SkillBoardComponent(Component):
     def __init__(self, context: Run, settings: BoardSettings | None = None) -> None:
         from_recording = settings is not None
         settings = settings or context.skill_board
-        assert settings is not None  # else it is not needed
+        assert settings is not None  # # the component's row is not needed without a skill board
         policy = context.source.board_policy(context.config)
         self.service = SkillBoardService(
             context.board, context.clock, context.bus, settings, policy, _execution(context)
@@ -114,29 +108,25 @@ class SkillBoardComponent(Component):
             raise
 
     def loop(self) -> None:
-        """Let masters and executors work."""
         self.service.loop()
 
     @property
     def running(self) -> bool:
-        """Whether a skill is executed."""
         return self.service.running
 
     @property
     def is_quiet(self) -> bool:
-        """Whether no skill is executed."""
         return not self.running
 
     def close(self) -> None:
-        """End all skills."""
         self._run.skill_service = None
         self.service.close()
 
 
 def _execution(context: Run) -> Execution:
-    """Return how calls are executed: failures are simulated where the Skillers are.
+    """Return the function that executes calls; with ``--skiller simulator`` it simulates failures.
 
-    :raises SkillerError: when the configuration of the failures is wrong.
+    :raises SkillerError: if the configuration of failures is wrong.
     """
     if context.execution is not None:
         return context.execution
@@ -146,7 +136,7 @@ def _execution(context: Run) -> Execution:
     from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
     from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415
 
-    make_failures(context.config, "")  # mistakes show now, not with the first call
+    make_failures(context.config, "")  # # raises configuration errors now rather than at the first call
     return DecidedExecution(
         lambda agent: Deciders([make_failures(context.config, agent), *make_deciders(context, agent)])
     )
@@ -157,18 +147,18 @@ DECIDERS: Final[Table[Callable[[Run, str], Decider]]] = Table(
     callable,
     "a function that makes a decider from the context of a run and the name of a Skiller or an agent",
 )
-"""The deciders of plug-ins for simulated skills; ``make_simulator`` makes those of cxbridge as configured."""
+"""The deciders of plug-ins for simulated skills. ``make_simulator`` makes those of cxbridge."""
 
 
 def make_deciders(context: Run, skiller: str) -> list[Decider]:
-    """Return the deciders of plug-ins for a simulated Skiller, or an agent on the skill board."""
+    """Return the plug-ins' deciders for a simulated Skiller, or for an agent on the skill board."""
     return [DECIDERS.load(row)(context, skiller) for row in DECIDERS.rows if row.needed(context)]
 
 
 def make_skillers(context: Run, settings: Sequence[SkillerSettings]) -> SkillerGroup:
-    """Make Skillers, for the hook :attr:`Hook.SKILL`.
+    """Make Skillers.
 
-    :raises CxbridgeError: when skills cannot be loaded, or an interface has another writer.
+    :raises CxbridgeError: if skills cannot be loaded or an interface has another writer.
     """
     with ExitStack() as undo:
         made = [undo.enter_context(_make(context, item)) for item in settings]
@@ -177,7 +167,7 @@ def make_skillers(context: Run, settings: Sequence[SkillerSettings]) -> SkillerG
 
 
 def _make(context: Run, item: SkillerSettings) -> SkillerBackend:
-    # only runs that use Lua or estimators import them: start-up time is a feature
+    # import on use, because Lua and the estimators slow down the start of every run
     from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
 
     config = context.config

@@ -1,4 +1,4 @@
-"""The table of components that runs and daemons have, in the order of their start."""
+"""The table of components of runs and daemons."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _PACKAGE = "cxbridge.run.components"
 
 
 RECORDER: Final = Row("recorder", f"{_PACKAGE}.recorder:RecorderComponent")
-"""The recorder; a run has it outside of all other components, a daemon in its own table."""
+"""The recorder. A run starts it separately before all components; a daemon has its own row for it."""
 
 
 def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
-    """Return the Skillers that this process has to make.
+    """Return the settings of the Skillers in this process.
 
-    :raises ConfigError: when the configuration of one is wrong.
+    :raises ConfigError: if the configuration of a Skiller is wrong.
     """
     kind = run.options.skiller
     if kind == "none" or run.options.has_remote_skiller:
@@ -36,7 +36,7 @@ def _speaks(run: Any) -> bool:
 
 
 def _plans_by_blackboard(run: Any) -> bool:
-    """Whether the spec's initialisation waits for Fawkes' planning plugins."""
+    """Return whether the spec waits for Fawkes' planning plugins."""
     return (
         bool(run.spec)
         and run.source.has_fawkes_configuration
@@ -63,15 +63,15 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
     Row(PLANNING, f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard),
     Row(EXECUTIVE, f"{_PACKAGE}.executive:ExecutiveComponent", lambda run: bool(run.spec)),
 )
-"""The components of runs and daemons, in the order of their start; the executive is the last."""
+"""Components in start order. The executive is last, because its rules use all other components."""
 
 
 def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Row]:
-    """Return the components that a run or daemon needs, in the order of their start.
+    """Return the needed components in start order.
 
-    :param daemon: components that only daemons have; they start first.
+    :param daemon: components of daemons only; they start first.
     :param replayed: whether a recording replaces the environment and the components of plug-ins.
-    :raises CxbridgeError: when the configuration is wrong, or two components have the same name.
+    :raises CxbridgeError: if the configuration is wrong or two components have the same name.
     """
     executive = COMPONENTS.find(EXECUTIVE)
     others = [

@@ -1,1 +1,1 @@
-"""Why a run does not begin, or ends before its time: a broken agent, a run in which nothing can happen."""
+"""Reasons why a run does not start or ends early: a broken agent, a stuck run."""

@@ -1,7 +1,7 @@
-"""The mistakes that a run finds in its agent while it loads it: a broken agent is not started.
+"""Mistakes of an agent that a run finds while loading. A broken agent does not start.
 
-Nothing is loaded for that: the checks collect the findings of the loader of CLIPS files, the PDDL parser and
-the blackboard, and compare the action mapping with the skills and operators of the agent.
+The checks load nothing themselves. They collect the diagnostics of the CLIPS loader, the PDDL parser and the
+blackboard, and compare the action mapping with skills and operators.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
 UNCLOSED: Final = "UNCLOSED"
+# CLIPS error codes for unknown names, which may be defined in a missing file.
 _UNKNOWN_NAME: Final = frozenset({"EXPRNPSR3", "GLOBLPSR1", "PRNTUTIL2"})
-"""Codes of CLIPS for names that another file may define."""
 
 _QUOTED: Final = re.compile(r"'([^']+)'")
 
 
 class AgentChecks:
-    """Looks for mistakes of the agents of a run at each call; reports each mistake once.
+    """Finds mistakes in the agents of a run. Each mistake is reported once.
 
-    :param agents: made, and not started; from now on their mistakes are not logged one by one.
-    :param strict: as :attr:`RunOptions.strict`; by default that of each agent's options.
+    :param agents: made but not started. Their mistakes are no longer logged individually.
+    :param strict: overrides :attr:`RunOptions.strict`.
     """
 
     def __init__(self, agents: Iterable[Run], *, strict: bool | None = None) -> None:
@@ -45,9 +45,9 @@ class AgentChecks:
             self.joined(agent)
 
     def joined(self, agent: Run) -> None:
-        """Look for mistakes of an agent, too, which is not started.
+        """Add an agent before its start.
 
-        A missing file is the only mistake of an agent that is lenient by default, see
+        For an agent that is lenient by default, only missing files count, see
         :attr:`~cxbridge.run.source.Source.is_lenient`.
         """
         options = agent.options
@@ -58,21 +58,21 @@ class AgentChecks:
             self._missing += agent.missing
 
     def left(self, agent: Run) -> None:
-        """Look no more at an agent that was killed."""
+        """Remove a killed agent."""
         self._agents = [each for each in self._agents if not each.is_of(agent.executive)]
 
     def start(self) -> None:
-        """Check the files that the agents have loaded by now.
+        """Check the files loaded so far.
 
-        :raises BrokenAgentError: when it is not.
+        :raises BrokenAgentError: if an agent has mistakes.
         """
         found = [mistake for agent in self._agents for mistake in (*agent.missing, *agent.new())]
         self._raise([*self._missing, *found])
 
     def look(self) -> None:
-        """Check the files that the agents have loaded since the last call; to be called after each loop.
+        """Check the files loaded since the last call. To be called after each loop.
 
-        :raises BrokenAgentError: when it is not.
+        :raises BrokenAgentError: if an agent has mistakes.
         """
         for agent in self._agents:
             if agent.has_news:
@@ -81,7 +81,6 @@ class AgentChecks:
 
     @property
     def all_initialized(self) -> bool:
-        """Whether the initialisation of all agents has ended."""
         return all(agent.is_initialized for agent in self._agents)
 
     @staticmethod
@@ -91,8 +90,6 @@ class AgentChecks:
 
 
 class _Agent:
-    """The mistakes of one agent."""
-
     def __init__(self, context: Run, executive: Executive) -> None:
         self._context, self._executive = context, executive
         self._loader = executive.env.loader
@@ -101,17 +98,16 @@ class _Agent:
         self.is_initialized = False
 
     def is_of(self, executive: Executive) -> bool:
-        """Whether they are those of the agent with this executive."""
         return self._executive is executive
 
     @property
     def missing(self) -> list[ConfigError]:
-        """The files that do not exist."""
+        """The missing files."""
         return self._context.missing
 
     @property
     def has_news(self) -> bool:
-        """Whether something may have been found since."""
+        """Whether new findings are possible."""
         if len(self._loader.diagnostics) > self._seen:
             return True
         return not self.is_initialized and self._executive.initialized
@@ -129,9 +125,9 @@ class _Agent:
 
 
 def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> Iterator[CxbridgeError]:
-    """Yield the mistakes without what only follows from another one.
+    """Yield the root mistakes, without consequences of other mistakes.
 
-    :param files_are_missing: a name that does not exist may be defined there.
+    :param files_are_missing: unknown names may be defined in the missing files.
     """
     diagnostics = list(dict.fromkeys(diagnostics))
     unclosed = {each.file: each.line or 0 for each in diagnostics if each.code == UNCLOSED}
@@ -140,7 +136,7 @@ def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> It
         start = unclosed.get(each.file)
         if each.code != UNCLOSED:
             if start is not None and (each.line is None or each.line >= start):
-                continue  # CLIPS' own words for the same parenthesis
+                continue  # # CLIPS' report of the same unclosed parenthesis
             if files_are_missing and each.code in _UNKNOWN_NAME:
                 continue
             if lost.intersection(_QUOTED.findall(each.message)) and each.code in _UNKNOWN_NAME:
@@ -155,7 +151,7 @@ def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> It
 
 
 def names_any(file: str | None, line: int | None, constructs: Collection[str]) -> bool:
-    """Whether a line of a file has a list that begins with the name of one of these constructs."""
+    """Return whether a line has a list that starts with the name of one of these constructs."""
     if not (file and line and constructs):
         return False
     try:
@@ -166,7 +162,7 @@ def names_any(file: str | None, line: int | None, constructs: Collection[str]) -
 
 
 def mapping_mistakes(context: Run, executive: Executive) -> list[CxbridgeError]:
-    """Return the mistakes of the action mapping: unknown skills and unknown parameters."""
+    """Return the unknown skills and parameters in the action mapping."""
     skills = known_skills(context)
     operators = (
         {
@@ -209,13 +205,13 @@ def _parameters(template: str) -> list[str]:
 
 
 def _with_values(action: str, template: str) -> str:
-    """Return a skill string with a value that every placeholder can have."""
+    """Return a skill string with the value 1 for each placeholder."""
     mapping = ActionSkillMapping({action: template})
     return mapping.map(action, dict.fromkeys(_parameters(template), "1")).text or f"{template}"
 
 
 def known_skills(context: Run) -> frozenset[str] | None:
-    """Return the skills that actions can be mapped to; None when the skills are those of another process."""
+    """Return the skills available to the action mapping; None if another process has them."""
     board = context.skill_board
     if not context.known_skills and board is None:
         return None
@@ -229,7 +225,7 @@ def known_skills(context: Run) -> frozenset[str] | None:
 
 
 def _of_mapping(context: Run, action: str, message: str, word: str, known: Iterable[str]) -> ConfigError:
-    """Return a mistake in the mapping of an action, with the name that was probably meant."""
+    """Return an error about the mapping of an action, with a suggestion."""
     known = sorted(known)
     hint = did_you_mean(word, known, f"there are: {', '.join(known) or 'none'}")
     return context.config.error(_path(context, action), message, hint)

@@ -1,4 +1,4 @@
-"""The places in an agent's files that a complaint of a run is about; read only when something is wrong."""
+"""Places in an agent's files for the messages of a run. Files are read only after a mistake."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.run.agent import Run
 
+# The start of the core's error text for an action that no rule took.
 _NOT_EXECUTED: Final = "No action executor"
-"""How the error of an action begins that the core fails because no rule took it."""
 
 
 def places_of(context: Run, executive: Executive) -> Places:
-    """Return what finds names in the files that an agent has loaded by now, those of the core left out."""
+    """Return the name finder for the loaded files of an agent, without those of the core."""
     paths = context.paths
     core = (paths.cx, paths.library, *paths.before)
     files = dict.fromkeys(executive.env.loader.files)
@@ -27,11 +27,7 @@ def places_of(context: Run, executive: Executive) -> Places:
 
 
 class UnexecutedActions:
-    """Reports each action once that fails because no Skiller executes it, and the place of the mistake.
-
-    :param context: of the agent.
-    :param executive: of the agent; its facts are followed from now on.
-    """
+    """Reports each action that fails for lack of an executor, once, with the place of the mistake."""
 
     def __init__(self, context: Run, executive: Executive) -> None:
         self._context, self._executive = context, executive
@@ -47,7 +43,7 @@ class UnexecutedActions:
             self._executive.log.error(self._mistake(action))
 
     def _mistake(self, action: str) -> str:
-        """Return the mistake: a wrong name in plan or action mapping, an action not mapped, no control."""
+        """Return the cause: a misspelt action, an unmapped action, or missing control of the Skiller."""
         context, of_action = self._context, places_of(self._context, self._executive).of_action
         facts = self._executive.env.facts("domain-operator")
         operators = {str(slots["name"]) for _, _, slots in facts}

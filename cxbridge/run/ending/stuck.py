@@ -1,8 +1,8 @@
-"""Finds out that nothing can ever happen again in a run, and for which events the run waits.
+"""Detection of stuck runs, and the events that a stuck run waits for.
 
-A run is stuck when its agenda is empty, no skill runs, no rule can be activated by time alone, and no
-other program can change anything: no Skiller elsewhere, no network, no robot memory, no component of an
-installed package, no interface with a writer other than the agent and its Skillers.
+A run is stuck if its agenda is empty, no skill runs, no rule depends on time alone, and no other program can
+change anything: no remote Skiller, network, robot memory, plug-in component, or interface with a foreign
+writer.
 """
 
 from __future__ import annotations
@@ -22,22 +22,21 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.agent import Run
 
+# Features that assert facts only on request.
 _QUIET_FEATURES: Final = frozenset(
     {
         "blackboard", "config", "redefine-warning", "pddl-parser", "planner", "skill-board", "navgraph",
         "motor-switch", "tf",
     }
 )  # fmt: skip
-"""The features that assert nothing by themselves; other signs show whether they wait for something."""
 
+# Modes in which a goal waits for a rule of its sub-type.
 _BEFORE_COMMITTED: Final = frozenset({"SELECTED", "EXPANDED"})
-"""The modes in which a goal with sub-goals waits for a rule of its sub-type."""
 
 _TIME: Final = "/clips-executive/assert-time-each-loop"
 
 
 def is_stuck(agent: Run) -> bool:
-    """Return whether nothing can happen any more to an agent."""
     env = agent.executive.env
     if not agent.is_quiet or env.agenda_size_at_least(1) or agent.executive.skills.running:
         return False
@@ -57,32 +56,29 @@ def is_stuck(agent: Run) -> bool:
 
 
 def _has_time(agent: Run) -> bool:
-    """Whether the rules get a fact of the time in each loop."""
+    """Return whether each loop asserts a time fact."""
     return agent.config.get_bool(_TIME, default=False)
 
 
 def _read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
-    """Yield type and id of the interfaces that the rules read."""
+    """Yield type and id of the interfaces read by rules."""
     for _, _, slots in env.facts("blackboard-interface"):
         if slots.get("writing") != "TRUE":
             yield str(slots["type"]), str(slots["id"])
 
 
 def _may_change(agent: Run, kind: str, name: str) -> bool:
-    """Whether an interface has a writer that may still write."""
+    """Return whether an interface has a writer outside of the agent."""
     if kind == "SkillerInterface":
-        return False  # its Skiller is one of the components, which are at rest
+        return False  # # its Skiller is a component of this run, and idle
     infos = (info for info in agent.board.list_all() if (info.type, info.id) == (kind, name))
     return any(info.has_writer and not info.writer.startswith("CLIPS:") for info in infos)
 
 
-# ---- the events that the run waits for
-
-
 def waits_for(agent: Run, failed_rules: Iterable[str]) -> str:
-    """Return the events that a run waits for and that cannot come, as far as the facts show.
+    """Return a text with the events that a run waits for and that cannot come.
 
-    :param failed_rules: the rules whose actions an error has ended.
+    :param failed_rules: rules that ended with an error.
     """
     executive, places = agent.executive, places_of(agent, agent.executive)
     if not executive.initialized:
@@ -105,7 +101,7 @@ def waits_for(agent: Run, failed_rules: Iterable[str]) -> str:
 
 
 def _signals(agent: Run) -> Iterator[str]:
-    """Yield the entries of the initialisation that wait for a signal."""
+    """Yield the initialisation entries that wait for a signal."""
     for _, _, slots in agent.executive.env.facts("executive-init-request"):
         if slots["state"] == "WAIT-FOR":
             signal = str(slots["wait-for"])
@@ -125,7 +121,7 @@ def _at(place: str) -> str:
 
 
 def _goals(agent: Run, places: Places) -> Iterator[str]:
-    """Yield the goals that are open, each with its plan-actions that are not over."""
+    """Yield the open goals with their unfinished plan-actions."""
     env, goals = agent.executive.env, agent.executive.goals
     modes = allowed_values(env, "goal", "mode")
     classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
@@ -153,7 +149,7 @@ def _goals(agent: Run, places: Places) -> Iterator[str]:
 
 
 def _unhandled_sub_types(agent: Run) -> dict[str, str]:
-    """Return the goals that wait for a rule of their sub-type and have none, each with a clause for that."""
+    """Return, by goal id, a text about each goal whose sub-type has no rule."""
     from cxbridge.run.ending.timed_rules import condition_of_rule  # noqa: PLC0415 - for runs that are stuck
 
     env = agent.executive.env
@@ -175,7 +171,7 @@ def _unhandled_sub_types(agent: Run) -> dict[str, str]:
 
 
 def _without_files(agent: Run) -> Iterator[str]:
-    """Yield that the spec loads nothing, if so, with the place of the spec or of its choice."""
+    """Yield a text if the spec loads no file, with the place of the spec."""
     base, chosen = f"/clips-executive/specs/{agent.spec}", "/clips-executive/spec"
     if any("/file" in value.path.removeprefix(base) for value in agent.config.search(f"{base}/init")):
         return
@@ -187,14 +183,14 @@ def _without_files(agent: Run) -> Iterator[str]:
 
 
 def _empty(agent: Run) -> Iterator[str]:
-    """Yield the files that are loaded and empty."""
+    """Yield a text for each loaded file without content."""
     for file in dict.fromkeys(agent.executive.env.loader.files):
         if file.exists() and not file.stat().st_size:
             yield f"{file}:1: the file is empty"
 
 
 def _lacking(agent: Run, places: Places) -> list[str]:
-    """Return the fact that a rule which makes goals lacks: of the first such rule."""
+    """Return the missing fact of the first rule that makes goals."""
     from cxbridge.run.ending.timed_rules import lacking  # noqa: PLC0415 - for runs that are stuck
 
     for rule in places.rules_that_make_goals():
@@ -207,7 +203,8 @@ def _lacking(agent: Run, places: Places) -> list[str]:
 
 
 def _deffacts(agent: Run) -> list[str]:
-    """Return the deffacts of the agent: a loaded file alone asserts none."""
+    """Return a text for each deffacts of the agent."""
+    # Fawkes loads files without a reset, which alone would assert deffacts
     found: list[str] = []
     for file in agent.executive.env.loader.files:
         if file.is_relative_to(agent.paths.cx) or file.is_relative_to(agent.paths.library):
@@ -240,8 +237,8 @@ def _failed_rules(agent: Run, rules: Iterable[str]) -> Iterator[str]:
 
 
 def _unwritten(agent: Run, places: Places) -> Iterator[str]:
-    """Yield the interfaces that the rules read and that have no writer."""
+    """Yield a text for each interface that rules read and no writer writes."""
     written = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in _read_interfaces(agent.executive.env):
         if f"{kind}::{name}" not in written:
-            yield f"nobody writes {kind}::{name}{_at(places.of_interface(kind, name))}"
+            yield f"{kind}::{name} has no writer{_at(places.of_interface(kind, name))}"

@@ -1,7 +1,7 @@
-"""Which rules time alone can activate: those with a pattern of (time ...) that lack no other fact.
+"""Rules that time alone can activate: rules with a (time ...) pattern and all other facts present.
 
-The proof is one-sided: a rule is left out only when a pattern of it has no fact. Joins, tests and negated
-patterns are taken to be fulfilled.
+The check errs on one side: only a pattern without any matching fact excludes a rule. Joins, tests and negated
+patterns count as satisfied.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
 
 TIME: Final = "time"
+# Core rules that fire on each tick without further effect.
 _TICKS: Final = frozenset({"time-retract", "blackboard-read"})
-"""The rules of the core that fire on each tick, and begin nothing by themselves."""
 
+# The core rule that requests control of a Skiller periodically.
 _CONTROL: Final = "skill-control-acquire"
-"""The rule of the core that asks a Skiller for control, again and again."""
 
 
 def timed_rules(env: ClipsEnvironment, skillers: Collection[str]) -> Iterator[str]:
-    """Yield the rules that may fire some day though no other fact than that of the time comes.
+    """Yield the rules that can fire with no new facts except time.
 
     :param skillers: the names of the existing Skillers.
     """
@@ -38,7 +38,7 @@ def timed_rules(env: ClipsEnvironment, skillers: Collection[str]) -> Iterator[st
 
 
 def lacking(env: ClipsEnvironment, rule: str) -> str:
-    """Return the deftemplate of the first fact that a rule lacks; empty when it lacks none that is sure."""
+    """Return the deftemplate of the first missing fact of a rule; empty if no fact is known to be missing."""
     for each in condition_of_rule(rule_texts(env).get(rule, "")):
         if isinstance(each, PatternCE) and not _may_hold(env, each):
             return each.template
@@ -46,7 +46,7 @@ def lacking(env: ClipsEnvironment, rule: str) -> str:
 
 
 def condition_of_rule(text: str) -> tuple[CE, ...]:
-    """Return the condition of a rule; nothing of it when it is nested too deep to be read."""
+    """Return the condition of a rule; empty if it is nested too deeply for the parser."""
     try:
         return tuple(ce for rule in read(text) for ce in condition_of(rule))
     except RecursionError:
@@ -54,16 +54,14 @@ def condition_of_rule(text: str) -> tuple[CE, ...]:
 
 
 def _can_get_control(env: ClipsEnvironment, skillers: Collection[str]) -> bool:
-    """Whether a Skiller that is asked for control exists.
-
-    A Skiller may exist without a fact of its interface: it writes nothing until a client has control.
-    """
+    """Return whether a Skiller with an open control request exists."""
+    # SkillerInterface may have no fact yet: the Skiller writes nothing until a client has control
     controls = (slots for _, _, slots in env.facts("skiller-control"))
     return any(slots["acquired"] == "FALSE" and str(slots["skiller"]) in skillers for slots in controls)
 
 
 def _may_hold(env: ClipsEnvironment, element: CE) -> bool:
-    """Whether existing facts, and any time, may fulfil a conditional element."""
+    """Return whether existing facts and any time fact may satisfy a conditional element."""
     if isinstance(element, GroupCE):
         if element.kind in ("and", "logical", "exists"):
             return all(_may_hold(env, each) for each in element.items)
@@ -75,11 +73,11 @@ def _may_hold(env: ClipsEnvironment, element: CE) -> bool:
 
 
 def _literals(pattern: PatternCE) -> dict[str, frozenset[str]]:
-    """Return the slots whose values are words that are written out, with these words."""
+    """Return the slots with literal symbols, and these symbols."""
     return {
         slot: words
         for slot, words in pattern.slots.items()
-        if all(word[0].isalpha() for word in words)  # a number may be written in several ways
+        if all(word[0].isalpha() for word in words)  # # a number has several spellings
     }
 
 

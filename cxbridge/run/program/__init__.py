@@ -1,1 +1,1 @@
-"""Runs that a Python program makes: what ``import cxbridge as cx`` gives for them."""
+"""Runs started by Python programs, the API of ``import cxbridge as cx``."""

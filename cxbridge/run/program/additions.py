@@ -1,4 +1,4 @@
-"""The additions of a Python program to a run: features, skills, and recorders."""
+"""Additions of a Python program to a run: features, skills and recorders."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Additions:
-    """The additions of a program to a run.
+    """Additions of a program to a run.
 
-    :param features: given to the executive's environment before it loads its first file.
-    :param executors: classes that execute skills, for each agent of the skill board; without a skill board in
-        the configuration they serve the Skillers of the run.
-    :param writers: get the events of the run, and are closed at its end.
-    :param planning: makes the PlanningService of the environment of that name; None: planners plan.
-    :param values: read by features and components of plug-ins, by names that begin with the plug-in's.
+    :param features: features of the executive's environment, present before its first file.
+    :param executors: executor classes for each agent of the skill board. Without a configured skill board,
+        they serve the run's Skillers.
+    :param writers: receivers of the run's events, closed at its end.
+    :param planning: makes the PlanningService of an environment; None: planners.
+    :param values: values for features and components of plug-ins, by names with the plug-in's prefix.
     """
 
     features: tuple[Feature, ...] = ()

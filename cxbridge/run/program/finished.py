@@ -1,4 +1,4 @@
-"""A run that is over, as a program sees it: its goals, plan-actions and skills, as text, HTML and files."""
+"""A finished run as an object: goals, plan-actions and skills, with output as text, HTML and files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 VIEWS: Final[Table[Callable[..., str]]] = Table(
     "VIEWS", callable, "a function that makes a page, as HTML, of a recorded run"
 )
-"""The pages about runs; ``document`` makes a page of the kind, the title and the text of a JSON document."""
+"""HTML pages about runs. ``document`` makes a page from kind, title and text of a JSON document."""
 
 _REPORT: Final = "report"
 
@@ -35,73 +35,69 @@ _REPORT: Final = "report"
 def write_document(path: Path, kind: str, title: str, document: Mapping[str, Any]) -> None:
     """Write a page that shows a JSON document.
 
-    :raises CxbridgeError: when no installed package makes pages, or it cannot be written.
+    :raises CxbridgeError: if no plug-in makes pages or the file cannot be written.
     """
     page = VIEWS.load(VIEWS.find("document"))
     write_file(path, page(kind, title, document))
 
 
 class Run:
-    """A run that is over: one that :func:`run` made, or a recording.
+    """A finished run, from :func:`run` or a recording.
 
-    Printed it is the tree of its goals with their outcomes; in a notebook it is a page with its timeline.
+    ``str()`` returns the goal tree with outcomes. A notebook shows a page with the timeline.
 
-    :param source: its events.
+    :param source: the recorded events.
     """
 
     def __init__(self, source: RecordedRun) -> None:
         self.source = source
 
-    # ---- how it ended
-
     @property
     def status(self) -> int | None:
-        """The exit status of ``cxbridge run``; None when the recording does not tell.
+        """The exit status of ``cxbridge run``; None if not recorded.
 
-        0: every root goal ended COMPLETED; 1: some did not; 3: the time was over; 4: a fault of the run.
+        Status 0: every root goal COMPLETED; 1: not every root goal; 3: timeout; 4: internal error.
         """
         status = self.source.metadata().get("status", "")
         return int(status) if status.isdigit() else None
 
     @property
     def reason(self) -> str:
-        """Why it has this status, in a sentence; empty when the recording does not tell."""
+        """The reason of the status, in a sentence; empty if not recorded."""
         return self.source.metadata().get("reason", "")
 
     @property
     def seconds(self) -> float:
-        """How long it took by its own clock."""
+        """The duration by the run's clock."""
         return self.history.end / MICROSECONDS
-
-    # ---- what happened
 
     @cached_property
     def history(self) -> RunHistory:
-        """All that happened to goals, plan-actions, skills and planners.
+        """The history of goals, plan-actions, skills and planner calls.
 
-        :raises TraceError: when the recording cannot be read.
+        :raises TraceError: if the recording cannot be read.
         """
         return RunHistory.of(self.source, start_us=self.source.start_us)
 
     @property
     def goals(self) -> list[GoalRecord]:
-        """The goals, in the order in which they appeared."""
+        """The goals in order of appearance."""
         return self.history.goals
 
     @property
     def actions(self) -> list[PlanActionRecord]:
-        """The plan-actions, in the order in which they appeared."""
+        """The plan-actions in order of appearance."""
         return self.history.actions
 
     @property
     def skills(self) -> list[SkillExecution]:
-        """The skills that were executed, in the order in which they began."""
+        """The executed skills in order of their start."""
         return self.history.calls
 
     def goal(self, name: str) -> GoalRecord:
-        """Return the goal of an id, or the only goal of a class; ``ID#2`` for the second life of an id.
+        """Return a goal by id, or the only goal of a class. ``ID#2`` is the second goal with this id.
 
-        :raises CxbridgeError: when there is none, or are several.
+        :raises CxbridgeError: unless exactly one goal matches.
         """
         found = goals_named(self.goals, name)
         if len(found) != 1:
@@ -112,9 +108,9 @@ class Run:
         return found[0]
 
     def log(self, level: str = "I") -> list[LogLine]:
-        """Return the log.
+        """Return the log lines.
 
-        :param level: the least level: ``D`` (debug), ``I`` (info), ``W`` (warning) or ``E`` (error).
+        :param level: the minimum level: ``D`` (debug), ``I`` (info), ``W`` (warning) or ``E`` (error).
         """
         levels = list(Level)
         least = levels.index(Level(level))
@@ -122,31 +118,29 @@ class Run:
         return [line for line in lines if levels.index(line.level) >= least]
 
     def why(self, name: str) -> str:
-        """Return why a goal came to its outcome, or why a rule did not fire.
+        """Explain the outcome of a goal, or why a rule did not fire.
 
-        :param name: a goal's id, a class of goals, or a rule.
-        :raises CxbridgeError: when there is nothing of that name, the recording cannot tell, or no installed
-            package explains runs.
+        :param name: a goal id, a goal class or a rule.
+        :raises CxbridgeError: if the name is unknown, the recording is insufficient, or no plug-in explains
+            runs.
         """
         return "\n".join(why(self.source, name))
 
     def compare(self, other: Run, *, order: str = "partial") -> Comparison:
-        """Compare the transitions of goals and plan-actions with those of another run.
+        """Compare the transitions of goals and plan-actions with another run.
 
-        :param order: ``partial``: that of each goal; ``total``: that of all.
-        :raises TraceError: when one of them cannot be read.
+        :param order: ``partial`` compares each goal separately, ``total`` the sequence of all transitions.
+        :raises TraceError: if a recording cannot be read.
         """
         from cxbridge.trace.compare.model import Order  # noqa: PLC0415
         from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
 
         return compare_runs(self.source, [other.source], order=Order(order))
 
-    # ---- as a recording
-
     def write_report(self, path: str | Path) -> Path:
-        """Write a page about the run, one file that needs no network; return its path.
+        """Write a self-contained HTML page about the run; return its path.
 
-        :raises TraceError: when it cannot be written.
+        :raises TraceError: if the file cannot be written.
         """
         report = VIEWS.load(VIEWS.find(_REPORT))
         write_file(Path(path), report(self.source).encode("utf-8"))
@@ -160,20 +154,20 @@ class Run:
         return f"<Run {self.source.path.name}: status {self.status}, {len(self.goals)} goals>"
 
     def _repr_html_(self) -> str:
-        """Return a page about the run for a notebook: the report of a plug-in, or the tree of goals."""
+        """Return HTML for a notebook: a plug-in's report, or the goal tree."""
         row = next((row for row in VIEWS.rows if row.name == _REPORT), None)
         if row is None:
             return f"<pre>{escape(str(self))}</pre>"
         page = b64encode(VIEWS.load(row)(self.source).encode("utf-8")).decode()
-        return (  # a document in srcdoc resolves the links of the page against the notebook
+        return (  # # not srcdoc, which would resolve the page's links against the notebook
             f'<iframe src="data:text/html;base64,{page}" title="{escape(repr(self))}" sandbox="allow-scripts"'
             ' style="width:100%;height:36rem;border:0"></iframe>'
         )
 
 
 def open_run(path: str | Path) -> Run:
-    """Open a recorded run of any format: mcap, a text log of Fawkes, bblogger's files, ...
+    """Open a recorded run of any format, e.g. mcap, a Fawkes text log, or bblogger files.
 
-    :raises TraceError: when there is nothing at ``path``, or nothing that is a recorded run.
+    :raises TraceError: if ``path`` is missing or no recorded run.
     """
     return Run(registry.open_run(path))

@@ -1,4 +1,4 @@
-"""Options of a run from the keywords of a program, and from JSON, as editors send them."""
+"""Options of a run from a program's keywords, or from the JSON of an editor."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 
+# Options with several paths.
 _PATHS = ("config", "clips_dirs", "interface_dirs", "skill_dirs", "overlays", "replay")
-"""Options that are several paths."""
 
 _CAPITAL: Final = re.compile(r"[A-Z]")
+# Accepted types of plain values, by option type.
 _PLAIN: Final[Mapping[Any, tuple[type, ...]]] = {
     bool: (bool,),
     int: (int,),
@@ -24,14 +25,13 @@ _PLAIN: Final[Mapping[Any, tuple[type, ...]]] = {
     Path: (str,),
     tuple: (str, list),
 }
-"""What may stand for values of these types."""
 _TITLES: Final = {bool: "true or false", int: "a number", float: "a number", str: "a text", list: "texts"}
 
 
 def more_options(given: dict[str, Any], find: Callable[[str | Path], Path] = Path) -> Iterator[Any]:
-    """Yield a group for each plug-in whose options are given, and remove these options.
+    """Yield an option group for each plug-in with given options; remove these from ``given``.
 
-    :param given: options by name; a text may stand for a path.
+    :param given: option values by name, with paths as text.
     :param find: returns the path for a text.
     """
     for group in RunOptions.added_groups():
@@ -45,11 +45,10 @@ def more_options(given: dict[str, Any], find: Callable[[str | Path], Path] = Pat
 
 
 def paths_of(name: str, given: object, find: Callable[[str | Path], Path] = Path) -> tuple[Path, ...]:
-    """Return the paths that an option is given: one, or several.
+    """Return the paths of an option value, which is one path or several.
 
-    :param name: the option.
     :param find: returns the path for a text.
-    :raises CxbridgeError: when the option is given something else.
+    :raises CxbridgeError: if a value is not a path.
     """
     if isinstance(given, str | Path):
         return (find(given),)
@@ -63,9 +62,9 @@ def paths_of(name: str, given: object, find: Callable[[str | Path], Path] = Path
 
 
 def make_options(scenario: str | Path | None, **given: Any) -> RunOptions:
-    """Return the options of a run; paths may be texts, and one may stand for several.
+    """Return the options of a run. Paths may be texts, and a single path may stand for several.
 
-    :raises CxbridgeError: when there is no such option.
+    :raises CxbridgeError: if an option is unknown.
     """
     values: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     values["more"] = tuple(more_options(values))
@@ -85,8 +84,8 @@ def make_options(scenario: str | Path | None, **given: Any) -> RunOptions:
 def plain_options(given: Mapping[str, Any]) -> RunOptions:
     """Return the options of a run.
 
-    :param given: names as in ``skill_dirs``, ``skill-dirs`` or ``skillDirs``; null: as if it was missing.
-    :raises CxbridgeError: when there is no such option, or its value is of another type.
+    :param given: values by name: ``skill_dirs``, ``skill-dirs`` or ``skillDirs``. Null counts as missing.
+    :raises CxbridgeError: if an option is unknown or has a value of another type.
     """
     options = {
         _CAPITAL.sub(lambda m: f"_{m[0].lower()}", name).replace("-", "_"): value
@@ -100,7 +99,7 @@ def plain_options(given: Mapping[str, Any]) -> RunOptions:
 
 @cache
 def _kinds() -> dict[str, tuple[type, ...]]:
-    """Return the types of values that each option takes."""
+    """Return the accepted types of each option."""
     return {
         name: tuple(dict.fromkeys(plain for each in _members(hint) for plain in _PLAIN.get(each, ())))
         for group in (RunOptions, *RunOptions.added_groups())
@@ -109,16 +108,16 @@ def _kinds() -> dict[str, tuple[type, ...]]:
 
 
 def _members(hint: Any) -> list[Any]:
-    """Return the types of a union, or the only one; of ``tuple[...]`` just ``tuple``."""
+    """Return the members of a union type; of ``tuple[...]`` just ``tuple``."""
     if get_origin(hint) in (Union, types.UnionType):
         return [member for each in get_args(hint) for member in _members(each)]
     return [get_origin(hint) or hint]
 
 
 def _check_type(name: str, value: object) -> None:
-    """See that an option has a value of its type; those that there are not are refused later.
+    """Check the type of an option's value. Unknown options pass: :func:`make_options` refuses them.
 
-    :raises CxbridgeError: when it has not.
+    :raises CxbridgeError: if the type is wrong.
     """
     kinds = _kinds().get(name)
     if kinds is None:

@@ -1,5 +1,3 @@
-"""Runs a scenario for a Python program."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -28,24 +26,25 @@ def run(
     timeout: float = 600.0,
     **options: Any,
 ) -> Run:
-    """Run a scenario to its end, headless.
+    """Run a scenario headless, to its end.
 
     For example::
+
 
         run = cx.run("test-scenario")
         assert run.status == 0, run.reason
         print(run)
 
-    :param scenario: the name of a shipped one, a folder with a ``scenario.yaml``, or a Fawkes configuration.
-    :param features: features of yours; the executive's environment has them before it loads its first file.
-    :param skills: skills in Python, subclasses of ``cx.Skill`` or functions; they replace the Lua
-        skills, or of the skill board's executors of these skills.
-    :param config: configuration files on top of the scenario's, each over those before it.
-    :param trace: record the run to this mcap file, too.
-    :param trace_level: ``transitions``, ``rules`` or ``facts``: how much is kept of the run.
-    :param timeout: seconds of the run's clock until it is given up.
-    :param options: the other options of ``cxbridge run``, e.g. ``clock="real"``, ``skiller="simulator"``.
-    :raises CxbridgeError: when the scenario, an option or a skill is wrong; a failed goal is not an error.
+    :param scenario: a shipped scenario's name, a folder with a ``scenario.yaml``, or a Fawkes configuration.
+    :param features: features of the executive's environment, present before its first file.
+    :param skills: Python skills: subclasses of ``cx.Skill``, or functions. They replace the Lua skills, or
+        the skill board's executors, of the same names.
+    :param config: overlays of the scenario's configuration; later files win.
+    :param trace: an mcap file for the recording.
+    :param trace_level: the detail of the recording: ``transitions``, ``rules`` or ``facts``.
+    :param timeout: seconds of the run's clock.
+    :param options: further options of ``cxbridge run``, e.g. ``clock="real"``, ``skiller="simulator"``.
+    :raises CxbridgeError: if the scenario, an option or a skill is wrong. A failed goal raises nothing.
     """
     run_options = make_options(
         scenario, config=config, trace=trace, trace_level=trace_level, timeout=timeout, **options

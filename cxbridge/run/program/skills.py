@@ -1,4 +1,4 @@
-"""Makes executors of plain functions: a skill in three lines of Python."""
+"""Skill executors made of plain functions."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailed
 from cxbridge.skiller.board.protocol import SkillCall
 
 SkillFunction: TypeAlias = Callable[..., Any]
-"""A function that is a skill: its parameters are the skill's.
+"""A function that implements a skill, with the skill's parameters.
 
-A generator function takes a step in each loop, and yields how far it is, from 0 to 1. A plain function is
-called in the loop after the skill's begin; it must not block. An exception is the failure of the skill; the
-text that it returns is the skill's last word.
+A generator function takes one step per loop and yields its progress, 0 to 1. A plain function is called in
+the loop after the skill's start, and must not block. An exception fails the skill. A returned text is the
+skill's final message.
 """
 
 Skills: TypeAlias = Sequence[type[SkillExecutor] | SkillFunction] | Mapping[str, SkillFunction]
-"""Skills of a run: classes and functions, or functions by the names of their skills."""
+"""Skills as classes and functions, or as functions by skill name."""
 
 
 def executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
-    """Return a class of executors for each skill.
+    """Return an executor class for each skill.
 
-    :raises SkillError: when something is not a skill; with file and line.
+    :raises SkillError: unless each object is a skill; the error has file and line.
     """
     if isinstance(skills, Mapping):
         return tuple(function_skill(function, name) for name, function in skills.items())
@@ -39,10 +39,10 @@ def _executor_class(skill: type[SkillExecutor] | SkillFunction) -> type[SkillExe
 
 
 def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecutor]:
-    """Return a class of executors that calls a function.
+    """Return an executor class that calls a function.
 
-    :param name: of the skill; that of the function by default.
-    :raises SkillError: when it is not a function.
+    :param name: the name of the skill, by default the function's.
+    :raises SkillError: unless the object is a function.
     """
     if not callable(function) or isinstance(function, type):
         raise SkillError(
@@ -60,7 +60,7 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
         def execute(self, call: SkillCall) -> Steps:
             arguments = _arguments(signature, call)
             if not inspect.isgeneratorfunction(function):
-                yield None  # it is seen to run before it ends, as every skill
+                yield None  # # one loop as RUNNING: the rules must see this state of each skill
             answer = function(*arguments)
             last = (yield from answer) if inspect.isgenerator(answer) else answer
             return Progress(1.0, last) if isinstance(last, str) else last
@@ -73,7 +73,7 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
 def _arguments(signature: inspect.Signature, call: SkillCall) -> list[Any]:
     """Return the arguments of a call in the order of the function's parameters.
 
-    :raises SkillFailedError: when one is missing, or the function has no such parameter.
+    :raises SkillFailedError: if an argument is missing or unknown.
     """
     unnamed = [call.parameters[key] for key in sorted(call.parameters, key=_place) if key.isdigit()]
     named = {name: value for name, value in call.parameters.items() if not name.isdigit()}

@@ -1,4 +1,4 @@
-"""The divergence of a replay: the executive commands something other than the recorded."""
+"""Divergence of a replay: a command of the executive that differs from the recorded command."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from typing import Any, Final, Generic, Protocol, TypeVar
 from cxbridge.clock import MICROSECONDS
 
 PATIENCE_US: Final = 60 * MICROSECONDS
-"""How late a command may be."""
+"""The permitted delay of a command."""
 
 
 @dataclass(frozen=True, slots=True)
 class Divergence:
-    """A command that is not the recorded one.
+    """A command that differs from the recorded one.
 
-    :param uid: of the interface of the Skiller or executor.
-    :param number: of the command there, from 1.
-    :param expected: the recorded command; empty: none.
-    :param came: the command of this run; empty: none.
-    :param seconds: of the run's clock, since its begin.
-    :param recorded_s: the time of the expected one since the start of the recorded run; None: none was
-        recorded.
+    :param uid: the interface of the Skiller or executor.
+    :param number: the position among the commands of this interface, from 1.
+    :param expected: the recorded command; empty if there is none.
+    :param came: the command of this run; empty if there is none.
+    :param seconds: the time since the start of this run.
+    :param recorded_s: the time of the expected command since the start of the recorded run; None if there is
+        none.
     """
 
     uid: str
@@ -33,7 +33,7 @@ class Divergence:
     recorded_s: float | None
 
     def plain(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the divergence as JSON values."""
         return {
             "who": self.uid,
             "number": self.number,
@@ -54,7 +54,7 @@ class Divergence:
 
 
 class RecordedCommand(Protocol):
-    """Something that was commanded at some time."""
+    """A recorded command with its time."""
 
     time_us: int
 
@@ -63,13 +63,13 @@ R = TypeVar("R", bound=RecordedCommand)
 
 
 class Expectation(Generic[R]):
-    """The recorded commands of a Skiller or an executor, in order, and the time of the next one.
+    """The recorded commands of a Skiller or executor, and the position of the next one.
 
-    :param uid: of the interface that takes the commands.
+    :param uid: the interface that gets the commands.
     :param items: the recorded commands.
-    :param start_us: when the recorded run, and this one, began.
-    :param whole: whether the recorded run had come to its end: then nothing may follow.
-    :param report: called for the first divergence.
+    :param start_us: the start of both the recorded run and this run.
+    :param whole: whether the recording is complete. After a complete recording, any further command diverges.
+    :param report: receives the first divergence.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class Expectation(Generic[R]):
     ) -> None:
         self.uid = uid
         self.exhausted = False
-        """Whether a command came that the recording, which was cut off, does not have any more."""
+        """Whether commands continued past the end of an incomplete recording."""
         self._items = items
         self._start_us = start_us
         self._whole = whole
@@ -98,12 +98,12 @@ class Expectation(Generic[R]):
         return self._items[self._next] if self._next < len(self._items) else None
 
     def meet(self, now_us: int) -> None:
-        """Note that the next one has come."""
+        """Advance past the expected command."""
         self._last_us, self._last_recorded_us = now_us, self._items[self._next].time_us
         self._next += 1
 
     def refuse(self, came: str, now_us: int) -> None:
-        """Note that something else has come."""
+        """Report a command that differs from the expected one."""
         expected = self.next
         if expected is None and not self._whole:
             self.exhausted = True
@@ -111,7 +111,7 @@ class Expectation(Generic[R]):
         self._diverge(expected, came, now_us)
 
     def check(self, now_us: int) -> None:
-        """Note when the next one is long overdue."""
+        """Report an overdue command."""
         expected = self.next
         if expected is not None:
             due_us = self._last_us + max(0, expected.time_us - self._last_recorded_us)

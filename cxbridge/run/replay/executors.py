@@ -1,4 +1,4 @@
-"""An executor of the skill board that repeats a recording."""
+"""An executor of the skill board that replays a recording."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _FAILED = "FAILED"
 
 
 class RecordedExecutor(SkillExecutor):
-    """Executes skills as long, and with the outcome, as recorded.
+    """Executes skills with the recorded durations and outcomes.
 
-    :param script: its recorded work.
-    :param start_us: when the recorded run began; the run's clock begins there, too.
-    :param whole: whether the recorded run had come to its end.
-    :param report: called for the first skill that is not the recorded one.
+    :param script: the recorded executions.
+    :param start_us: the start of the recorded run, where this run's clock starts too.
+    :param whole: whether the recording is complete.
+    :param report: receives the first differing skill.
     """
 
     def __init__(
@@ -36,11 +36,11 @@ class RecordedExecutor(SkillExecutor):
         self.expected = Expectation(writer, script.executions, start_us, whole=whole, report=report)
 
     def idle(self) -> None:
-        """See whether the next skill is overdue."""
+        """Check for an overdue skill."""
         self.expected.check(self.clock.now_us())
 
     def execute(self, call: SkillCall) -> Steps:
-        """Do the recorded work."""
+        """Replay the recorded execution."""
         execution = self.expected.next
         begin_us = self.clock.now_us()
         known = execution.parameters if execution is not None else None

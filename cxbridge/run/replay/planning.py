@@ -1,4 +1,4 @@
-"""Planners that find the plans that they found in a recording, and take as long."""
+"""Planners that return recorded plans after the recorded delay."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _STATUS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class RecordedPlan:
-    """A call of a planner, and the result.
+    """A planner call with its result.
 
-    :param after_us: when, since the call.
+    :param after_us: microseconds from call to result.
     """
 
     problem: str
@@ -42,7 +42,7 @@ class RecordedPlan:
 
 
 def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -> Divergence | None:
-    """Return how a call of a planner differs from the recorded one; None when it asks for the same.
+    """Return the divergence between a planner call and the recorded one; None if the problems are equal.
 
     :param start_us: the start of the recorded run.
     """
@@ -59,13 +59,13 @@ def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -
 
 
 def plans_of(scans: Iterable[Scan], env: str) -> dict[str, RecordedPlan]:
-    """Return the calls of an environment in the first recording that has some, by their ids."""
+    """Return an environment's calls by id, from the first recording with any."""
     found = (recorded_plans(each.plans, env) for each in scans)
     return next((plans for plans in found if plans), {})
 
 
 def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, RecordedPlan]:
-    """Return the calls of an environment that came to an end, by their ids."""
+    """Return the finished calls of an environment, by id."""
     begun: dict[str, PlannerCall] = {}
     plans: dict[str, RecordedPlan] = {}
     for event in events:
@@ -80,11 +80,12 @@ def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, Recorde
 
 
 def _result(event: PlannerCall) -> PlanResult | None:
-    """Return the result of a call; None when the plan was not recorded."""
+    """Return the result of a call; None if the plan is missing in the recording."""
     try:
         actions = parse_plan_text(event.plan)
     except ValueError:
         return None
+    # planners report the number of actions even when they record no plan
     if len(actions) != event.actions:
         return None
     seconds = event.duration_us / MICROSECONDS
@@ -92,9 +93,9 @@ def _result(event: PlannerCall) -> PlanResult | None:
 
 
 class RecordedPlanning(PlanningService):
-    """Makes the recorded plans; missing ones are planned.
+    """Returns recorded plans, and calls a planner where no plan is recorded.
 
-    :param plans: by the ids of the calls, which are counted.
+    :param plans: plans by call id; ids are consecutive numbers.
     """
 
     def __init__(self, plans: dict[str, RecordedPlan], clock: Clock) -> None:
@@ -104,10 +105,10 @@ class RecordedPlanning(PlanningService):
         self._count = 0
 
     def warm_up(self) -> None:
-        """Do nothing: a planner may never be needed."""
+        """Do nothing: a replay may never need a planner."""
 
     def call(self, request: PlanRequest) -> PlanCall:
-        """Begin to report a plan."""
+        """Start a call that reports the recorded plan."""
         self._count += 1
         recorded = self._plans.get(f"plan-{self._count}")
         return (
@@ -118,7 +119,7 @@ class RecordedPlanning(PlanningService):
 
 
 class _RecordedCall(PlanCall):
-    """A plan that exists already, but is not delivered before its time."""
+    """A recorded plan, delivered at its recorded time."""
 
     def __init__(
         self,
@@ -135,7 +136,7 @@ class _RecordedCall(PlanCall):
 
     @property
     def result(self) -> PlanResult | None:
-        """The result; None before its time, or before the call is cancelled if it was."""
+        """The result, once it is due or the call is cancelled."""
         if self._cancelled:
             return PlanResult(PlanStatus.CANCELLED, self._recorded.planner, message="planning was cancelled")
         if self._recorded.status is PlanStatus.CANCELLED or self._now_us() < self._due_us:
@@ -143,9 +144,9 @@ class _RecordedCall(PlanCall):
         return self._recorded
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - it is a matter of the run's clock
-        """Return the result, without waiting."""
+        """Return :attr:`result` without waiting: only the loop can advance the run's clock."""
         return self.result
 
     def cancel(self) -> None:
-        """Give up the plan."""
+        """Cancel the call."""
         self._cancelled = self.result is None

@@ -1,4 +1,4 @@
-"""The recordings of one run: which has what, and how their times go together."""
+"""The recordings of one run: their contents, and the alignment of their times."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ from cxbridge.run.replay.script import (
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 
+# All offsets of time zones are multiples of 15 minutes.
 _QUARTER_US: Final = 900 * MICROSECONDS
-"""Time zones are so far apart."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recordings:
-    """The content of a recorded run.
+    """The contents of a recorded run.
 
-    :param scans: one a recording, in the order they were named.
-    :param decisions: the one whose transitions count.
-    :param start_us: when the run began.
+    :param scans: one per recording, in the order of the options.
+    :param decisions: the scan whose transitions are compared.
+    :param start_us: the start of the run.
     """
 
     scans: tuple[Scan, ...]
@@ -56,8 +56,8 @@ class Recordings:
     def read(cls, paths: Sequence[Path], registry: InterfaceRegistry | None = None) -> Recordings:
         """Read the recordings of a run.
 
-        :param registry: knows the types of the interfaces in bblogger files; by default our definitions.
-        :raises TraceError: when one cannot be read, or lacks the data for a replay.
+        :param registry: the interface types in bblogger files, by default cxbridge's definitions.
+        :raises TraceError: if a recording cannot be read or lacks data for a replay.
         """
         scans = tuple(scan(open_run(path, registry)) for path in paths)
         decisions = next((each for each in scans if each.goals), None)
@@ -81,30 +81,28 @@ class Recordings:
 
     @property
     def is_whole(self) -> bool:
-        """Whether the recorded run had come to its end."""
+        """Whether the recording reaches the end of the run."""
         return self.decisions.is_whole
 
     @property
     def envs(self) -> frozenset[str]:
-        """The CLIPS environments whose transitions are compared."""
+        """The CLIPS environments with compared transitions."""
         return frozenset(self.decisions.envs)
 
     @property
     def end_us(self) -> int:
-        """When the last transition was; 0 when that is not known."""
+        """The time of the last transition; 0 if unknown."""
         decisions = self.decisions
         return decisions.end_us + decisions.shift_us if decisions.is_timed else 0
 
     def complete(self, options: RunOptions) -> RunOptions:
-        """Return the options with scenario and spec of the recorded run, where none is named.
+        """Return the options, completed by scenario and spec of the recording.
 
-        Of the scenarios on this machine a recording chooses only among those that come with cxbridge: a
-        scenario is a program.
-
-        :raises TraceError: when the recorded run was of another.
+        :raises TraceError: if the recorded scenario is not shipped with cxbridge.
         """
         if options.scenario is not None or options.fawkes_dir is not None:
             return options
+        # a scenario is a program: a recording from elsewhere must not choose an arbitrary folder to execute
         for each in self.scans:
             if recorded := each.metadata.get("scenario"):
                 if not _is_shipped(recorded):
@@ -118,7 +116,7 @@ class Recordings:
         return options
 
     def skillers(self) -> dict[str, SkillerScript]:
-        """Return what each Skiller did, by the id of its interface."""
+        """Return the behaviour of each Skiller, by interface id."""
         scripts: dict[str, SkillerScript] = {}
         for each in self.scans:
             for name, writes in each.skillers.items():
@@ -133,7 +131,7 @@ class Recordings:
         return scripts
 
     def executors(self) -> list[ExecutorScript]:
-        """Return what each executor did, in the order in which they appeared."""
+        """Return the behaviour of each executor, in order of appearance."""
         scripts: dict[str, ExecutorScript] = {}
         for each in self.scans:
             for name, writes in each.executors.items():
@@ -141,7 +139,7 @@ class Recordings:
         return list(scripts.values())
 
     def samples(self) -> dict[str, InterfaceWrite]:
-        """Return the first write of every interface."""
+        """Return the first write of each interface."""
         samples: dict[str, InterfaceWrite] = {}
         for each in self.scans:
             for uid, sample in each.samples.items():
@@ -149,7 +147,7 @@ class Recordings:
         return samples
 
     def sensors(self, *, executors: bool) -> dict[str, InterfaceWrite]:
-        """Return the first write of each interface that is neither a Skiller's nor an executor's.
+        """Return the first write of each interface except those of Skillers and executors.
 
         :param executors: whether executors have separate players; else they count as sensors.
         """
@@ -157,7 +155,7 @@ class Recordings:
         return {uid: write for uid, write in self.samples().items() if uid.partition("::")[0] not in played}
 
     def writes(self, sensors: Mapping[str, InterfaceWrite]) -> Iterator[InterfaceWrite]:
-        """Yield the writes of these interfaces in the order of their times."""
+        """Yield the writes of these interfaces by time."""
         taken: set[str] = set()
         streams = []
         for each in self.scans:
@@ -169,7 +167,7 @@ class Recordings:
 
 
 def _is_shipped(scenario: str) -> bool:
-    """Whether a scenario is one of those that come with cxbridge."""
+    """Return whether a scenario is shipped with cxbridge."""
     try:
         file = Path(scenario).resolve(strict=True)
     except (OSError, ValueError):
@@ -184,7 +182,8 @@ def _writes(each: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
 
 
 def _align(scans: Sequence[Scan]) -> None:
-    """Move text logs, which have the time of day in some zone, to the times of a recording that has dates."""
+    """Shift the times of text logs to those of a recording with dates."""
+    # a text log has only the time of day, in an unknown time zone
     dated = [each for each in scans if each.is_timed and not each.is_log and each.samples]
     if not dated:
         return
@@ -197,7 +196,7 @@ def _align(scans: Sequence[Scan]) -> None:
 
 
 def _distance(log: Scan, dated: Scan) -> int | None:
-    """Return how far the first state of a Skiller that both have is apart; None when there is none."""
+    """Return the time between the first common Skiller states in microseconds; None if there are none."""
     for name, statuses in log.statuses.items():
         times = {
             (
@@ -218,10 +217,10 @@ _OF_ENVIRONMENTS: Final = (GoalTransition, PlanActionTransition, SkillStatus, Pl
 
 
 class RecordedAgentRun(Run):
-    """The events of one agent.
+    """The events of one agent in the recording of a team.
 
-    :param run: the recording of all.
-    :param agent: its name: that of its environment, and what precedes the ids of its interfaces.
+    :param run: the recording of the team.
+    :param agent: the agent's name: its environment, and the prefix of its interface ids.
     """
 
     def __init__(self, run: Run, agent: str) -> None:
@@ -232,7 +231,7 @@ class RecordedAgentRun(Run):
         self._agent = agent
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield its events; ids of interfaces are as on its own blackboard."""
+        """Yield the agent's events, with interface ids as on the agent's blackboard."""
         before = f"{self._agent}/"
         for event in self._run:
             if isinstance(event, InterfaceWrite | InterfaceMessage):
@@ -244,9 +243,9 @@ class RecordedAgentRun(Run):
 
 
 def recordings_of(whole: Recordings, agent: str) -> Recordings:
-    """Return the recording of one agent of a recorded run.
+    """Return the recording of one agent of a team.
 
-    :raises TraceError: when there is nothing of it.
+    :raises TraceError: if the recording has no events of the agent.
     """
     scans = []
     for each in whole.scans:

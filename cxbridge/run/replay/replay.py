@@ -1,4 +1,4 @@
-"""The replay of a recorded environment: its players, its end, and whether the run decided the same."""
+"""Replay of a recorded environment, and the comparison of the run's decisions."""
 
 from __future__ import annotations
 
@@ -57,9 +57,9 @@ def judge(
     """Compare a run with the recorded one.
 
     :param ours: the recording of this run.
-    :param whole: whether the recorded run had come to its end; else it is compared up to there.
-    :param tolerance: how far times may be apart; None: times do not count.
-    :raises TraceError: when there is nothing to compare.
+    :param whole: whether the recording is complete; otherwise only its time span is compared.
+    :param tolerance: the permitted difference of times; None ignores times.
+    :raises TraceError: if there is nothing to compare.
     """
     compared = str(decisions.run.path)
     if divergence is not None:
@@ -88,9 +88,9 @@ def _same_in_partial_order(
 
 
 def _cut(mine: Recording, theirs: Recording, view: View, order: Order) -> tuple[Recording, Recording]:
-    """Return the parts of two runs that can be compared when the second one is cut off.
+    """Return the comparable parts of two runs if the second recording is incomplete.
 
-    :raises TraceError: when there are none.
+    :raises TraceError: if there are none.
     """
     types = view.event_types if order is Order.TOTAL else (SkillStatus,)
     count = _count(theirs, types)
@@ -110,11 +110,11 @@ def _count(run: Recording, types: tuple[type[Event], ...]) -> int:
 
 
 class RunHead(Recording):
-    """The first transitions of a run, up to a count.
+    """The start of a run, up to a number of events.
 
-    :param run: all of it.
-    :param count: how many events of these types it has.
-    :param types: which events are counted.
+    :param run: the whole run.
+    :param count: the number of events of ``types``.
+    :param types: the counted event types.
     """
 
     def __init__(self, run: Recording, count: int, types: tuple[type[Event], ...]) -> None:
@@ -125,7 +125,6 @@ class RunHead(Recording):
         self._types = types
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield the events."""
         left = self._count
         for event in self._run:
             if isinstance(event, self._types):
@@ -137,35 +136,33 @@ class RunHead(Recording):
             yield event
 
 
+# The extra time for the last transitions, compared with the recorded run.
 _SLACK_US: Final = 2 * MICROSECONDS
-"""How much longer than the recorded run this one may take for its last transitions."""
 
 
 class _TransitionWriter(McapWriter):
-    """Keeps the transitions to compare, and the firings of watched rules."""
+    """Keeps the transitions for the comparison, and rule firings."""
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same
-        """Return the types of events that are kept."""
         return frozenset((*TRANSITION_TYPES, RuleFired))
 
 
 def _record_transitions(bus: EventBus, file: Path) -> Recorder:
-    """Return a recorder of the transitions of a run; to be used with ``with``."""
+    """Return a recorder of transitions. Use it as a context manager."""
     return Recorder(bus, [_TransitionWriter(file)])
 
 
 class Replay:
-    """Plays the environment of a recorded run.
+    """The environment of a recorded run.
 
-    :param recordings: of the run.
-    :param order: how the transitions are compared.
-    :param tolerance: how far their times may be apart; None: times do not count.
-    :param whole: of the run that this is one agent of; None: it is all.
-    :param name: of the agent.
+    :param recordings: the recordings of the run.
+    :param order: how transitions are compared.
+    :param tolerance: the permitted difference of times; None ignores times.
+    :param whole: the replay of the team, for one agent's part of it.
+    :param name: the name of the agent.
     """
 
     board_class: type[LocalBlackBoard] = YieldingBoard
-    """The class of the run's blackboard."""
 
     def __init__(
         self,
@@ -180,9 +177,9 @@ class Replay:
         self._whole = whole
         self._name = name
         self.divergence: Divergence | None = None
-        """The first command that was not the recorded one."""
+        """The first divergence."""
         self.is_exhausted = False
-        """Whether a player has reached the end of a recording that was cut off."""
+        """Whether a player reached the end of an incomplete recording."""
         self._order = order
         self._tolerance = tolerance
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
@@ -195,25 +192,25 @@ class Replay:
         self._outcome: ReplayOutcome | None = None
 
     def clock(self) -> VirtualClock:
-        """Return the run's clock: it begins where the recorded run did."""
+        """Return the run's clock, which starts at the recorded start."""
         return self._clock
 
     def of_agent(self, name: str) -> Replay:
-        """Return the part of one agent of several.
+        """Return the replay of one agent of a team.
 
-        :raises TraceError: when the recordings have nothing of it.
+        :raises TraceError: if the recordings have no events of the agent.
         """
         recordings = recordings_of(self.recordings, name)
         return Replay(recordings, self._order, self._tolerance, whole=self, name=name)
 
     @property
     def length_us(self) -> int:
-        """How long the recorded run took, as far as that is known."""
+        """The duration of the recorded run, as far as known."""
         return max(0, self.recordings.end_us - self.recordings.start_us)
 
     @contextmanager
     def noting(self, bus: EventBus) -> Iterator[None]:
-        """Note the transitions of this run, and compare them at the end."""
+        """Record the transitions of this run and compare them at the end."""
         with tempfile.TemporaryDirectory(prefix="cxbridge-replay-") as folder:
             notes = Path(folder) / "this run"
             with _record_transitions(bus, notes):
@@ -228,15 +225,13 @@ class Replay:
                 tolerance=self._tolerance,
             )
 
-    # -- the parts
-
     def make_planning(self, env: str) -> RecordedPlanning:
-        """Make what plans for an environment."""
+        """Make the PlanningService of an environment."""
         plans = self._plans[env] = plans_of(self.recordings.scans, env)
         return RecordedPlanning(plans, self._clock)
 
     def _check_plan(self, event: Event) -> None:
-        """Compare a call of a planner with the recorded call."""
+        """Compare a planner call with the recorded call."""
         if not isinstance(event, PlannerCall) or event.status != STARTED:
             return
         expected = self._plans.get(event.env, {}).get(event.call)
@@ -247,9 +242,9 @@ class Replay:
             self._diverge(divergence)
 
     def components(self, context: Run) -> Iterator[Component]:
-        """Make the players: of Skillers, executors and sensors.
+        """Make the players of Skillers, executors and sensors.
 
-        :raises CxbridgeError: when an interface is different from the recorded, or cannot be written.
+        :raises CxbridgeError: if an interface has changed since the recording, or cannot be written.
         """
         settings = context.skill_board
         executors = self.recordings.executors() if settings is not None else []
@@ -309,7 +304,7 @@ class Replay:
         return ExecutorHost(executor, script.name)
 
     def _note(self, time_us: int) -> None:
-        """Take note of when something was done in the recorded run."""
+        """Update the time of the last recorded action."""
         self._last_us = max(self._last_us, time_us)
 
     def _diverge(self, divergence: Divergence) -> None:
@@ -320,12 +315,10 @@ class Replay:
             self._whole.divergence = self._whole.divergence or divergence
         self.divergence = self.divergence or divergence
 
-    # -- the end
-
     def is_over(self, now_us: int, *, run_is_over: bool) -> bool:
-        """Return whether there is nothing more to see; to be asked after each loop.
+        """Return whether the replay is over. To be called after each loop.
 
-        :param run_is_over: whether the run would be over by itself.
+        :param run_is_over: whether the run itself has ended.
         """
         whole = self if self._whole is None else self._whole
         whole.is_exhausted = whole.is_exhausted or any(each.exhausted for each in self._expected)
@@ -344,16 +337,16 @@ class Replay:
         return now_us >= (end_us if run_is_over else end_us + slack_us)
 
     def outcome(self) -> ReplayOutcome:
-        """Return the result, after the run."""
+        """Return the result of the finished run."""
         assert self._outcome is not None
         return self._outcome
 
 
 def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
-    """Read the recordings that the options name.
+    """Read the recordings of the options.
 
-    :returns: the options, with scenario and spec of the recorded run where they name none; the replay.
-    :raises CxbridgeError: when they cannot be replayed, or something else is wrong with the options.
+    :returns: the options, completed by scenario and spec of the recording, and the replay.
+    :raises CxbridgeError: if the recordings cannot be replayed or the options are wrong.
     """
     dirs = list(options.interface_dirs)
     if options.fawkes_dir is not None:

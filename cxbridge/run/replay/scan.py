@@ -1,4 +1,4 @@
-"""The contents of a recorded run that a replay needs, found in one reading."""
+"""The parts of a recording that a replay needs, collected in one pass."""
 
 from __future__ import annotations
 
@@ -32,17 +32,20 @@ _OVER: Final = "RETRACTED"
 
 @dataclass(slots=True)
 class Scan:
-    """The content of one recording.
+    """The contents of one recording.
 
-    :param shift_us: to be added to its times, so that they are those of the other recordings.
-    :ivar samples: the first write of each interface, by ``Type::id``, in the order of appearance.
-    :ivar skillers: the writes of each SkillerInterface; ``executors``: of each SkillExecutorInterface.
-    :ivar messages: between the skill board and its executors.
-    :ivar plans: calls of planners.
+    :param shift_us: the offset of its times from the other recordings.
+    :ivar samples: the first write of each interface by ``Type::id``, in order of appearance.
+    :ivar skillers: the writes of each SkillerInterface.
+    :ivar executors: the writes of each SkillExecutorInterface.
+    :ivar messages: messages between skill board and executors.
+    :ivar plans: planner calls.
     :ivar statuses: the observed statuses of each Skiller.
-    :ivar begin_us: when the run began; None when the recording has no times.
-    :ivar end_us: the last transition, or skill status.
-    :ivar transitions: how many; ``goals``: whether any is one of a goal; ``envs``: of which environments.
+    :ivar begin_us: the start of the run; None in a recording without times.
+    :ivar end_us: the time of the last transition or skill status.
+    :ivar transitions: the number of transitions.
+    :ivar goals: whether any transition is a goal's.
+    :ivar envs: the environments of the transitions.
     """
 
     run: Run
@@ -63,21 +66,20 @@ class Scan:
 
     @property
     def is_log(self) -> bool:
-        """Whether it knows the time of day only."""
+        """Whether the recording is a text log, which has only times of day."""
         return self.run.format == _LOG
 
     @property
     def is_timed(self) -> bool:
-        """Whether it knows times."""
         return self.run.format not in _UNTIMED
 
     @property
     def is_whole(self) -> bool:
-        """Whether the run had come to its end: every root goal is retracted, and nothing is cut off."""
+        """Whether the recording is complete: all root goals are retracted and the file is not truncated."""
         return self.goals and not self.run.notes and all(mode == _OVER for mode in self._roots.values())
 
     def take(self, event: Event) -> None:
-        """Take note of an event."""
+        """Add an event."""
         if self.begin_us is None and self.is_timed and self._begins(event):
             self.begin_us = event.time_us
         if isinstance(event, InterfaceWrite):
@@ -97,7 +99,7 @@ class Scan:
                 self._goal(event)
 
     def _begins(self, event: Event) -> bool:
-        """Whether the executive, whose clock is set, runs at this time."""
+        """Whether the event shows that the executive runs and its clock is set."""
         if not self.is_log:
             return True
         return not isinstance(event, LogLine) or event.component.startswith(_CLIPS)
@@ -120,9 +122,9 @@ class Scan:
 
 
 def take_all(run: Run) -> Scan:
-    """Read a run, whatever it has.
+    """Read all events of a run.
 
-    :raises TraceError: when it cannot be read.
+    :raises TraceError: if the recording cannot be read.
     """
     found = Scan(run)
     for event in run:
@@ -133,7 +135,7 @@ def take_all(run: Run) -> Scan:
 def scan(run: Run) -> Scan:
     """Read a recording.
 
-    :raises TraceError: when it cannot be read, or has nothing to replay.
+    :raises TraceError: if it cannot be read or has nothing to replay.
     """
     found = take_all(run)
     found.metadata = dict(run.metadata())

@@ -1,4 +1,4 @@
-"""The recorded behaviour of Skillers and executors, command by command."""
+"""Recorded behaviour of Skillers and executors, command by command."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _CANCELLED: Final = "CANCELLED"
 
 
 class CommandKind(Enum):
-    """A command to a Skiller; the value is its name for people."""
+    """A command to a Skiller; the values are display names."""
 
     EXEC = "ExecSkill"
     STOP = "StopExec"
@@ -36,12 +36,12 @@ class CommandKind(Enum):
 
 @dataclass(slots=True)
 class Command:
-    """A command to a Skiller, and the Skiller's writes.
+    """A command to a Skiller, with the resulting writes.
 
-    :param text: the skill string, of :attr:`Kind.EXEC`.
-    :param time_us: when its first write was.
-    :param values: of the first write.
-    :param later: the writes that followed: microseconds after the first, and values.
+    :param text: the skill string of an :attr:`CommandKind.EXEC`.
+    :param time_us: the time of the first write.
+    :param values: the values of the first write.
+    :param later: further writes: microseconds after the first, and values.
     """
 
     kind: CommandKind
@@ -51,7 +51,7 @@ class Command:
     later: list[tuple[int, Values]] = field(default_factory=list)
 
     def is_for(self, kind: CommandKind, text: str) -> bool:
-        """Whether this is the same command; gensym ids and UUIDs do not count."""
+        """Return whether a command is equal, ignoring gensym ids and UUIDs."""
         return self.kind is kind and anonymous(self.text) == anonymous(text)
 
     def __str__(self) -> str:
@@ -60,9 +60,9 @@ class Command:
 
 @dataclass(slots=True)
 class SkillerScript:
-    """The commands of a Skiller.
+    """The recorded commands of a Skiller.
 
-    :ivar before: writes before any command: time and values.
+    :ivar before: writes before the first command: time and values.
     """
 
     before: list[tuple[int, Values]] = field(default_factory=list)
@@ -70,7 +70,7 @@ class SkillerScript:
 
 
 def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
-    """Cut the writes of a SkillerInterface into commands; docs/replay.md has the rules."""
+    """Split the writes of a SkillerInterface into commands, by the rules in docs/replay.md."""
     script = SkillerScript()
     last: Values = _IDLE
     begun: Command | None = None
@@ -83,7 +83,7 @@ def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
             if kind is not CommandKind.CONTROL:
                 begun = command
         elif values["exclusive_controller"] != last["exclusive_controller"]:
-            pass  # control has ended: who ends it in the run makes the same write
+            pass  # # the end of control: the run's own ReleaseControl causes the same write
         elif begun is not None:
             begun.later.append((write.time_us - begun.time_us, values))
         else:
@@ -93,10 +93,10 @@ def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
 
 
 def _kind(last: Values, values: Values, *, first: bool) -> CommandKind | None:
-    """Return what made a Skiller write; None when it did so by itself, or lost its controller."""
+    """Return the command behind a write; None if the Skiller wrote by itself or lost its controller."""
     skill, controller = values["skill_string"], values["exclusive_controller"]
     acquired = controller and controller != last["exclusive_controller"]
-    leftover = first and values["status"] in _ENDS  # of a skill from before the recording
+    leftover = first and values["status"] in _ENDS  # # state of a skill from before the recording
     if skill and values["msgid"] and not leftover:
         again = values["status"] == "S_RUNNING" and last["status"] in _ENDS
         if values["msgid"] != last["msgid"] or skill != last["skill_string"] or again:
@@ -107,10 +107,8 @@ def _kind(last: Values, values: Values, *, first: bool) -> CommandKind | None:
 
 
 def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[InterfaceWrite]:
-    """Return the writes that a Skiller must have made, by its facts; errors are lost.
-
-    Controllers are, too: who reads of a Skiller is taken for one that had asked for its control.
-    """
+    """Reconstruct the writes of a Skiller from its statuses. Error texts are lost."""
+    # statuses name no controller; a reader of the Skiller counts as having requested control
     return [
         InterfaceWrite(
             each.time_us,
@@ -129,11 +127,11 @@ def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[In
 
 @dataclass(slots=True)
 class Execution:
-    """A skill that an executor carried out.
+    """A recorded skill execution.
 
-    :param parameters: None when they were not recorded.
-    :param time_us: when it began.
-    :param duration_us: None when its end is not in the recording.
+    :param parameters: None if not recorded.
+    :param time_us: the start.
+    :param duration_us: None if the recording ends before the execution.
     :param feedback: microseconds after the start, progress, text.
     :param outcome: SUCCEEDED, FAILED or CANCELLED.
     """
@@ -148,7 +146,7 @@ class Execution:
 
     @property
     def ends_itself(self) -> bool:
-        """Whether it comes to its end without being cancelled."""
+        """Whether the execution ends without being cancelled."""
         return self.duration_us is not None and self.outcome != _CANCELLED
 
     def __str__(self) -> str:
@@ -157,7 +155,7 @@ class Execution:
 
 @dataclass(slots=True)
 class ExecutorScript:
-    """What an executor is and did."""
+    """An executor's identity and executions."""
 
     name: str
     agent: str
@@ -166,7 +164,7 @@ class ExecutorScript:
 
 
 def call_text(skill: str, parameters: Mapping[str, Any] | None) -> str:
-    """Return a call of a skill as people read it."""
+    """Return a skill call as text for messages."""
     if parameters is None:
         return skill
     return f"{skill} {json.dumps(dict(parameters), ensure_ascii=False)}"
@@ -175,7 +173,7 @@ def call_text(skill: str, parameters: Mapping[str, Any] | None) -> str:
 def executor_script(
     name: str, writes: Sequence[InterfaceWrite], messages: Iterable[InterfaceMessage]
 ) -> ExecutorScript:
-    """Return what an executor did, from its interface and, if recorded, the messages to it and from it."""
+    """Return an executor's behaviour, from its interface and the recorded messages."""
     first = writes[0].values
     script = ExecutorScript(name, str(first.get("agent", "")), tuple(str(first.get("skills", "")).split()))
     tickets: dict[tuple[Any, Any], Execution] = {}
@@ -203,7 +201,7 @@ def _ticket(values: Values) -> tuple[Any, Any]:
 
 
 def _add_message(execution: Execution, message: InterfaceMessage) -> None:
-    """Add a message about an execution."""
+    """Add a message to an execution."""
     values = message.values
     if message.message == "RequestMessage":
         try:

@@ -1,4 +1,4 @@
-"""Everything else that was written to the blackboard, at its recorded times."""
+"""Replay of all other interface writes, at their recorded times."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ OWNER = "cxbridge replay"
 
 
 class YieldingBoard(LocalBlackBoard):
-    """A blackboard on which the writers of a replay give way to the run's own writers."""
+    """A blackboard where a replay's writer releases an interface to the run's own writer."""
 
     give_way: Callable[[tuple[str, str]], None] | None = None
-    """Called for each interface that a client wants to write, before it does."""
+    """Called before another client opens an interface for writing."""
 
     def _open(self, request: OpenRequest) -> Interface:
         if request.writer and self.give_way is not None and request.owner != OWNER:
@@ -30,11 +30,11 @@ class YieldingBoard(LocalBlackBoard):
 
 
 class SensorPlayer(Component):
-    """Writes interfaces as recorded, before the executive thinks.
+    """Replays interface writes before the executive thinks.
 
-    :param samples: the first write of each interface to write.
-    :param writes: of these, in the order of their times; their times are the run's.
-    :raises TraceError: when the definition of one has changed since.
+    :param samples: the first write of each interface.
+    :param writes: the writes by time, in the run's time.
+    :raises TraceError: if an interface definition has changed since the recording.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
@@ -75,20 +75,20 @@ class SensorPlayer(Component):
 
     @property
     def is_done(self) -> bool:
-        """Whether all is written."""
+        """Whether all writes are done."""
         return self._next is None
 
     def loop(self) -> None:
-        """Write the values of earlier moves, and drop messages to the interfaces."""
+        """Write the values that are due, and drop messages to the interfaces."""
         now_us = self._board.clock.now_us()
         while self._next is not None and self._next.time_us < now_us:
             self._write(self._next)
             self._next = next(self._writes, None)
+        # nothing answers these messages, and their queues would grow
         for writer, _, _ in self._open.values():
             writer.msgq_flush()
 
     def close(self) -> None:
-        """Close the interfaces."""
         self._board.give_way = None
         for writer, _, _ in self._open.values():
             self._board.close(writer)
@@ -109,7 +109,7 @@ class SensorPlayer(Component):
         writer.write()
 
     def _give_way(self, key: tuple[str, str]) -> None:
-        """Leave an interface to a part of the run."""
+        """Release an interface to the run's writer."""
         found = self._open.pop(key, None)
         if found is not None:
             self._log.debug(f"{'::'.join(key)} is written by the run itself")

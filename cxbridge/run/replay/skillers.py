@@ -1,4 +1,4 @@
-"""A Skiller that repeats a recording."""
+"""A Skiller that replays a recording."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ COMPONENT = "Replay"
 class RecordedSkiller(SkillerBackend):
     """Serves a SkillerInterface from a recording.
 
-    :param script: its recorded commands.
-    :param start_us: when the recorded run began; the run's clock begins there, too.
-    :param whole: whether the recorded run had come to its end.
-    :param report: called for the first command that is not the recorded one.
-    :raises BlackBoardError: when its interface has another writer.
+    :param script: the recorded commands.
+    :param start_us: the start of the recorded run, where this run's clock starts too.
+    :param whole: whether the recording is complete.
+    :param report: receives the first divergence.
+    :raises BlackBoardError: if the interface has another writer.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class RecordedSkiller(SkillerBackend):
         self._clock = board.clock
         self._log = bus.logger(COMPONENT)
         self._readers = ReaderWatch(board)
-        # The fields of the interface come from its XML definition: there is no static type for them here.
+        # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing(
             "SkillerInterface", name, owner=COMPONENT, listen=self._readers.listen
         )
@@ -59,11 +59,11 @@ class RecordedSkiller(SkillerBackend):
 
     @property
     def running(self) -> bool:
-        """Whether there is something that it will write by itself."""
+        """Whether recorded writes are pending."""
         return bool(self._due or self._before)
 
     def loop(self) -> None:
-        """Take the messages, and make due writes."""
+        """Handle messages and make the writes that are due."""
         while (serial := self._readers.pop()) is not None:
             if self._control.revoke(serial):
                 self._interface.write()
@@ -76,7 +76,6 @@ class RecordedSkiller(SkillerBackend):
         self.expected.check(now_us)
 
     def close(self) -> None:
-        """Close the interface."""
         self._readers.close()
         self._board.close(self._interface)
 
@@ -102,7 +101,7 @@ class RecordedSkiller(SkillerBackend):
             return
         recorded = self._controls.popleft() if self._controls else None
         if recorded is not None and not self._interface.skill_string:
-            # the id is what Fawkes' simulator shows, and its Skiller does not
+            # Fawkes' simulator shows the id of the message here, its Skiller does not
             self._interface.msgid = message.id if recorded.values["msgid"] else 0
         self._interface.write()
 
@@ -110,7 +109,7 @@ class RecordedSkiller(SkillerBackend):
         kind = CommandKind.EXEC if message.type == "ExecSkillMessage" else CommandKind.STOP
         text = message.skill_string if kind is CommandKind.EXEC else ""
         if kind is CommandKind.STOP and not self._interface.skill_string:
-            return  # there was nothing to stop, so nothing was written
+            return  # # no skill to stop: the recorded Skiller did not write either
         expected = self.expected.next
         if expected is None or not expected.is_for(kind, text):
             self.expected.refuse(f"{kind.value} '{text}'" if text else kind.value, now_us)
@@ -126,7 +125,7 @@ class RecordedSkiller(SkillerBackend):
         self._write(expected.values)
 
     def _write(self, values: Values) -> None:
-        """Make the recorded write, with the skill string, id and controller of this run."""
+        """Repeat a recorded write, with skill string, message id and controller of this run."""
         begun = self._begun
         for name, value in values.items():
             own = name == "exclusive_controller" or (

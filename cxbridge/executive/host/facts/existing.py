@@ -18,8 +18,8 @@ EXISTS_FUNCTION: Final = "fact-existp"
 _INTEGER: Final = 1
 _FACT_ADDRESS: Final = 6
 _ALL_BITS: Final = (1 << 10) - 1
+# Facts that are held.
 _MOST: Final = 4096
-"""Facts that are held."""
 
 
 class FactsByIndex:

@@ -87,8 +87,8 @@ class _Grounder:
         self._queue: deque[Fact] = deque()
         self._propagated: set[Fact] = set()
         self._seen: set[tuple[int, tuple[str, ...]]] = set()
+        # Who waits for a fact: its number in `_bound`, and how many facts are missing.
         self._waiting: dict[Fact, list[list[int]]] = {}
-        """Who waits for a fact: its number in `_bound`, and how many facts are missing."""
         self._bound: list[_Bound] = []
         self._usable: list[_Bound] = []
 

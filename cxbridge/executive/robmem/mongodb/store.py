@@ -32,8 +32,8 @@ Client = MongoClient[Document]
 
 _SELECTION_MS = 2000
 _SOCKET_MS = 10_000
+# Seconds after a failure in which calls fail at once: rules must not stand still at every call.
 _PAUSE_S = 1.0
-"""Seconds after a failure in which calls fail at once: rules must not stand still at every call."""
 
 _SYSTEM = {"admin", "local", "config"}
 
