@@ -1,4 +1,4 @@
-"""Watches the facts of goals, to know when a run is over, and how it ended."""
+"""Observation of goal facts, to detect the end and the result of a run."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.history.forest import NO_PARENT
 
 KEPT = 1000
-"""Root goals that have ended and are remembered one by one; a daemon runs for long."""
+"""Limit of remembered root goals that have ended, for daemons that run for a long time."""
 
 MOST_LISTED: Final = 10_000
-"""Goals that are gone and are listed, the last ones; a run may be long."""
+"""Limit of listed goals that have been removed, for long runs."""
 
 _FIRST = "FORMULATED"
 _OVER = "RETRACTED"
 _SLOTS = ("id", "class", "parent", "mode", "outcome", "error", "type")
 _MAINTAIN = "MAINTAIN"
-# A FORMULATED goal is not pursued yet, a FINISHED or EVALUATED goal is about to end.
+# a FORMULATED goal is not pursued yet; a FINISHED or EVALUATED goal is about to end
 _MAINTAINING_MODES = frozenset({"SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED"})
 
 
 class GoalState(Struct, frozen=True):
-    """The last that was seen of a goal; texts as CLIPS prints them."""
+    """The last known state of a goal, with texts as CLIPS prints them."""
 
     goal: str
     goal_class: str
@@ -37,22 +37,21 @@ class GoalState(Struct, frozen=True):
 
     @property
     def is_maintaining(self) -> bool:
-        """Whether the goal maintains its condition, as far as the goal's own slots show."""
+        """Whether the goal's own slots show that it maintains its condition."""
         return self.goal_type == _MAINTAIN and self.mode in _MAINTAINING_MODES
 
     @property
     def is_root(self) -> bool:
-        """Whether it has no parent."""
         return self.parent == NO_PARENT
 
 
 class GoalWatch:
-    """Follows the goals of an environment; without an environment there are none.
+    """Follows the goals of an environment. Without an environment it has no goals.
 
     :ivar open: goals with a present fact, by id.
-    :ivar ended: root goals that are retracted or gone, in that order; at most :data:`KEPT` of them.
-    :ivar outcomes: how many root goals ended with which outcome.
-    :ivar forgotten: how many goals that are gone are not listed any more.
+    :ivar ended: root goals in the order of their end; at most :data:`KEPT`.
+    :ivar outcomes: the number of ended root goals by outcome.
+    :ivar forgotten: the number of removed goals that are no longer listed.
     """
 
     def __init__(self, env: ClipsEnvironment | None) -> None:
@@ -63,9 +62,9 @@ class GoalWatch:
         self._last: dict[tuple[str, int], GoalState] = {}
         self._lives: Counter[str] = Counter()
         self._tidy_at = 2 * MOST_LISTED
-        self._facts: Counter[str] = Counter()  # goals without an id have one in common: nil
+        self._facts: Counter[str] = Counter()  # goals without an id share the id nil
         self._gone: set[str] = set()
-        self._modified = ""  # id of the goal that a modify has retracted, to assert it again
+        self._modified = ""  # id of a goal that a modify has retracted and will assert again
         self._over: set[str] = set()
         self._env = env
         if env is not None:
@@ -76,11 +75,11 @@ class GoalWatch:
         goal, mode = slots["id"], slots.get("mode", "")
         before = self.open.get(goal)
         if self._modified not in ("", goal):
-            self._gone.add(self._modified)  # the goal has got another id
+            self._gone.add(self._modified)  # the modify changed the goal's id
         self._modified = ""
         if goal in self._gone and before is not None and mode == _FIRST:
             if before.mode == _OVER:
-                self._leave(goal)  # an agent uses the id of a goal that is gone
+                self._record_removal(goal)  # an agent reuses the id of a removed goal
             else:
                 self._lives[goal] += 1
         self._facts[goal] += 1
@@ -110,36 +109,37 @@ class GoalWatch:
             self._gone.add(goal)
 
     def settle(self) -> None:
-        """Book ended goals. To be called between runs: a modify retracts and asserts within one."""
+        """Record ended goals. To be called between runs of the rules."""
+        # within a run, a modify retracts and asserts: a missing fact does not mean a removed goal
         for goal in self._gone:
-            self._leave(goal)
+            self._record_removal(goal)
         self._gone.clear()
         for state in self.roots:
             if state.mode == _OVER and state.goal not in self._over:
                 self._over.add(state.goal)
-                self._end(state)
+                self._record_end(state)
 
-    def _leave(self, goal: str) -> None:
-        """Book that a goal is gone."""
+    def _record_removal(self, goal: str) -> None:
+        """Record a removed goal."""
         state = self.open.pop(goal, None)
-        # a goal without an id that goes before anything happened to it has got one
+        # a FORMULATED goal without an id that disappears has been given an id
         named = state is not None and (goal != NO_PARENT or state.mode != _FIRST)
         if state is not None and named and state.is_root and goal not in self._over:
-            self._end(state)
+            self._record_end(state)
         self._over.discard(goal)
         if named:
             self._lives[goal] += 1
 
-    def _end(self, state: GoalState) -> None:
+    def _record_end(self, state: GoalState) -> None:
         self.ended.append(state)
         self.outcomes[state.outcome] += 1
 
     def all(self) -> tuple[GoalState, ...]:
-        """Return the last state of each goal that there has been, in the order in which goals appeared."""
+        """Return the last state of each goal in order of appearance."""
         self._forget()
         unnamed = self._last.get((NO_PARENT, self._lives[NO_PARENT]))
         if unnamed is not None and unnamed.mode == _FIRST and NO_PARENT not in self.open:
-            del self._last[NO_PARENT, self._lives[NO_PARENT]]  # it has got an id
+            del self._last[NO_PARENT, self._lives[NO_PARENT]]  # the goal has been given an id
         return tuple(self._last.values())
 
     def _forget(self) -> None:
@@ -152,19 +152,19 @@ class GoalWatch:
 
     @property
     def roots(self) -> list[GoalState]:
-        """The present goals without a parent, in the order they appeared."""
+        """The present root goals in order of appearance."""
         return [state for state in self.open.values() if state.is_root]
 
     @property
     def open_roots(self) -> list[GoalState]:
-        """The root goals that are not over, in the order they appeared."""
+        """The root goals that have not ended, in order of appearance."""
         return [root for root in self.roots if root.goal not in self._over]
 
     @property
     def maintaining(self) -> list[GoalState]:
-        """The open root goals, when each of them and each open goal below them maintains; else none.
+        """The open root goals if they and all open goals below them wait in MAINTAIN; else empty.
 
-        A MAINTAIN goal one of whose sub-goals is pursued does something, and the run is not at its end.
+        A MAINTAIN goal with an active sub-goal is working, so the run has not ended.
         """
         roots = self.open_roots
         if not all(root.is_maintaining for root in roots):
@@ -176,7 +176,7 @@ class GoalWatch:
         while left:
             state = left.pop()
             if state.mode == _OVER:
-                continue  # the goals below it go with it
+                continue  # the removal of this goal removes its sub-goals
             if not state.is_maintaining:
                 return []
             left += children.get(state.goal, ())

@@ -1,8 +1,8 @@
-"""Named CLIPS environments and the features they may ask for, as Fawkes' `clips` plugin provides them.
+"""Named CLIPS environments and their features, as in Fawkes' `clips` plugin.
 
-A feature gives an environment functions, templates and rules when the environment requests it, with
-``(ff-feature-request "NAME")`` from CLIPS. The facts ``(ff-feature NAME)`` show which exist,
-``(ff-feature-loaded NAME)`` which ones the environment has; both survive a reset.
+An environment requests a feature with ``(ff-feature-request "NAME")`` and gets its functions, templates and
+rules. The facts ``(ff-feature NAME)`` list the available features, ``(ff-feature-loaded NAME)`` the loaded
+ones. Both survive a reset.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Value
 
 HOST_LIBRARY = CORE_DIR / "host"
-"""Our utils.clp, time.clp, path.clp ... that every environment starts with."""
+"""cxbridge's utils.clp, time.clp, path.clp ..., which each environment loads first."""
 
 _LIBRARY_FILES = ("utils.clp", "time.clp", "path.clp")
 
@@ -28,17 +28,17 @@ class _Entry(Struct):
     environment: ClipsEnvironment
     loaded: list[str] = field(default_factory=list)
     waiting: list[Feature] = field(default_factory=list)
-    """Those that have something to do before each run."""
+    """The features with work before each run."""
     functions: dict[str, frozenset[str]] = field(default_factory=dict)
-    """The functions that each feature has defined."""
+    """The functions by feature."""
 
 
 class FeatureInfo(Struct, frozen=True):
     """Describes a feature.
 
-    :param origin: its Python class; of a plug-in that is not loaded yet, its description.
-    :param offered: whether environments may request it.
-    :param environments: the names of those that have it.
+    :param origin: the Python class, or the description of a plug-in that is not loaded.
+    :param offered: whether environments may request the feature.
+    :param environments: the environments that have it.
     """
 
     name: str
@@ -51,9 +51,9 @@ class EnvironmentManager:
     """Creates, finds and destroys environments.
 
     :param bus: gets the environments' events.
-    :param features: what environments may request.
-    :param library: the folder of utils.clp, time.clp and path.clp; ours by default, Fawkes' own
-        (``src/plugins/clips/clips``) to run Fawkes' files unchanged.
+    :param features: the features that environments may request.
+    :param library: the folder of utils.clp, time.clp and path.clp, by default cxbridge's. Fawkes' files need
+        Fawkes' own (``src/plugins/clips/clips``).
     :param environment: the class of the environments.
     """
 
@@ -77,12 +77,12 @@ class EnvironmentManager:
 
     @property
     def features(self) -> tuple[str, ...]:
-        """The names of the features that environments may request, sorted."""
+        """The available features, sorted."""
         return tuple(sorted({*self._features, *self._lazy} - self._withdrawn))
 
     @property
     def catalogue(self) -> tuple[FeatureInfo, ...]:
-        """All features, sorted by name; those that were withdrawn, too."""
+        """All features, including withdrawn ones, sorted by name."""
         return tuple(self._info(name) for name in sorted({*self._features, *self._lazy}))
 
     def _info(self, name: str) -> FeatureInfo:
@@ -96,13 +96,12 @@ class EnvironmentManager:
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
-        """The environments by name."""
         return {name: entry.environment for name, entry in self._entries.items()}
 
     def add_feature(self, feature: Feature | LazyFeature) -> None:
         """Offer a feature to all environments.
 
-        :raises ClipsError: when there is one of that name.
+        :raises ClipsError: if the name exists.
         """
         if feature.name in self._features or feature.name in self._lazy:
             raise ClipsError(f"there is a CLIPS feature '{feature.name}' already")
@@ -115,9 +114,9 @@ class EnvironmentManager:
         self._announce_offer(feature.name)
 
     def offer(self, name: str) -> None:
-        """Offer a feature again that was withdrawn; no error when it is offered.
+        """Offer a withdrawn feature again. Does nothing if it is offered.
 
-        :raises ClipsError: when there is none of that name.
+        :raises ClipsError: if the feature is unknown.
         """
         self._check_known(name)
         if name in self._withdrawn:
@@ -126,9 +125,9 @@ class EnvironmentManager:
             self._announce_offer(name)
 
     def withdraw(self, name: str) -> None:
-        """Offer a feature no more: environments that request it get FALSE. No error when it is not offered.
+        """Withdraw a feature: requests return FALSE. Does nothing if it is withdrawn.
 
-        :raises ClipsError: when there is none of that name, or an environment has it.
+        :raises ClipsError: if the feature is unknown or in use.
         """
         self.check_unused(name)
         if name in self._withdrawn:
@@ -141,9 +140,9 @@ class EnvironmentManager:
                 entry.environment.build(_deffacts("ff-features-available", "ff-feature", self.features))
 
     def check_unused(self, name: str) -> None:
-        """Make sure that a feature can be withdrawn.
+        """Check that a feature can be withdrawn.
 
-        :raises ClipsError: when there is none of that name, or an environment has it.
+        :raises ClipsError: if the feature is unknown or in use.
         """
         self._check_known(name)
         users = self._info(name).environments
@@ -159,16 +158,16 @@ class EnvironmentManager:
             raise ClipsError(f"there is no CLIPS feature '{name}'", hint=f"there are: {', '.join(known)}")
 
     def _announce_offer(self, name: str) -> None:
-        """Notify the environments that there are of a feature that they may request now."""
+        """Announce an available feature to the existing environments."""
         for entry in self._entries.values():
             with entry.environment.lock:
                 entry.environment.assert_string(f"(ff-feature {name})")
                 entry.environment.build(_deffacts("ff-features-available", "ff-feature", self.features))
 
     def _find(self, name: str) -> Feature | None:
-        """Return a feature, None when there is none, or it was withdrawn.
+        """Return a feature; None if it is unknown or withdrawn.
 
-        :raises CxbridgeError: when the feature cannot be loaded.
+        :raises CxbridgeError: if the feature cannot be loaded.
         """
         if name in self._withdrawn:
             return None
@@ -177,9 +176,9 @@ class EnvironmentManager:
         return self._features.get(name)
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
-        """Create an environment and load the library into it.
+        """Create an environment and load the library.
 
-        :raises ClipsError: when there is one of that name, or the library does not load.
+        :raises ClipsError: if the name exists or the library does not load.
         """
         if name in self._entries:
             raise ClipsError(f"CLIPS environment '{name}' already exists")
@@ -202,11 +201,11 @@ class EnvironmentManager:
         return env
 
     def add_environment(self, env: ClipsEnvironment) -> None:
-        """Have an environment that :meth:`create` makes."""
+        """Register an environment from :meth:`create`."""
         self._entries[env.name] = _Entry(env)
 
     def request(self, name: str, feature_name: str) -> Value:
-        """Give the environment a feature; TRUE when it has it now, FALSE when there is none of that name."""
+        """Load a feature into an environment; return TRUE, or FALSE if the feature is unknown."""
         self.log.debug(f"Environment {name} requests feature {feature_name}")
         entry = self._entries[name]
         feature = self._find(feature_name)
@@ -222,7 +221,7 @@ class EnvironmentManager:
         feature.init_context(env)
         of_others = frozenset[str]().union(
             *entry.functions.values()
-        )  # it may have requested further features
+        )  # context initialisation may have requested further features
         entry.functions[feature_name] = env.udfs.names - before - of_others
         if type(feature).before_run is not Feature.before_run:
             entry.waiting.append(feature)
@@ -233,12 +232,11 @@ class EnvironmentManager:
         return TRUE
 
     def destroy_context(self, name: str, feature_name: str) -> None:
-        """Take a feature away from an environment; it may be requested again.
+        """Remove a feature from an environment. It may be requested again.
 
-        Its functions stay known to CLIPS, since rules use them, but calls of them fail. Its templates
-        and rules stay, too.
+        Templates and rules stay. Functions stay known to CLIPS, because rules use them, but calls fail.
 
-        :raises ClipsError: when there is no such environment, or it does not have the feature.
+        :raises ClipsError: if the environment is unknown or does not have the feature.
         """
         entry = self._entries.get(name)
         if entry is None:
@@ -261,15 +259,15 @@ class EnvironmentManager:
             env.build(_deffacts("ff-features-loaded", "ff-feature-loaded", entry.loaded))
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
-        """Return the features that an environment has, sorted."""
+        """Return the features of an environment, sorted."""
         return tuple(self._entries[name].loaded)
 
     def feature_functions(self, name: str) -> dict[str, frozenset[str]]:
-        """Return the functions that each feature has given an environment."""
+        """Return the functions of an environment by feature."""
         return dict(self._entries[name].functions)
 
     def before_run(self, name: str) -> None:
-        """Let the features of an environment report new input to it. Its lock must be held."""
+        """Let features assert new input. The environment must be locked."""
         entry = self._entries[name]
         for feature in entry.waiting:
             feature.before_run(entry.environment)
@@ -277,7 +275,7 @@ class EnvironmentManager:
     def destroy(self, name: str) -> None:
         """Destroy an environment.
 
-        :raises ClipsError: when there is none of that name.
+        :raises ClipsError: if the environment is unknown.
         """
         entry = self._entries.pop(name, None)
         if entry is None:
@@ -287,13 +285,11 @@ class EnvironmentManager:
         entry.environment.destroy()
 
     def close(self) -> None:
-        """Destroy all environments."""
         for name in list(self._entries):
             self.destroy(name)
 
 
 def _retract(env: ClipsEnvironment, relation: str, value: str) -> None:
-    """Retract an ordered fact with one value."""
     for index, _, slots in list(env.facts(relation)):
         if slots["implied"] == (value,):
             env.retract(index)

@@ -1,4 +1,4 @@
-"""Environments besides the executive's, for clients of a running daemon; see docs/debugging.md."""
+"""CLIPS environments of a running daemon in addition to the executive's, see docs/debugging.md."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 class EnvironmentInfo:
     """Describes an environment.
 
-    :param own: whether it was created by :class:`EnvironmentService`.
-    :param facts: how many there are.
-    :param agenda: how many activations.
-    :param features: those that it has, sorted.
-    :param watch: what of ``facts`` and ``rules`` is watched, in part at least.
-    :param log_level: the least level at which it logs.
+    :param own: whether :class:`EnvironmentService` created it.
+    :param facts: the number of facts.
+    :param agenda: the number of activations.
+    :param features: its features, sorted.
+    :param watch: ``facts`` and ``rules``, if at least partly watched.
+    :param log_level: the minimum log level.
     :param ended: whether no rule fires any more.
     """
 
@@ -51,7 +51,7 @@ class EnvironmentInfo:
 
 @dataclass(frozen=True, slots=True)
 class LoggerInfo:
-    """Describes a logger of an environment; see :class:`ClipsLogger`."""
+    """Describes a logger, see :class:`ClipsLogger`."""
 
     name: str
     priority: int
@@ -62,11 +62,11 @@ class LoggerInfo:
 
 
 class EnvironmentService:
-    """Creates and destroys environments of a running executive, and sets them up.
+    """Creates, destroys and configures environments of a running executive.
 
-    Only its own can be destroyed. Their rules run when :meth:`run` is called.
+    It destroys only environments that it created. :meth:`run` runs their rules.
 
-    :param manager: that of the executive.
+    :param manager: the executive's manager.
     """
 
     def __init__(self, manager: EnvironmentManager) -> None:
@@ -76,7 +76,7 @@ class EnvironmentService:
     def find(self, name: str) -> ClipsEnvironment:
         """Return an environment.
 
-        :raises ClipsError: when there is none of that name.
+        :raises ClipsError: if the name is unknown.
         """
         found = self._manager.environments.get(name)
         if found is None:
@@ -86,17 +86,17 @@ class EnvironmentService:
 
     @property
     def names(self) -> Sequence[str]:
-        """The names of the environments, in the order in which they were created."""
+        """The environments in order of creation."""
         return tuple(self._manager.environments)
 
     def list(self) -> Sequence[EnvironmentInfo]:
-        """Return a description of each, in the order in which they were created."""
+        """Describe all environments in order of creation."""
         return [self.info(name) for name in self._manager.environments]
 
     def info(self, name: str) -> EnvironmentInfo:
-        """Return a description of an environment.
+        """Describe an environment.
 
-        :raises ClipsError: when there is none of that name.
+        :raises ClipsError: if the name is unknown.
         """
         env = self.find(name)
         with env.lock:
@@ -113,10 +113,10 @@ class EnvironmentService:
             )
 
     def create(self, name: str, log_component: str = "") -> ClipsEnvironment:
-        """Create an environment with the library (utils, time, path) and the features to request.
+        """Create an environment with the library (utils, time, path) and requestable features.
 
-        :param log_component: under which it logs; ``CLIPS (NAME)`` when it is empty.
-        :raises ClipsError: when there is one of that name, or it is more than letters, digits and ``_.-``.
+        :param log_component: the component of its log lines, by default ``CLIPS (NAME)``.
+        :raises ClipsError: if the name exists, or has characters other than letters, digits and ``_.-``.
         """
         _check_name(name, "an environment")
         made = self._manager.create(name, _component(log_component) or None)
@@ -124,9 +124,9 @@ class EnvironmentService:
         return made
 
     def destroy(self, name: str) -> None:
-        """Destroy an environment that was created here.
+        """Destroy an environment created by this service.
 
-        :raises ClipsError: when there is none.
+        :raises ClipsError: if the environment is unknown or not this service's.
         """
         self.find(name)
         if name not in self._own:
@@ -135,9 +135,9 @@ class EnvironmentService:
         self._manager.destroy(name)
 
     def load(self, name: str, file: Path, *, batch: bool = False) -> Sequence[str]:
-        """Load a file's constructs, or with ``batch`` execute its commands; return its mistakes.
+        """Load a file's constructs, or with ``batch`` execute its commands; return the mistakes.
 
-        :raises ClipsError: when there is no such environment, or the file cannot be read.
+        :raises ClipsError: if the environment is unknown or the file unreadable.
         """
         env = self.find(name)
         if why := why_unreadable(file):
@@ -145,13 +145,13 @@ class EnvironmentService:
         with env.lock:
             before = len(env.loader.diagnostics)
             (env.batch if batch else env.load)(file)
-            env.api.clear_halt()  # or a mistake in it would end the next run
+            env.api.clear_halt()  # otherwise a mistake in the file would end the next run
             return [str(item) for item in env.loader.diagnostics[before:]]
 
     def request_feature(self, name: str, feature: str) -> None:
-        """Give an environment a feature; no error when it has it.
+        """Load a feature into an environment. Does nothing if it has the feature.
 
-        :raises ClipsError: when there is no such environment or feature.
+        :raises ClipsError: if the environment or feature is unknown.
         """
         env = self.find(name)
         if feature in self._manager.loaded_features(name):
@@ -162,18 +162,19 @@ class EnvironmentService:
                 raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=f"there are: {known}")
 
     def evaluate(self, name: str, expression: str) -> Evaluation:
-        """Evaluate an expression of CLIPS; it has :data:`~cxbridge.executive.host.evaluating.LIMIT_S` for it.
+        """Evaluate an expression within :data:`~cxbridge.executive.host.evaluating.LIMIT_S`.
 
-        :raises ClipsError: when there is no such environment, or it does not parse, fails or takes too long.
+        :raises ClipsError: if the environment is unknown, or the expression does not parse, fails or takes
+            too long.
         """
         env = self.find(name)
         with env.lock:
             return evaluate(env, expression)
 
     def watch(self, name: str, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
-        """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do.
+        """Execute ``(watch ITEM NAME...)`` or ``(unwatch ...)``.
 
-        :raises ClipsError: when there is no such environment, item or name.
+        :raises ClipsError: if the environment, item or a name is unknown.
         """
         env = self.find(name)
         with env.lock:
@@ -188,25 +189,23 @@ class EnvironmentService:
             env.watch(item, names, on=on)
 
     def set_log_level(self, name: str, level: str) -> None:
-        """Let an environment log only lines of this level and above.
+        """Set the minimum log level of an environment.
 
         :param level: ``debug``, ``info``, ``warn`` or ``error``.
-        :raises ClipsError: when there is no such environment or level.
+        :raises ClipsError: if the environment or level is unknown.
         """
         env, found = self.find(name), find_level(level)
         with env.lock:
             env.loggers.set_level(DEFAULT_LOGGER, found)
 
-    # -- features
-
     def features(self) -> Sequence[FeatureInfo]:
-        """Return a description of each feature, those that were withdrawn included."""
+        """Describe all features, including withdrawn ones."""
         return self._manager.catalogue
 
     def feature(self, feature: str) -> FeatureInfo:
-        """Return a description of a feature.
+        """Describe a feature.
 
-        :raises ClipsError: when there is none of that name.
+        :raises ClipsError: if the name is unknown.
         """
         for info in self._manager.catalogue:
             if info.name == feature:
@@ -215,33 +214,31 @@ class EnvironmentService:
         raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=f"there are: {known}")
 
     def offer_feature(self, feature: str) -> None:
-        """Offer a feature to all environments again; no error when it is offered.
+        """Offer a withdrawn feature again. Does nothing if it is offered.
 
-        :raises ClipsError: when there is none of that name.
+        :raises ClipsError: if the feature is unknown.
         """
         self._manager.offer(feature)
 
     def withdraw_feature(self, feature: str) -> None:
-        """Offer a feature no more; no error when it is not offered.
+        """Withdraw a feature. Does nothing if it is withdrawn.
 
-        :raises ClipsError: when there is none of that name, or an environment has it.
+        :raises ClipsError: if the feature is unknown or in use.
         """
         self._manager.withdraw(feature)
 
     def remove_feature(self, name: str, feature: str) -> None:
-        """Take a feature away from an environment.
+        """Remove a feature from an environment.
 
-        :raises ClipsError: when there is no such environment, or it does not have the feature.
+        :raises ClipsError: if the environment is unknown or lacks the feature.
         """
         self.find(name)
         self._manager.destroy_context(name, feature)
 
-    # -- loggers
-
     def loggers(self, name: str) -> Sequence[LoggerInfo]:
-        """Return the loggers of an environment, in the order in which they get a line.
+        """Return the loggers of an environment in calling order.
 
-        :raises ClipsError: when there is no such environment.
+        :raises ClipsError: if the environment is unknown.
         """
         return [
             LoggerInfo(
@@ -266,11 +263,11 @@ class EnvironmentService:
         replaces: bool = False,
         component: str = "",
     ) -> None:
-        """Give an environment another logger; it logs under a separate component.
+        """Add a logger to an environment.
 
-        :param logger: its name, unique in the environment.
-        :param component: under which it logs; ``LOGGER|ENVIRONMENT`` when it is empty.
-        :raises ClipsError: when there is no such environment or level, or the logger cannot be added.
+        :param logger: the name, unique in the environment.
+        :param component: the component of its log lines, by default ``LOGGER|ENVIRONMENT``.
+        :raises ClipsError: if the environment or level is unknown, or the logger cannot be added.
         """
         env = self.find(name)
         _check_name(logger, "a logger")
@@ -282,16 +279,16 @@ class EnvironmentService:
             env.loggers.add(made)
 
     def remove_logger(self, name: str, logger: str) -> None:
-        """Take a logger away from an environment.
+        """Remove a logger from an environment.
 
-        :raises ClipsError: when there is no such environment or logger, or every environment has it.
+        :raises ClipsError: if the environment or logger is unknown, or the logger is the environment's first.
         """
         env = self.find(name)
         with env.lock:
             env.loggers.remove(logger)
 
     def run(self) -> None:
-        """Run the rules of those that were created here, in the order in which they were."""
+        """Run the rules of the service's environments in order of creation."""
         for name in self._own:
             env = self._manager.environments[name]
             with env.lock:
@@ -306,9 +303,9 @@ def _check_name(name: str, of: str) -> None:
 
 
 def _component(text: str) -> str:
-    """Return the name of a component of the log, which must not look like something else there.
+    """Check the name of a log component.
 
-    :raises ClipsError: when it is too long, or has other characters than can be printed.
+    :raises ClipsError: if the name is too long or has unprintable characters.
     """
     if len(text) > _LONGEST_COMPONENT or not text.isprintable():
         raise ClipsError(

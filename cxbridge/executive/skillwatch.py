@@ -1,4 +1,4 @@
-"""The running skills, from facts and the Skillers' interfaces: a run is not over before they end."""
+"""The running skills, from facts and Skiller interfaces. A run must wait for them."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ _RUNNING = "S_RUNNING"
 
 
 class SkillWatch:
-    """Follows what Skillers show to the rules.
-
-    A ``skill`` fact alone does not tell: Fawkes' own rules leave one behind that is S_RUNNING forever when
-    the action vanishes whose skill it is, since the Skiller then shows the id of the message that stopped it.
-    The built-in rules retract it at once, while the Skiller has still to show that it has stopped.
-    """
+    """Follows the skills that rules have called."""
 
     def __init__(self, env: ClipsEnvironment) -> None:
         self._env = env
+        # a fact skill alone is not enough: when the action of a skill vanishes, Fawkes' rules leave its fact
+        # S_RUNNING forever, because the Skiller then shows the id of the stop message; the built-in rules
+        # retract the fact immediately, while the Skiller has not stopped yet
         self._shown: dict[str, tuple[str, str]] = {}
         self._called: dict[str, str] = {}
         env.watcher.follow("SkillerInterface", self._note, ("id", "msgid", "status"))
@@ -31,7 +29,7 @@ class SkillWatch:
 
     @property
     def running(self) -> bool:
-        """Whether a skill that rules have called runs."""
+        """Whether a skill called by rules is running."""
         return any(
             self._shown.get(skiller) == (msgid, _RUNNING) for skiller, msgid in self._called.items()
         ) or any(

@@ -1,4 +1,4 @@
-"""The sub-types of goals: the rules that handle one, and the file of the core that has these rules."""
+"""Sub-types of goals: the rules that handle them, and the core files with these rules."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _FOLDER: Final = "goals"
 
 
 def handled(condition: Sequence[CE]) -> frozenset[str]:
-    """Return the sub-types for which a rule with this condition is made.
+    """Return the sub-types that a rule with this condition handles.
 
-    An ``or`` counts when each of its branches names sub-types.
+    An ``or`` counts if each of its branches names sub-types.
     """
     return frozenset().union(*map(_handled, condition))
 
@@ -41,9 +41,9 @@ def _handled(ce: CE) -> frozenset[str]:
 
 @cache
 def files_of_core(*folders: Path) -> Mapping[str, str]:
-    """Return the files for the sub-types of a core, each by the name with which a spec loads it.
+    """Return a core's file by sub-type, in the notation of specs.
 
-    :param folders: of the core; the files of an earlier folder hide those of a later one.
+    :param folders: the folders of the core; files in earlier folders hide those in later ones.
     """
     found: dict[str, str] = {}
     for folder in reversed(folders):
@@ -55,11 +55,11 @@ def files_of_core(*folders: Path) -> Mapping[str, str]:
 
 
 def advice(sub_type: str, known: Iterable[str], files: Mapping[str, str]) -> str:
-    """Return how a goal gets a sub-type that rules handle; empty when the sub-type is like no known one.
+    """Return how to mend an unhandled sub-type; empty without a similar known one.
 
-    :param sub_type: which no rule handles.
-    :param known: the sub-types that rules handle.
-    :param files: as :func:`files_of_core` returns them.
+    :param sub_type: the unhandled sub-type.
+    :param known: the handled sub-types.
+    :param files: the result of :func:`files_of_core`.
     """
     known = frozenset(known)
     if sub_type in files:

@@ -75,11 +75,11 @@ class _PlannerUser(PlanningUser):
             self._log.error(f"Cannot plan for {formula}: {error}")
             slots = {"status": Symbol("FAILED"), "message": str(error), "planner": Symbol(planner or NIL)}
             self._refused_count += 1
-            refused_id = Symbol(f"no-plan-{self._refused}")
+            refused_id = Symbol(f"no-plan-{self._refused_count}")
             self.env.assert_fact("planner-call", {"id": refused_id, "goal-id": Symbol(goal_id), **slots})
             return refused_id
         self._call_count += 1
-        call_id = Symbol(f"plan-{self._made}")
+        call_id = Symbol(f"plan-{self._call_count}")
         self._parts[call_id] = objects
         self._reporters[call_id] = reporter.started(call_id, request.problem)
         self._calls[call_id] = self.service.call(request)

@@ -1,4 +1,4 @@
-"""The functions ``bson-*``: documents made, read and destroyed in CLIPS."""
+"""The ``bson-*`` functions: make, read and destroy documents in CLIPS."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _INVALID = Symbol("INVALID_VALUE_TYPE")
 
 
 class Unsupported(Exception):  # noqa: N818  no error of anybody's: CLIPS has no such value
-    """CLIPS has nothing like this value of a document."""
+    """The value of a document has no CLIPS equivalent."""
 
 
 class DocumentFunctions:
-    """Defines the functions in an environment. Nothing here ends a right-hand side: mistakes are logged.
+    """Defines the functions in an environment. Errors are logged and never end a right-hand side.
 
-    :param handles: where the documents are.
+    :param handles: holds the documents.
     """
 
     def __init__(self, env: ClipsEnvironment, handles: Handles, log: Logger) -> None:
@@ -61,14 +61,11 @@ class DocumentFunctions:
             count = function.__code__.co_argcount - 1
             env.define(name, function, count, types=types)
 
-    # --- making -------------------------------------------------------------------------------------------
-
     def create(self) -> Value:
-        """Make an empty document."""
         return self._handles.add({})
 
     def parse(self, text: str) -> Value:
-        """Make a document of JSON; an empty one when it is none."""
+        """Parse JSON into a document; return an empty document after an error."""
         try:
             return self._handles.add(jsontext.parse(text))
         except RobotMemoryError as error:
@@ -76,20 +73,18 @@ class DocumentFunctions:
             return self._handles.add({})
 
     def destroy(self, doc: Value) -> None:
-        """Forget a document."""
+        """Release a document."""
         try:
             self._handles.take(doc, dict, "bson-destroy")
         except ClipsError as error:
             self._log.error(str(error))
 
     def append(self, doc: Value, field: str, value: Value) -> None:
-        """Set a field."""
         document = self._document(doc, "bson-append")
         if document is not None:
             self._put(document, field, self._to_bson(value, f"bson-append: field {field}"))
 
     def append_regex(self, doc: Value, field: str, pattern: Value) -> None:
-        """Set a field to a regular expression."""
         if isinstance(pattern, Symbol) or not isinstance(pattern, str):
             self._log.error("Regex string has to be of type string")
             return
@@ -98,14 +93,13 @@ class DocumentFunctions:
             self._put(document, field, Regex(str(pattern)))
 
     def append_array(self, doc: Value, field: str, values: tuple[Value, ...]) -> None:
-        """Set a field to an array."""
         document = self._document(doc, "bson-append-array")
         if document is not None:
             items = (self._to_bson(value, f"bson-append-array: field {field}") for value in values)
             self._put(document, field, [item for item in items if item is not MISSING])
 
     def append_time(self, doc: Value, field: str, time: tuple[Value, ...]) -> None:
-        """Set a field to a time, in milliseconds."""
+        """Set a field to a time with a resolution of milliseconds."""
         if len(time) != 2:  # noqa: PLR2004
             self._log.warn(f"Invalid time, {len(time)} instead of 2 entries")
             return
@@ -121,11 +115,9 @@ class DocumentFunctions:
             self._log.error(f"Failed to append time value to field {field}: {error}")
 
     def array_start(self) -> Value:
-        """Make an empty array."""
         return self._handles.add([])
 
     def array_append(self, array: Value, value: Value) -> None:
-        """Add an element to an array."""
         try:
             items = self._handles.get(array, list, "bson-array-append")
         except ClipsError as error:
@@ -136,7 +128,7 @@ class DocumentFunctions:
             items.append(item)
 
     def array_finish(self, doc: Value, field: str, array: Value) -> None:
-        """Set a field to an array, and forget the array."""
+        """Set a field to an array, and release the array."""
         document = self._document(doc, "bson-array-finish")
         try:
             items = self._handles.take(array, list, "bson-array-finish")
@@ -155,7 +147,7 @@ class DocumentFunctions:
             self._log.error(f"Failed to append value to field {field}: {error}")
 
     def _to_bson(self, value: Value, where: str) -> Any:
-        """Return a value for a document; :data:`MISSING` after a warning when there is none like it."""
+        """Return a document's value; :data:`MISSING` after a warning if BSON has no equivalent."""
         if isinstance(value, str):
             return str(value)
         if isinstance(value, float):
@@ -168,25 +160,21 @@ class DocumentFunctions:
         self._log.warn(f"{where}: tried to add unknown type to BSON")
         return MISSING
 
-    # --- reading ------------------------------------------------------------------------------------------
-
     def tostring(self, doc: Value) -> str:
-        """Return a document as JSON."""
         document = self._document(doc, "bson-tostring")
         return "" if document is None else jsontext.to_text(document)
 
     def field_names(self, doc: Value) -> Value:
-        """Return the fields' names."""
         document = self._document(doc, "bson-field-names")
         return (FALSE,) if document is None else tuple(document)
 
     def has_field(self, doc: Value, field: str) -> Value:
-        """Whether there is a field; dots descend."""
+        """Return whether a field exists. Dots in the name descend into documents."""
         document = self._document(doc, "bson-has-field")
         return FALSE if document is None or _field(document, field) is MISSING else TRUE
 
     def get(self, doc: Value, field: str) -> Value:
-        """Return the value of a field; dots descend."""
+        """Return the value of a field. Dots in the name descend into documents."""
         document = self._document(doc, "bson-get")
         if document is None:
             return FALSE
@@ -202,7 +190,7 @@ class DocumentFunctions:
             return _INVALID
 
     def get_array(self, doc: Value, field: str) -> Value:
-        """Return the elements of an array; one that CLIPS has nothing like spoils it all."""
+        """Return the elements of an array; FALSE if any element has no CLIPS equivalent."""
         document = self._document(doc, "bson-get-array")
         if document is None:
             return (FALSE,)
@@ -231,9 +219,9 @@ class DocumentFunctions:
         return (FALSE,)
 
     def _to_clips(self, value: Any) -> Value:
-        """Return a value of a document for CLIPS.
+        """Return the CLIPS equivalent of a document's value.
 
-        :raises Unsupported: when CLIPS has nothing like it.
+        :raises Unsupported: if there is none.
         """
         if isinstance(value, bool):
             return TRUE if value else FALSE
@@ -250,7 +238,7 @@ class DocumentFunctions:
         raise Unsupported
 
     def _document(self, address: Value, function: str) -> Document | None:
-        """Return a document; None after an error in the log."""
+        """Return a document; None after a log message."""
         try:
             return self._handles.get(address, dict, function)
         except ClipsError as error:
@@ -263,7 +251,7 @@ def _supported(value: Any) -> bool:
 
 
 def _field(document: Document, path: str) -> Any:
-    """Return the value of a path with dots, through documents only."""
+    """Return the value at a dotted path through documents."""
     found: Any = document
     for part in path.split("."):
         if not isinstance(found, dict) or part not in found:

@@ -1,7 +1,7 @@
-"""The handles of CLIPS to the robot memory: documents, arrays, cursors and triggers behind numbers.
+"""Handles of CLIPS for documents, arrays, cursors and triggers.
 
-A number is never used twice, so an old number is recognised: nothing of Python's is
-reached through a pointer that CLIPS kept.
+A handle is a number that is never reused. Rules keep stale addresses, which must be recognised rather than
+dereferenced.
 """
 
 from __future__ import annotations
@@ -18,41 +18,42 @@ from cxbridge.executive.robmem.values import Document
 
 T = TypeVar("T")
 
-# Far from the numbers of messages, which are external addresses, too.
+# far from the numbers of messages, which are external addresses, too
 _FIRST = 1 << 32
 
 _MANY = 100_000
 
 
 class Cursor:
-    """The documents of a query, one after another."""
+    """The remaining documents of a query."""
 
     def __init__(self, documents: list[Document]) -> None:
         self.documents: Iterator[Document] = iter(documents)
 
 
 class Trigger:
-    """A registration for events; ``watch`` is None before the database has answered."""
+    """A registration for changes. ``watch`` is None until the database has replied."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.watch: Watch | None = None
 
     def close(self) -> None:
-        """Stop reporting."""
+        """Stop the notifications."""
         if self.watch is not None:
             self.watch.close()
 
 
 class Handles:
-    """The things of one environment.
+    """The objects behind the handles of one environment.
 
-    :param log: gets a warning when there are suspiciously many.
+    :param log: gets a warning at a suspiciously large number of objects.
     """
 
     def __init__(self, log: Logger) -> None:
         self._things: dict[int, object] = {}
-        self._numbers = itertools.count(_FIRST)  # of this environment: facts show them, and runs repeat
+        # counted per environment: facts show them, and runs must be reproducible
+        self._numbers = itertools.count(_FIRST)
         self._log = log
         self._warn_at = _MANY
 
@@ -60,7 +61,7 @@ class Handles:
         return len(self._things)
 
     def add(self, thing: object) -> ExternalAddress:
-        """Give a thing a number."""
+        """Return a new handle of an object."""
         number = next(self._numbers)
         self._things[number] = thing
         if len(self._things) >= self._warn_at:
@@ -72,9 +73,9 @@ class Handles:
         return ExternalAddress(number)
 
     def get(self, address: Value, kind: type[T], function: str) -> T:
-        """Return the thing behind an address.
+        """Return the object behind a handle.
 
-        :raises ClipsError: when there is none, or one of another kind.
+        :raises ClipsError: if the handle is unknown or the object is of another kind.
         """
         thing = self._things.get(_number(address))
         if isinstance(thing, kind):
@@ -87,7 +88,7 @@ class Handles:
         raise ClipsError(f"{function}: this is not a {name}: {show(address)}")
 
     def take(self, address: Value, kind: type[T], function: str) -> T:
-        """Return the thing behind an address, and forget it.
+        """Return the object behind a handle, and release the handle.
 
         :raises ClipsError: as in :meth:`get`.
         """
@@ -96,7 +97,7 @@ class Handles:
         return thing
 
     def of_kind(self, kind: type[T]) -> list[T]:
-        """Return all things of a kind."""
+        """Return all objects of a kind."""
         return [thing for thing in self._things.values() if isinstance(thing, kind)]
 
 
@@ -105,12 +106,12 @@ def _name(kind: type) -> str:
 
 
 def pointer_symbol(address: ExternalAddress) -> Symbol:
-    """Return an address as Fawkes prints it into a fact."""
+    """Return an address in the notation of Fawkes' facts."""
     return Symbol(f"{address.handle:#x}")
 
 
 def _number(address: Value) -> int:
-    """Return the number of an address, or of one that was printed into a fact; 0 for anything else."""
+    """Return the number of an address or of its notation in a fact; 0 for other values."""
     if isinstance(address, ExternalAddress):
         return address.handle
     if isinstance(address, Symbol) and address.startswith("0x"):

@@ -1,4 +1,4 @@
-"""The functions ``robmem-mutex-*``: at once, or with ``-async`` and its answer as a fact of a later run."""
+"""The ``robmem-mutex-*`` functions. Variants with ``-async`` report their result as a fact in a later run."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ _EXPIRE = "expire-locks-async"
 
 
 class MutexFunctions:
-    """Defines the functions in an environment."""
-
     def __init__(self, env: ClipsEnvironment, context: RobotMemoryContext) -> None:
         self._context = context
         memory = context.memory
@@ -57,7 +55,7 @@ class MutexFunctions:
         return TRUE if self._context.attempt(f"Mutex {name}", operation) else FALSE
 
     def _later(self, name: str, mutex: str, operation: Callable[[], bool]) -> Value:
-        """Start an operation; one a mutex at a time."""
+        """Start an operation, unless the mutex has a running one."""
 
         def run() -> None:
             self._report(name, mutex, done=self._context.attempt(f"Mutex {name}", operation))
@@ -68,7 +66,10 @@ class MutexFunctions:
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
     def _report(self, name: str, mutex: str, *, done: bool) -> None:
-        """Report those outcomes that Fawkes reports; the trigger reports the rest."""
+        """Assert the outcomes that Fawkes reports.
+
+        The trigger on the collection reports the remaining ones.
+        """
         if name == "renew-lock" or (name == "try-lock" and not done):
             self._context.enqueue_fact(
                 _FEEDBACK, Symbol(f"{name}-async"), OK if done else FAIL, Symbol(mutex)

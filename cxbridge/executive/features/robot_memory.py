@@ -1,6 +1,6 @@
-"""The feature `robot_memory`: documents, collections, triggers and mutexes for rules.
+"""The feature ``robot_memory``: documents, collections, triggers and mutexes for rules.
 
-Facts: compat clips-functions, feature `robot_memory`; docs/robot-memory.md says what differs from Fawkes.
+docs/robot-memory.md lists the differences from Fawkes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.robmem.memory import RobotMemory
 
 LIBRARY = CORE_DIR / "cx" / "robot-memory.clp"
-"""Our own helpers in CLIPS."""
+"""cxbridge's helper functions in CLIPS."""
 
 _RELATIONS = (
     "(deffunction robmem-relations () (assert (mutex-op-feedback) (mutex-trigger-register-feedback)))"
@@ -28,11 +28,11 @@ _RELATIONS = (
 
 
 class RobotMemoryFeature(Feature):
-    """Gives the functions ``bson-*``, ``robmem-*`` and ``robmem-mutex-*``, and robot-memory.clp.
+    """Provides ``bson-*``, ``robmem-*``, ``robmem-mutex-*`` and robot-memory.clp.
 
     :param memory: the robot memory of the application.
-    :param library: robot-memory.clp; ours by default, Fawkes' own to run Fawkes' files unchanged.
-    :param placeholders: what ``@BASEDIR@`` and its like stand for in folders, by name without the ``@``.
+    :param library: robot-memory.clp, by default cxbridge's. Fawkes' files need Fawkes' own.
+    :param placeholders: values of ``@BASEDIR@`` and other placeholders, by name without ``@``.
     """
 
     name = "robot_memory"
@@ -46,28 +46,27 @@ class RobotMemoryFeature(Feature):
         self._contexts: dict[str, RobotMemoryContext] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the functions and load the helpers."""
         context = RobotMemoryContext(env, self._memory)
         self._contexts[env.name] = context
         DocumentFunctions(env, context.handles, context.log)
         CollectionFunctions(env, context, self._folder)
         MutexFunctions(env, context)
-        env.build(_RELATIONS)  # rules may name these relations later, or never
+        env.build(_RELATIONS)  # CLIPS asserts ordered facts only of relations that some construct names
         env.build("(deffacts have-feature-mongodb (have-feature MongoDB))")
         if not env.batch(self._library):
             raise ClipsError("the helpers of the robot memory do not load", file=self._library)
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        """Assert the events and answers that came since the last run."""
+        """Assert the events and replies since the last run."""
         self._contexts[env.name].deliver()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Unregister the triggers, and wait for calls under way."""
+        """Unregister the triggers and wait for running calls."""
         context = self._contexts.pop(env.name)
         context.close()
         for trigger in context.handles.of_kind(Trigger):
             trigger.close()
 
     def _folder(self, text: str) -> Path:
-        """Return a folder that rules name."""
+        """Expand a path from a rule."""
         return Path(substitute_path(text, self._placeholders))

@@ -1,4 +1,4 @@
-"""The feature `skill-board`: skills of several robots, straight from CLIPS. See docs/skill-board.md."""
+"""The feature ``skill-board``: skills of several robots, called from CLIPS. See docs/skill-board.md."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 
 
 class SkillAction(Protocol):
-    """A skill that was asked for."""
+    """A requested skill."""
 
     @property
     def number(self) -> int:
-        """Its name."""
+        """The id of the request."""
 
     @property
     def skill(self) -> str:
-        """Name of the skill."""
+        """The name of the skill."""
 
     @property
     def agent(self) -> str:
-        """The agent that has to execute it."""
+        """The agent that executes the skill."""
 
     @property
     def state(self) -> str:
@@ -35,39 +35,35 @@ class SkillAction(Protocol):
 
     @property
     def is_over(self) -> bool:
-        """Whether it will not change any more."""
+        """Whether the state is final."""
 
     @property
     def executor(self) -> str:
-        """Who executes it, if that is known."""
+        """The executor; empty while unknown."""
 
     @property
     def progress(self) -> float:
-        """From 0 to 1."""
+        """The progress from 0 to 1."""
 
     @property
     def feedback(self) -> str:
-        """The executor's last message."""
+        """The last message of the executor."""
 
     @property
     def error(self) -> str:
-        """Why it failed."""
+        """The reason of a failure."""
 
 
 class Executor(Protocol):
-    """An executor of skills."""
-
     @property
-    def id(self) -> str:
-        """Its id."""
+    def id(self) -> str: ...
 
     @property
     def agent(self) -> str:
-        """Who it works for."""
+        """The agent of the executor."""
 
     @property
-    def skills(self) -> tuple[str, ...]:
-        """Its skills."""
+    def skills(self) -> tuple[str, ...]: ...
 
     @property
     def state(self) -> str:
@@ -75,38 +71,37 @@ class Executor(Protocol):
 
 
 class Skills(Protocol):
-    """The skill board as the feature uses it."""
+    """The skill board's interface for the feature."""
 
     @property
     def version(self) -> int:
-        """Another number whenever there may be other executors, or they are in another state."""
+        """A number that changes with the executors or their states."""
 
     @property
-    def executors(self) -> Iterable[Executor]:
-        """The known executors."""
+    def executors(self) -> Iterable[Executor]: ...
 
     def ask(
         self, skill: str, parameters: Mapping[str, Any], agent: str, on_change: Callable[[SkillAction], None]
     ) -> SkillAction:
-        """Have a skill executed.
+        """Request a skill.
 
-        :param on_change: called for each change.
-        :raises SkillError: when it cannot be asked for.
+        :param on_change: called after each change of the action.
+        :raises SkillError: if the request is impossible.
         """
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[SkillAction], None]) -> SkillAction:
-        """Have a skill string with one call executed.
+        """Request a skill string with one call.
 
-        :raises SkillError: when it cannot be read, or asked for.
+        :raises SkillError: if the skill string is invalid or the request is impossible.
         """
 
     def stop(self, number: int) -> bool:
-        """Cancel an action; return whether there was something to cancel."""
+        """Cancel an action; return whether it was running."""
 
 
 @dataclass
 class _SkillBoardContext:
-    """The feature's state of one environment."""
+    """The feature's state in one environment."""
 
     env: ClipsEnvironment
     log: Logger
@@ -117,7 +112,7 @@ class _SkillBoardContext:
     executors: dict[str, tuple[Executor, HeldFact]] = field(default_factory=dict)
 
     def note(self, action: SkillAction) -> None:
-        """Remember that an action has changed."""
+        """Queue a changed action."""
         self.changed[action.number] = action
 
 
@@ -136,9 +131,9 @@ _READ_RULE = "(defrule skill-board-read (declare (salience 1000)) (time $?) => (
 
 
 class SkillBoardFeature(Feature):
-    """Gives the ``skill-board-*`` functions.
+    """Provides the ``skill-board-*`` functions.
 
-    :param skills: returns the skill board; None while there is none.
+    :param skills: returns the skill board, or None.
     """
 
     name = "skill-board"
@@ -148,7 +143,6 @@ class SkillBoardFeature(Feature):
         self._contexts: dict[str, _SkillBoardContext] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Build the templates and the rule, define the functions."""
         context = _SkillBoardContext(env, env.bus.logger(f"SkillBoardCLIPS|{env.name}"))
         self._contexts[env.name] = context
         define = env.define
@@ -199,10 +193,8 @@ class SkillBoardFeature(Feature):
         skills = self._skills()
         return TRUE if skills is not None and skills.stop(number) else FALSE
 
-    # -- facts
-
     def _read(self, context: _SkillBoardContext) -> None:
-        """Bring the facts up to date."""
+        """Update the facts."""
         changed, context.changed = context.changed, {}
         for number, action in changed.items():
             self._assert_action(context, number, action)
@@ -265,7 +257,7 @@ class SkillBoardFeature(Feature):
 
 
 def _plain(value: Value) -> Any:
-    """Return a value of CLIPS as it goes over the board."""
+    """Return a CLIPS value as a parameter of the skill board."""
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
     if isinstance(value, Symbol) and value in (TRUE, FALSE):

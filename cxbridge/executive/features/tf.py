@@ -1,4 +1,4 @@
-"""The feature `tf`: how coordinate frames lie to each other. See docs/tf.md."""
+"""The feature ``tf``: transforms between coordinate frames. See docs/tf.md."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from cxbridge.space.tf.publisher import TransformPublisher
 
 _LOG = "ClipsTFThread"
-# What failed: a multifield, not the symbol.
+# Results of failure and success: multifields, as in Fawkes, rather than symbols.
 _NO: tuple[Value, ...] = (FALSE,)
 
 _YES: tuple[Value, ...] = (TRUE,)
 
 
 class TfFeature(Feature):
-    """Gives the ``tf-*`` functions. Environments share the known frames, and the publishers.
+    """Provides the ``tf-*`` functions. Environments share known frames and publishers.
 
-    :param board: where transforms are read and written.
+    :param board: the blackboard with the transforms.
     """
 
     name = "tf"
@@ -37,17 +37,16 @@ class TfFeature(Feature):
         self._users: set[str] = set()
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Listen to transforms, define the functions."""
-        # imported only on request
+        # imported on use: most agents do without transforms
         from cxbridge.space.tf import TransformListener  # noqa: PLC0415
 
         if self._listener is None:
             self._listener = TransformListener(self._board, owner=_LOG)
         self._users.add(env.name)
-        self._define(env, _Questions(env, self._listener))
+        self._define(env, _TransformFunctions(env, self._listener))
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Let go of the interfaces after the last environment."""
+        """Close the interfaces after the last environment."""
         self._users.discard(env.name)
         if self._users:
             return
@@ -58,15 +57,15 @@ class TfFeature(Feature):
             publisher.close()
         self._publishers.clear()
 
-    def _define(self, env: ClipsEnvironment, ask: _Questions) -> None:
+    def _define(self, env: ClipsEnvironment, functions: _TransformFunctions) -> None:
         define = env.define
-        define("tf-quat-from-yaw", ask.quat_from_yaw, 1, types="*;ld")
-        define("tf-yaw-from-quat", ask.yaw_from_quat, 1, types="*;m")
-        define("tf-frame-exists", ask.frame_exists, 1, types="*;sy")
-        define("tf-can-transform", ask.can_transform, 3, types="*;sy;sy;m")
+        define("tf-quat-from-yaw", functions.quat_from_yaw, 1, types="*;ld")
+        define("tf-yaw-from-quat", functions.yaw_from_quat, 1, types="*;m")
+        define("tf-frame-exists", functions.frame_exists, 1, types="*;sy")
+        define("tf-can-transform", functions.can_transform, 3, types="*;sy;sy;m")
         for name in ("point", "vector", "quaternion"):
-            define(f"tf-transform-{name}", getattr(ask, name), 4, types="*;sy;sy;m;m")
-        define("tf-transform-pose", ask.pose, 5, types="*;sy;sy;m;m;m")
+            define(f"tf-transform-{name}", getattr(functions, name), 4, types="*;sy;sy;m;m")
+        define("tf-transform-pose", functions.pose, 5, types="*;sy;sy;m;m;m")
         define("tf-add-publisher", lambda frame: self._add_publisher(env, frame), 1, types="*;sy")
         for name, static in (("tf-publish-pose-static", True), ("tf-publish-pose", False)):
 
@@ -101,8 +100,8 @@ class TfFeature(Feature):
         return _YES
 
 
-class _Questions:
-    """What an environment may ask."""
+class _TransformFunctions:
+    """The functions that query transforms."""
 
     def __init__(self, env: ClipsEnvironment, listener: TransformListener) -> None:
         from cxbridge.space.tf import geometry  # noqa: PLC0415
@@ -132,12 +131,12 @@ class _Questions:
         return self._three("vector", self._buffer.transform_vector, target, source, time, vector)
 
     def _three(
-        self, kind: str, ask: Callable[..., Any], target: str, source: str, time: Value, given: Value
+        self, kind: str, functions: Callable[..., Any], target: str, source: str, time: Value, given: Value
     ) -> Value:
         when, numbers = self._time(time), self._numbers(kind, given, 3)
         if when is None or numbers is None:
             return _NO
-        return self._answer(kind, target, source, lambda: ask(target, numbers, source, when)[0])
+        return self._answer(kind, target, source, lambda: functions(target, numbers, source, when)[0])
 
     def quaternion(self, target: str, source: str, time: Value, quat: Value) -> Value:
         when, rotation = self._time(time), self._numbers("quaternion", quat, 4)
@@ -157,23 +156,25 @@ class _Questions:
         if when is None or origin is None or quat is None:
             return _NO
 
-        def ask() -> tuple[float, ...]:
+        def functions() -> tuple[float, ...]:
             normalized = self._geometry.normalized((quat[0], quat[1], quat[2], quat[3]))
             given = self._geometry.Transform((origin[0], origin[1], origin[2]), normalized)
             pose, _ = self._buffer.transform_pose(target, given, source, when)
             return (*pose.translation, *pose.rotation)
 
-        return self._answer("pose", target, source, ask)
+        return self._answer("pose", target, source, functions)
 
-    def _answer(self, kind: str, target: str, source: str, ask: Callable[[], tuple[float, ...]]) -> Value:
+    def _answer(
+        self, kind: str, target: str, source: str, functions: Callable[[], tuple[float, ...]]
+    ) -> Value:
         try:
-            return ask()
+            return functions()
         except TransformError as error:
             self._log.warn(f"Failed to transform {kind} from {source} to {target}: {error.message}")
             return _NO
 
     def _time(self, time: Value) -> int | None:
-        """Return a time in microseconds, None after a warning."""
+        """Return a time in microseconds; None after a warning."""
         if not isinstance(time, tuple) or len(time) != 2:  # noqa: PLR2004 - seconds and microseconds
             self._log.warn("Invalid time: must be list of exactly two entries")
             return None
@@ -183,7 +184,7 @@ class _Questions:
         return int(time[0]) * 1_000_000 + int(time[1])
 
     def _numbers(self, kind: str, given: Value, count: int) -> tuple[float, ...] | None:
-        """Return this many numbers, None after a warning."""
+        """Return ``count`` numbers; None after a warning."""
         if not isinstance(given, tuple) or len(given) != count:
             words = {3: "three", 4: "four"}
             self._log.warn(f"Invalid {kind}: must be list of exactly {words[count]} entries")

@@ -1,1 +1,1 @@
-"""CLIPS environments that behave as Fawkes' do: CLIPS 6.4 made to act like 6.30."""
+"""CLIPS environments with the behaviour of Fawkes': CLIPS 6.4 adapted to 6.30."""

@@ -1,4 +1,4 @@
-"""The rule and the functions that CLIPS executes now, read from another thread."""
+"""The rule and functions that CLIPS is executing, read from another thread."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cxbridge.executive.host.capi import MATCHING, NULL, decode, executing_rule
 
 __all__ = ["MATCHING", "executing", "executing_functions"]
 
-# Where a deffunction of CLIPS 6.4.2 counts its calls that are under way, in units of ``unsigned int``.
+# Offset of a deffunction's count of active calls in CLIPS 6.4.2, in units of ``unsigned int``.
 _EXECUTING: Final = 17
 
 if TYPE_CHECKING:
@@ -18,20 +18,17 @@ if TYPE_CHECKING:
 
 
 def executing(env: ClipsEnvironment) -> str:
-    """Return the rule whose right-hand side runs at this moment; empty when none does.
-
-    CLIPS refuses to delete a rule that runs, and any rule while facts are matched; it is asked about each of
-    the current module, which is the one of the rule that runs. Nothing is changed, so that no lock is needed
-    but the one that keeps the environment from being destroyed.
-    """
+    """Return the rule with the active right-hand side; empty without one. Callable from any thread."""
+    # CLIPS refuses to delete an active rule, and any rule during matching: the query whether a rule is
+    # deletable changes nothing, so it needs no lock except against the destruction of the environment
     with env.life:
         return executing_rule(env.env) if env.is_firing else ""
 
 
 def executing_functions(env: ClipsEnvironment) -> list[str]:
-    """Return the deffunctions of the current module that run at this moment, the outer ones first.
+    """Return the active deffunctions of the current module, outermost first.
 
-    Functions that are defined before a function that they call are left out.
+    A function that is defined before its callee is missing.
     """
     found: list[str] = []
     with env.life:

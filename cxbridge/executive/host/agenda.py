@@ -1,4 +1,4 @@
-"""The agenda of an environment: what would fire, in order."""
+"""The agenda of an environment."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def agenda(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
-    """Yield salience, rule and facts (``f-1,f-2``) of what would fire, in order."""
+    """Yield salience, rule and facts (``f-1,f-2``) of each activation, in firing order."""
     activation = lib.GetNextActivation(env.env, NULL)
     while activation != NULL:
         env.output.pause()
@@ -26,13 +26,12 @@ def agenda(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
 
 
 def next_rule(env: ClipsEnvironment) -> str:
-    """Return the rule that would fire next; empty when there is none."""
+    """Return the first rule of the agenda; empty without one."""
     activation = lib.GetNextActivation(env.env, NULL)
     return "" if activation == NULL else decode(lib.ActivationRuleName(activation))
 
 
 def agenda_size(env: ClipsEnvironment) -> int:
-    """Return how many activations there are."""
     activation, count = lib.GetNextActivation(env.env, NULL), 0
     while activation != NULL:
         activation, count = lib.GetNextActivation(env.env, activation), count + 1

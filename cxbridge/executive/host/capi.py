@@ -1,9 +1,9 @@
-"""The C functions of CLIPS 6.4 that clipspy carries but does not wrap.
+"""C functions of CLIPS 6.4 that clipspy includes but does not wrap.
 
-clipspy 1.0.6 is one shared object that exports all of CLIPS. Wrapped functions are called through its ``lib``
-(fast); the rest, a handful, through cffi's ABI mode below. clipspy's Python classes are not used: its Fact
-leaks, its functions flatten multifields, and its builders refuse values that CLIPS itself accepts (see
-docs/clips.md). Source of the signatures: the CLIPS 6.4 Advanced Programming Guide and its header files.
+clipspy 1.0.6 is one shared object that exports all of CLIPS. Wrapped functions are called through its
+``lib``, the remaining few through cffi's ABI mode. clipspy's Python classes are not used: its Fact leaks
+memory, its functions flatten multifields, and its builders refuse values that CLIPS accepts (see docs/clips.md). The
+signatures follow the CLIPS 6.4 Advanced Programming Guide and header files.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from clips import _clips
 from clips._clips import ffi, lib
 
 CData = Any
-"""A C value or pointer. cffi has no types for mypy to check."""
+"""A C value or pointer, which has no static type."""
 
 NULL = ffi.NULL
 
@@ -83,11 +83,9 @@ _SIGNATURES = {
 
 
 class _ExtraFunctions:
-    """The functions of :data:`_SIGNATURES` as attributes.
+    """The functions of :data:`_SIGNATURES` as attributes."""
 
-    Addresses come from the dynamic linker, types from clipspy's own cffi: its pointers fit without a cast.
-    """
-
+    # addresses come from the dynamic linker and types from clipspy's cffi, so its pointers need no cast
     def __init__(self) -> None:
         library = ctypes.CDLL(_clips.__file__)
         for name, signature in _SIGNATURES.items():
@@ -99,18 +97,18 @@ class _ExtraFunctions:
 
 
 EXTRA = _ExtraFunctions()
-"""The extra functions of C, called like those of ``lib``."""
+"""The functions of C missing in ``lib``."""
 
 
 def callback(signature: str, function: Callable[..., Any]) -> CData:
-    """Make a C function of ``function``. The caller must keep the result alive as long as C may call it."""
+    """Make a C function. The caller must keep the result alive as long as C may call it."""
     return ffi.callback(signature, function)
 
 
 class ClipsApi:
-    """The extra C functions, for one environment.
+    """The unwrapped C functions for one environment.
 
-    :param environment: clipspy's environment pointer.
+    :param environment: clipspy's pointer to the environment.
     """
 
     def __init__(self, environment: CData) -> None:
@@ -119,35 +117,36 @@ class ClipsApi:
         EXTRA.OpenStringBuilderDestination(environment, _TEXT_TARGET, self._builder)
 
     def remove_udf(self, name: str) -> None:
-        """Take a built-in away. Only before anything that uses it is parsed: CLIPS keeps pointers."""
+        """Remove a built-in function before any construct uses it."""
+        # CLIPS keeps pointers to functions in parsed constructs
         EXTRA.RemoveUDF(self._env, name.encode())
 
     def on_assert(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None ends it."""
+        """Call ``void call(Environment *, Fact *, void *)`` after each assertion; None: stop."""
         EXTRA.RemoveAssertFunction(self._env, _HOOK)
         if call is not None:
             EXTRA.AddAssertFunction(self._env, _HOOK, call, 0, NULL)
 
     def on_retract(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Fact *, void *)`` before each retraction; None ends it."""
+        """Call ``void call(Environment *, Fact *, void *)`` before each retraction; None: stop."""
         EXTRA.RemoveRetractFunction(self._env, _HOOK)
         if call is not None:
             EXTRA.AddRetractFunction(self._env, _HOOK, call, 0, NULL)
 
     def on_fire(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Activation *, void *)`` before each firing; None ends it."""
+        """Call ``void call(Environment *, Activation *, void *)`` before each firing; None: stop."""
         EXTRA.RemoveBeforeRuleFiresFunction(self._env, _HOOK)
         if call is not None:
             EXTRA.AddBeforeRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
 
     def after_fire(self, call: CData | None) -> None:
-        """Call ``void call(Environment *, Activation *, void *)`` after each firing; None ends it."""
+        """Call ``void call(Environment *, Activation *, void *)`` after each firing; None: stop."""
         EXTRA.RemoveAfterRuleFiresFunction(self._env, _HOOK)
         if call is not None:
             EXTRA.AddAfterRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
 
     def trace(self, fired: CData | None, asserted: CData | None) -> None:
-        """Call these, too, as :meth:`on_fire` and :meth:`on_assert` do; None ends it."""
+        """Add further functions like those of :meth:`on_fire` and :meth:`on_assert`; None: stop."""
         EXTRA.RemoveBeforeRuleFiresFunction(self._env, _TRACE)
         EXTRA.RemoveAssertFunction(self._env, _TRACE)
         if fired is not None:
@@ -156,41 +155,41 @@ class ClipsApi:
             EXTRA.AddAssertFunction(self._env, _TRACE, asserted, 0, NULL)
 
     def fact_text(self, fact: CData) -> str:
-        """Return a fact as CLIPS prints it on one line, without its index."""
+        """Return a fact as CLIPS prints it in one line, without its index."""
         lib.SBReset(self._builder)
         EXTRA.PrintFact(self._env, _TEXT_TARGET, fact, False, False, NULL)
         return decode(self._builder.contents)
 
     def activation_text(self, activation: CData) -> str:
-        """Return an activation as the agenda shows it: ``salience rule: f-1,f-2``."""
+        """Return an activation in the notation of the agenda: ``salience rule: f-1,f-2``."""
         lib.SBReset(self._builder)
         lib.ActivationPPForm(activation, self._builder)
         return decode(self._builder.contents)
 
     def halt(self) -> None:
-        """End the right-hand side and the run that are under way, as an error in CLIPS does."""
+        """Stop the active right-hand side and the run, as a CLIPS error does."""
         EXTRA.SetEvaluationError(self._env, True)
         EXTRA.SetHaltExecution(self._env, True)
 
     def clear_halt(self) -> None:
-        """Forget an earlier error: the next run starts clean."""
+        """Clear an earlier error before the next run."""
         EXTRA.SetEvaluationError(self._env, False)
         EXTRA.SetHaltExecution(self._env, False)
 
     def halted(self) -> bool:
-        """Whether an error has ended the present work."""
+        """Return whether an error has stopped the execution."""
         return bool(EXTRA.GetHaltExecution(self._env))
 
     def halt_rules(self) -> None:
-        """Let the run end when the right-hand side that is under way has, as ``(halt)`` does."""
+        """Stop the run after the active right-hand side, as ``(halt)`` does."""
         EXTRA.SetHaltRules(self._env, True)
 
     def rules_halt(self) -> bool:
-        """Whether the run that is under way ends with this right-hand side."""
+        """Return whether the run stops after the active right-hand side."""
         return bool(EXTRA.GetHaltRules(self._env))
 
     def dispose(self) -> None:
-        """Remove all hooks and free all held memory, so that CLIPS can free its environment."""
+        """Remove all hooks and free all memory. CLIPS can free its environment only afterwards."""
         self.on_assert(None)
         self.on_retract(None)
         self.on_fire(None)
@@ -201,22 +200,22 @@ class ClipsApi:
 
 
 def decode(text: CData) -> str:
-    """Return a C string as Python text; bytes that are not UTF-8 survive as surrogates."""
+    """Return a C string as text. Bytes other than UTF-8 become surrogates."""
     data: bytes = ffi.string(text)
     return data.decode("utf-8", "surrogateescape")
 
 
 def encode(text: str) -> bytes:
-    """Return text as the bytes CLIPS stores; the inverse of :func:`decode`."""
+    """Return the bytes of a text in CLIPS; the inverse of :func:`decode`."""
     return text.encode("utf-8", "surrogateescape")
 
 
 MATCHING = "(matching)"
-"""In place of a rule: facts are being matched against conditions."""
+"""The result of :func:`executing_rule` while facts are matched against conditions."""
 
 
 def executing_rule(env: CData) -> str:
-    """Return the rule whose right-hand side runs; empty: none; :data:`MATCHING`: facts are matched."""
+    """Return the active rule; empty without one; :data:`MATCHING` during matching."""
     busy, count = "", 0
     rule = lib.GetNextDefrule(env, NULL)
     while rule != NULL:

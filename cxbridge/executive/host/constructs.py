@@ -1,4 +1,4 @@
-"""The names that the constructs of an environment define: rules, deftemplates, and the values of slots."""
+"""Names of constructs in an environment: rules, deftemplates, allowed values of slots."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def rule_names(env: ClipsEnvironment) -> frozenset[str]:
-    """Return the names of all rules, without their modules."""
+    """Return all rules without their modules."""
     return _names(env, "get-defrule-list")
 
 
@@ -31,7 +31,7 @@ def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
 
 
 def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
-    """Return the defrules of an environment by name, as CLIPS has them: after the host's changes of the text.
+    """Return the text of all rules by name, after the host's rewriting.
 
     To be called between runs of the rules.
     """
@@ -40,19 +40,19 @@ def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
 
 
 def template_names(env: ClipsEnvironment) -> frozenset[str]:
-    """Return the names of all deftemplates, without their modules; those of ordered facts, too."""
+    """Return all deftemplates without their modules, including implied ones."""
     return _names(env, "get-deftemplate-list")
 
 
 def unknown_template(env: ClipsEnvironment, name: str) -> ClipsError:
-    """Return the error about a deftemplate that an environment lacks."""
+    """Return the error about an unknown deftemplate."""
     return ClipsError(
         f"there is no deftemplate '{name}'", hint=did_you_mean(name, template_names(env)) or None
     )
 
 
 def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str, ...]:
-    """Return the allowed values of a deftemplate's slot; none when any is allowed, or there is no slot."""
+    """Return a slot's allowed values; empty if unrestricted or the slot is unknown."""
     if not env.has_template(template):
         return ()
     found = env.call("deftemplate-slot-allowed-values", Symbol(template), Symbol(slot))

@@ -1,13 +1,11 @@
-"""Rules that fire without an end: found while they fire, and named.
+"""Detection of rules that fire endlessly.
 
-A run of the agenda that comes to its end uses up the present facts: it fires for facts, and combinations of
-facts, that no rule has fired for yet. Rules that make each other fire without an end fire for facts that
-they have just made themselves, and for the same few other facts again and again. A rule that loads 300,000
-objects fires for another object each time; a ring of rules does not.
+A run with an end uses up the present facts: its rules fire for facts, and combinations of facts, that no rule
+has used yet. Endless rules fire for facts that they have just made, and for the same few other facts
+repeatedly. A rule that loads 300,000 objects uses a different object each time; a ring of rules does not.
 
-This is a heuristic: a rule that counts to a million looks like a rule that counts without end. A run counts
-as endless when every firing of a long enough time used only facts that were made in that time, or were used
-before (:data:`ENDLESS`).
+This is a heuristic, because a rule that counts to a million looks endless. A run counts as endless if for a
+long enough time all firings used only facts made in that time or used before (:data:`ENDLESS`).
 """
 
 from __future__ import annotations
@@ -23,13 +21,13 @@ from cxbridge.events import Logger
 from cxbridge.executive.host.capi import CData, ClipsApi, callback, decode
 
 ENDLESS: Final = ((100_000, 1.0), (1_000, 5.0))
-"""Firings, and seconds of real time that they have taken: either pair is enough."""
+"""Firings and seconds of real time. A run that exceeds both numbers of a pair is endless."""
 
 TOLD_S: Final = 1.5
-"""Seconds of real time after which rules are reported that may have no end."""
+"""Seconds of real time before the first warning about possibly endless rules."""
 
 MOST_FIRINGS: Final = 1_000_000
-"""Rules that may fire in one run of the agenda, whatever they fire for."""
+"""The maximum number of firings in a run, whatever their facts."""
 
 _LOOK_AGAIN_S: Final = 0.25
 _LEAST_CHUNK, _MOST_CHUNK = 20, 200
@@ -40,15 +38,14 @@ _MOST_NAMES: Final = 8
 
 
 class EndlessRules:
-    """Watches the runs of an agenda, a chunk of firings at a time.
-
-    The first quarter of a second of a run costs nothing. Then a window of firings is traced; while these fire
-    for no earlier fact, the next window follows at once, else after a quarter of a second.
+    """Watches the runs of the agenda in chunks of firings.
 
     :param basis_of: returns the facts of an activation: ``f-1,*,f-2``.
-    :param place_of: returns the file and line of a rule; None when they are not known.
+    :param place_of: returns file and line of a rule; None if unknown.
     """
 
+    # tracing is expensive: it starts after a quarter of a second of a run, and continues only while no firing
+    # uses an older fact
     def __init__(
         self,
         api: ClipsApi,
@@ -66,34 +63,34 @@ class EndlessRules:
 
     @property
     def text(self) -> str:
-        """Which rules feed on themselves in this run, for people; empty when none do."""
+        """A description of the endless rules in this run; empty without any."""
         return self._text() if self._is_closed else ""
 
     def begin(self) -> None:
-        """Watch a run that begins."""
+        """Start watching a run."""
         self.end()
         self.fired = 0
-        """Rules that have fired in this run, as of the last look."""
+        """The firings in this run up to the last check."""
         self.ring: tuple[str, ...] = ()
-        """The rules that fired in the last window, in their order; a ring if they have no end."""
+        """The rules of the last window in firing order; a ring if they are endless."""
         self.chunk = _LEAST_CHUNK
-        """Rules that are to fire until the next look."""
+        """The number of firings until the next check."""
         self._began_s = self._looked_s = self._since_s = time.monotonic()
         self._since_fired = 0
         self._is_closed = self._is_told = False
         self._window = _FIRST_WINDOW
 
     def end(self) -> None:
-        """Trace no more: the run is over."""
+        """Stop tracing at the end of a run."""
         if self._is_tracing:
             self._is_tracing = False
             self._api.trace(None, None)
         self._clear(0.0)
 
     def look(self, fired: int) -> str:
-        """Return why the run has no end; empty when it may have one.
+        """Return why the run is endless; empty if it is not.
 
-        :param fired: rules that have fired since the last look.
+        :param fired: the number of firings since the last check.
         """
         now_s = time.monotonic()
         took_s, self._looked_s = now_s - self._looked_s, now_s
@@ -103,7 +100,7 @@ class EndlessRules:
         elif took_s > _SLOW_S:
             self.chunk = max(self.chunk // 2, 1)
         if self._is_tracing:
-            self._look_at_window(now_s)
+            self._evaluate_window(now_s)
         elif now_s - self._since_s >= _LOOK_AGAIN_S:
             self._start(now_s)
         if self.fired >= MOST_FIRINGS or self._has_no_end(now_s):
@@ -123,7 +120,7 @@ class EndlessRules:
         return False
 
     def _text(self) -> str:
-        """Return the rules of the ring, each with its file and line, for people."""
+        """Return the rules of the ring with file and line as text."""
         names = []
         for rule in self.ring[:_MOST_NAMES]:
             place = self._place_of(rule)
@@ -134,8 +131,6 @@ class EndlessRules:
 
     def _figures(self, now_s: float) -> str:
         return f"{self.fired:,} firings in {now_s - self._began_s:.1f} s"
-
-    # -- windows of firings
 
     def _start(self, now_s: float) -> None:
         self._is_tracing = True
@@ -155,8 +150,8 @@ class EndlessRules:
         if self._first_new is None:
             self._first_new = int(lib.FactIndex(fact))
 
-    def _look_at_window(self, now_s: float) -> None:
-        """Judge the firings of a window when it is full."""
+    def _evaluate_window(self, now_s: float) -> None:
+        """Evaluate a window of firings when it is full."""
         count = len(self._firings)
         if count < self._window and (count < _LEAST_WINDOW or now_s - self._window_s < _WINDOW_S):
             return
@@ -171,13 +166,12 @@ class EndlessRules:
 
 
 def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new: int | None) -> bool:
-    """Whether rules fire, in the second half of a window, for older facts for the first time.
+    """Return whether rules in the second half of a window use older facts for the first time.
 
-    In the first half a ring, too, fires for some: those of the moment when the window began.
-
-    :param firings: each with its rule and its facts: ``f-1,*,f-2``.
-    :param first_new: facts of this index and above are made in the window; None: none is.
+    :param firings: rule and facts of each firing: ``f-1,*,f-2``.
+    :param first_new: the first index of facts made in the window; None without any.
     """
+    # only the second half counts: a ring, too, uses older facts when the window begins
     half, seen = len(firings) // 2, set()
     for number, (rule, basis) in enumerate(firings):
         facts = (each for each in basis.split(",") if each.startswith("f-"))
@@ -190,11 +184,11 @@ def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new: int | N
 
 
 def ring_of(rules: Sequence[str]) -> tuple[str, ...]:
-    """Return the shortest sequence of rules that firings repeat to their end, from its first name on.
+    """Return the shortest sequence that the firings repeat up to their end, starting with the first name.
 
-    Without such a sequence, each of the rules once.
+    Without a repetition, return each rule once.
     """
-    # how Knuth, Morris and Pratt find the longest border of each prefix; the firings count from the last one
+    # Knuth-Morris-Pratt's longest border of each prefix, on the reversed firings
     back, border, borders = rules[::-1], 0, [0]
     for rule in back[1:]:
         while border and rule != back[border]:

@@ -1,8 +1,7 @@
-"""A CLIPS environment as Fawkes makes it: CLIPS 6.4 that behaves like 6.30 where agents notice.
+"""A CLIPS environment as in Fawkes: CLIPS 6.4 with the behaviour of 6.30 where agents depend on it.
 
-docs/clips.md lists the differences between the two and their remedies. Here are the shims: functions
-that 6.4 lost, changed or added come as 6.30 had them, and `modify` makes a new fact (in users' files; the
-built-in core is written for 6.4's faster one).
+Shims replace functions that 6.4 removed, changed or added, and `modify` makes a new fact in users' files. The
+built-in core relies on 6.4's faster `modify`. docs/clips.md lists all differences.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ from cxbridge.executive.host.watching import Watcher, slot_value, slot_values
 from cxbridge.file_access import is_readable_file
 
 CORE_DIR = Path(__file__).resolve().parent.parent / "clips"
-"""The built-in CX core; its files are loaded unchanged, with 6.4's `modify`."""
+"""The built-in CX core. Its files keep 6.4's `modify`."""
 
 _CONSTRUCT_NAME = re.compile(r"[^\s()]+")
 
@@ -45,15 +44,15 @@ _CONSTRUCT_NAME = re.compile(r"[^\s()]+")
 class ClipsEnvironment:
     """One CLIPS environment.
 
-    Not for several threads at once: take :attr:`lock` for anything that belongs together.
+    Threads must hold :attr:`lock` for each sequence of calls.
 
     :param name: e.g. ``executive``.
     :param bus: gets the events of the environment.
-    :param log_component: the component of its log lines; ``CLIPS (NAME)`` by default.
+    :param log_component: the component of log lines, by default ``CLIPS (NAME)``.
     """
 
     output_router: ClassVar[type[OutputRouter]] = OutputRouter
-    """The class of what gathers the lines that CLIPS prints."""
+    """The class that collects the lines printed by CLIPS."""
 
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
         self.name = name
@@ -64,9 +63,9 @@ class ClipsEnvironment:
         self.faults: list[str] = []
         self.quit_requested = self._held = self._is_halted = False
         self.time_of: Callable[[int], tuple[float | int, ...]] = split_us
-        """What ``(now)`` returns, of microseconds since the epoch."""
+        """Converts microseconds since the epoch to the result of ``(now)``."""
         self.is_ended = False
-        """Whether no rule will ever fire any more: the agent called ``exit``, or a run was interrupted."""
+        """Whether no rule will fire any more, after ``(exit)`` or an interruption."""
         self.env: CData = lib.CreateEnvironment()
         self.api = ClipsApi(self.env)
         self.maker = FactMaker(self.env)
@@ -78,14 +77,12 @@ class ClipsEnvironment:
         self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
         self.life = threading.Lock()
-        """Keeps the environment from being destroyed while another thread looks at it."""
+        """Prevents the destruction of the environment while another thread reads it."""
         self.is_firing = False
-        """Whether rules fire, or wait for a called function."""
+        """Whether rules are firing, or waiting for a function."""
         self.endless = EndlessRules(self.api, self.watcher.basis_of, self.loader.place_of, self.log)
         self._apply_shims()
         bus.emit_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
-
-    # --- set-up -----------------------------------------------------------------------------------------
 
     def _apply_shims(self) -> None:
         make_room(self.env, self.udfs)
@@ -130,14 +127,14 @@ class ClipsEnvironment:
         maximum: int | None = None,
         types: str = "*",
     ) -> None:
-        """Make a Python function callable from CLIPS; see :meth:`UdfTable.define`."""
+        """Make a Python function callable from CLIPS, see :meth:`UdfTable.define`."""
         self.udfs.define(name, function, minimum, maximum, types)
         if self.bus.wants(SourceRead):
             most = str(minimum if maximum is None else maximum)
             self.bus.emit_source("function", self.name, name, minimum=str(minimum), maximum=most, types=types)
 
     def _failed(self, function: str, error: BaseException) -> None:
-        """Note an exception of a Python function; CLIPS has got an error in its place."""
+        """Record an exception of a Python function. CLIPS has received an error instead."""
         text = f"function '{function}' failed: {type(error).__name__}: {error}"
         if isinstance(error, ClipsError):
             text = f"{function}: {error}"
@@ -146,12 +143,10 @@ class ClipsEnvironment:
         self.log.error(text)
 
     def _recursion_ended(self, function: str) -> None:
-        """Report a function, template or class that called itself until the stack was nearly used up."""
-        # CLIPS says about each level of the recursion that it ends; it has been said
+        """Report a construct that recursed until the stack was nearly exhausted."""
+        # CLIPS would report an error for each level of the recursion
         self.output.quiet = True
         self.log.error(f"'{function}' calls itself without end: ended, the stack is used up")
-
-    # --- functions of CLIPS that the host provides ----------------------------------------------------------
 
     def _load(self, file: str) -> Value:
         self._forget_templates()
@@ -162,29 +157,30 @@ class ClipsEnvironment:
         return TRUE if self.loader.batch(file) else FALSE
 
     def _forget_templates(self) -> None:
-        """Forget the cached deftemplates by their pointers: a file may redefine them."""
+        """Forget cached deftemplates, which a file may redefine."""
         self.watcher.forget_names()
         self.maker.forget()
 
     def _clear(self) -> None:
-        """Do what ``(clear)`` does; the functions that belong to CLIPS itself stay."""
+        """Execute ``(clear)``, and restore the host's functions."""
         self._forget_templates()
         self._by_index.forget()
         lib.Clear(self.env)
         self._build_functions()
 
     def _exit(self, _code: Value = 0) -> None:
-        """End everything: in Fawkes that is the end of the process."""
+        """End all rules. In Fawkes this ends the process."""
         self._stop()
         self.api.halt()
 
     def _halt(self) -> None:
-        """End the run after the rule that fires now. CLIPS does not say afterwards that it did."""
+        """End the run after the active rule."""
+        # CLIPS clears its own flag before the end of the run
         self._is_halted = True
         self.api.halt_rules()
 
     def _quit(self) -> None:
-        """Ask for an orderly end: pending work is done, and the rules for the shutdown run."""
+        """Request an orderly end, after pending work and the finalization rules."""
         self.quit_requested = True
 
     def _stop(self) -> None:
@@ -192,18 +188,16 @@ class ClipsEnvironment:
         self.is_ended = True
 
     def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
-        """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do.
+        """Execute ``(watch ITEM NAME...)`` or ``(unwatch ...)``.
 
-        :raises ClipsError: when there is no such item or name.
+        :raises ClipsError: if the item or a name is unknown.
         """
         self.watcher.watch(item, names, on=on)
-
-    # --- use from Python --------------------------------------------------------------------------------
 
     def build(self, construct: str) -> None:
         """Define a construct.
 
-        :raises ClipsError: when CLIPS refuses it.
+        :raises ClipsError: if CLIPS refuses it.
         """
         self.build_unrecorded(construct)
         if self.bus.wants(SourceRead):
@@ -212,9 +206,9 @@ class ClipsEnvironment:
             self.bus.emit_source("construct", self.name, name, encode(construct), within=within)
 
     def build_unrecorded(self, construct: str) -> None:
-        """Define a construct that is not the agent's, and is not to be found in its recording.
+        """Define a construct of the host, which recordings leave out.
 
-        :raises ClipsError: when CLIPS refuses it.
+        :raises ClipsError: if CLIPS refuses it.
         """
         outer = self.output.begin_errors()
         error = lib.Build(self.env, encode(construct))
@@ -223,17 +217,16 @@ class ClipsEnvironment:
             raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(text.split())}")
 
     def has_function(self, name: str) -> bool:
-        """Whether a function of this name exists that is not a deffunction: CLIPS' own, or one in Python."""
+        """Return whether a function other than a deffunction exists, in C or Python."""
         return bool(EXTRA.FindFunction(self.env, encode(name)))
 
     def has_deffunction(self, name: str) -> bool:
-        """Whether there is a deffunction of this name."""
         return bool(lib.FindDeffunction(self.env, encode(name)) != NULL)
 
     def eval(self, expression: str) -> Value:
-        """Evaluate an expression and return its value.
+        """Return the value of an expression.
 
-        :raises ClipsError: when it does not parse or fails.
+        :raises ClipsError: if the expression does not parse, or fails.
         """
         check_excess(expression)
         value = ffi.new("CLIPSValue *")
@@ -246,9 +239,9 @@ class ClipsEnvironment:
         return to_python(value)
 
     def call(self, function: str, *arguments: Value) -> Value:
-        """Call a function or deffunction and return its value.
+        """Return the value of a function or deffunction call.
 
-        :raises ClipsError: when there is none of that name, or it fails.
+        :raises ClipsError: if the function is unknown or fails.
         """
         lib.FCBReset(self._calls)
         for argument in arguments:
@@ -261,16 +254,16 @@ class ClipsEnvironment:
         return to_python(value)
 
     def assert_fact(self, template: str, slots: Mapping[str, Value]) -> int | None:
-        """Assert a fact of a deftemplate; slots not named get their defaults.
+        """Assert a fact. Missing slots get their defaults.
 
-        :returns: its index; None when CLIPS refuses it (an equal fact gives its index).
-        :raises ClipsError: for an unknown deftemplate or slot.
+        :returns: the index of the fact, or of an equal fact; None if CLIPS refuses the fact.
+        :raises ClipsError: if the deftemplate or a slot is unknown.
         """
         fact = self.add_fact(template, slots)
         return None if fact == NULL else int(lib.FactIndex(fact))
 
     def add_fact(self, template: str, slots: Mapping[str, Value]) -> CData:
-        """Do what :meth:`assert_fact` does, and return the fact itself; NULL when CLIPS refuses it."""
+        """Assert a fact as :meth:`assert_fact` does; return its pointer, or NULL if CLIPS refuses it."""
         deftemplate = lib.FindDeftemplate(self.env, encode(template))
         if deftemplate == NULL:
             raise ClipsError(f"there is no deftemplate '{template}'")
@@ -281,10 +274,10 @@ class ClipsEnvironment:
             raise ClipsError(f"deftemplate '{template}' takes no such value in slot {error}") from None
 
     def assert_ordered(self, relation: str, fields: tuple[Value, ...]) -> int | None:
-        """Assert an ordered fact, e.g. ``(time 1 2)``, of a relation that some construct has named before.
+        """Assert an ordered fact, e.g. ``(time 1 2)``, of a relation named by some construct.
 
-        :returns: its index; None when CLIPS refuses it.
-        :raises ClipsError: for an unknown relation.
+        :returns: the index of the fact; None if CLIPS refuses it.
+        :raises ClipsError: if the relation is unknown.
         """
         deftemplate = lib.FindDeftemplate(self.env, encode(relation))
         if deftemplate == NULL:
@@ -299,7 +292,7 @@ class ClipsEnvironment:
     def assert_string(self, fact: str) -> int | None:
         """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.
 
-        :returns: its index; None when CLIPS refuses it.
+        :returns: the index of the fact; None if CLIPS refuses it.
         """
         self.output.pause()
         pointer = lib.AssertString(self.env, encode(fact))
@@ -307,20 +300,18 @@ class ClipsEnvironment:
         return None if pointer == NULL else int(lib.FactIndex(pointer))
 
     def retract(self, index: int) -> bool:
-        """Retract the fact with this index; whether there was one."""
+        """Retract a fact by index; return whether it existed."""
         fact = self.maker.find(index)
         return bool(fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR)
 
     def has_fact(self, index: int) -> bool:
-        """Whether there is a fact with this index."""
         return bool(self.maker.find(index) != NULL)
 
     def has_template(self, name: str) -> bool:
-        """Whether there is a deftemplate of that name."""
         return bool(lib.FindDeftemplate(self.env, encode(name)) != NULL)
 
     def facts(self, template: str | None = None) -> Iterator[tuple[int, str, dict[str, Value]]]:
-        """Yield index, deftemplate and slots of all facts, or of those of one deftemplate."""
+        """Yield index, deftemplate and slots of all facts, or of one deftemplate's facts."""
         wanted = None
         if template is not None:
             wanted = lib.FindDeftemplate(self.env, encode(template))
@@ -333,7 +324,7 @@ class ClipsEnvironment:
             fact = self._next_fact(wanted, fact)
 
     def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
-        """Yield the values of some slots of each fact of a deftemplate, which has these slots."""
+        """Yield the values of some slots for each fact of a deftemplate."""
         wanted = lib.FindDeftemplate(self.env, encode(template))
         if wanted == NULL:
             return
@@ -349,17 +340,17 @@ class ClipsEnvironment:
         return lib.GetNextFactInTemplate(deftemplate, fact)
 
     def load(self, path: Path) -> bool:
-        """Load a file's constructs; mistakes are in :attr:`loader`'s diagnostics. Whether all are fine."""
+        """Load the constructs of a file; return whether all are valid. :attr:`loader` has the diagnostics."""
         self._forget_templates()
         return self.loader.load(str(path))
 
     def batch(self, path: Path) -> bool:
-        """Execute a file's commands and constructs; whether it could be read."""
+        """Execute the commands and constructs of a file; return whether the file is readable."""
         self._forget_templates()
         return self.loader.batch(str(path))
 
     def emit_settings(self) -> None:
-        """Emit what holds for all rules of the environment, as a source of the run."""
+        """Emit the settings of the environment as a source of the run."""
         if self.bus.wants(SourceRead):
             self.bus.emit_source(
                 "settings",
@@ -375,10 +366,10 @@ class ClipsEnvironment:
         lib.RefreshAllAgendas(self.env)
 
     def run(self, limit: int = -1) -> int:
-        """Run rules until the agenda is empty, or ``limit`` of them have fired; returns how many did.
+        """Run rules until the agenda is empty or ``limit`` rules have fired; return the number of firings.
 
-        An error in a right-hand side ends that one only: the rest of the agenda still runs. Without a limit
-        of the caller's, rules that fire without an end are a fault, and nothing runs any more.
+        An error ends only its right-hand side, and the agenda continues. Without a limit, endless rules are a
+        fault that ends all runs.
         """
         self.watcher.firings = 0
         fired = self.fire(limit)
@@ -386,9 +377,9 @@ class ClipsEnvironment:
         return fired
 
     def fire(self, limit: int = -1, before: int = 0) -> int:
-        """Do a part of what :meth:`run` does; then :meth:`end_run` must be called after the last part.
+        """Do a part of :meth:`run`. :meth:`end_run` must follow the last part.
 
-        :param before: how many rules have fired in the parts before.
+        :param before: the number of firings in earlier parts.
         """
         fired = 0
         self._held = self._is_halted = False
@@ -398,7 +389,7 @@ class ClipsEnvironment:
             chunk = self.endless.chunk if limit < 0 else min(self.endless.chunk, limit - fired)
             if chunk <= 0:
                 break
-            # in chunks: signal handlers get their turn, and rules without an end are noticed
+            # chunks give signal handlers a turn and let endless rules be detected
             self.is_firing = self.output.is_firing = True
             done = int(lib.Run(self.env, chunk))
             self.is_firing = self.output.is_firing = False
@@ -415,41 +406,41 @@ class ClipsEnvironment:
         return fired
 
     def end_run(self) -> None:
-        """Bring a run that was done in parts to its end."""
+        """End a run that was executed in parts."""
         self.endless.end()
         self.output.end_run()
 
     def hold(self) -> None:
-        """End the :meth:`fire` that is under way, after the rule that fires now."""
+        """End the active :meth:`fire` after the current rule."""
         self._held = True
         self.api.halt_rules()
 
     def interrupt(self) -> None:
-        """End the run that is under way, and let no other begin. From any thread; CLIPS may be spinning."""
+        """End the active run and prevent further runs. Callable from any thread, even while CLIPS loops."""
         with self.life:
             if self._alive:
                 self.is_ended = True
                 self.api.halt()
 
     def end_for_good(self, why: str) -> None:
-        """End rules that have no end, as a fault of the agent: no other run begins. From any thread."""
+        """End endless rules as a fault of the agent and prevent further runs. Callable from any thread."""
         self.faults.append(why)
         self.quit_requested = True
         self.interrupt()
 
     def break_off(self) -> None:
-        """End the right-hand side and the run that are under way; later runs are as usual.
+        """End the active right-hand side and run. Later runs are unaffected.
 
-        From any thread, and more than once: a called function may clear the request to end.
+        Callable from any thread, repeatedly: a called function may clear the request.
         """
         with self.life:
             if self._alive and self.is_firing:
-                self.output.hush()  # each halt of a match is a separate error; one is enough
+                self.output.hush()  # each halted match would print a separate error
                 self._held = True
                 self.api.halt()
 
     def agenda_size_at_least(self, count: int) -> bool:
-        """Whether that many activations are on the agenda."""
+        """Return whether the agenda has at least ``count`` activations."""
         activation = NULL
         for _ in range(count):
             activation = lib.GetNextActivation(self.env, activation)
@@ -458,7 +449,7 @@ class ClipsEnvironment:
         return True
 
     def destroy(self) -> None:
-        """Free the environment. It cannot be used any more."""
+        """Free the environment."""
         with self.life:
             was_alive, self._alive = self._alive, False
         if was_alive:

@@ -1,4 +1,4 @@
-"""Evaluate typed CLIPS, with its output, in bounded time."""
+"""Evaluation of user-entered CLIPS expressions in bounded time."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 LIMIT_S: Final = 1.0
-"""Seconds after which an evaluation is ended: it stops the rules, and all else that the loop does."""
+"""The maximum duration of an evaluation in seconds. It blocks the rules and the loop."""
 
 MOST_LINES: Final = 1000
-"""Lines of its output that are kept."""
+"""The maximum number of output lines."""
 
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
     """The result of an expression.
 
-    :param text: its value as CLIPS text; empty: it has none.
-    :param output: the first lines that it printed.
+    :param text: the value as CLIPS text; empty without a value.
+    :param output: the first printed lines.
     """
 
     text: str
@@ -33,16 +33,16 @@ class Evaluation:
 
 
 def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -> Evaluation:
-    """Evaluate an expression between two runs of the rules, with the lock held.
+    """Evaluate an expression between two runs of the rules, with the environment locked.
 
-    :raises ClipsError: when it does not parse, fails or takes too long.
+    :raises ClipsError: if the expression does not parse, fails or takes too long.
     """
     lines: list[str] = []
     late = threading.Event()
 
     def end() -> None:
         late.set()
-        env.api.halt()  # as a signal handler does: CLIPS looks at it when it can
+        env.api.halt()  # sets a flag that CLIPS checks, as a signal handler does
 
     def keep(_level: Level, line: str) -> None:
         if len(lines) < MOST_LINES:

@@ -1,9 +1,9 @@
-"""CLIPS environments with few functions: they compute, and reach nothing outside themselves.
+"""CLIPS environments restricted to pure functions, without access to the outside.
 
-Their constructs may come from a stranger's recording. So they have the functions of :data:`ALLOWED`,
-and no other: a function that a later CLIPS or a shim adds is missing until it has a reason here. None of
-these opens a file, runs a program, reads input, prints, loads or builds constructs, evaluates text, changes
-facts, or calls into the process around it. See docs/security.md, "A recording is data".
+Their constructs may come from an untrusted recording, so they have only the functions of :data:`ALLOWED`. A
+function that a later CLIPS or a shim adds is missing until it gets a reason here. None of them opens files,
+runs programs, reads input, prints, loads or builds constructs, evaluates text, changes facts, or calls into
+the process. See "A recording is data" in docs/security.md.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cxbridge.executive.host.source import check_excess, prepare
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import Value, show
 
-# Shims of functions that are not allowed.
+# shims of functions that are not allowed
 _NOT_BUILT: Final = ("seed", "setgen")
 
 _BY_REASON: Final = {
@@ -59,7 +59,7 @@ _BY_REASON: Final = {
 }
 
 ALLOWED: Final = {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
-"""The functions that an isolated environment has, and the reason of each."""
+"""The allowed functions with their reasons."""
 
 _LIST: Final = "get-function-list"
 _DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
@@ -67,16 +67,16 @@ _TEXTS: Final = {"n": "\n", "r": "\r", "t": "\t", "%": "%"}
 
 
 class IsolatedEnvironment(ClipsEnvironment):
-    """An environment with the functions of :data:`ALLOWED` only."""
+    """An environment with only the functions of :data:`ALLOWED`."""
 
     def __init__(self, name: str, bus: EventBus) -> None:
         self.removed: frozenset[str] = frozenset(_NOT_BUILT)
-        """Functions that other environments have, and this one has not."""
+        """The functions that are missing here, compared with other environments."""
         super().__init__(name, bus)
         self._forbid()
 
     def _build_functions(self) -> None:
-        # before the first construct: CLIPS keeps pointers to the functions of a construct
+        # remove them before the first construct, because CLIPS keeps pointers to the functions of constructs
         self._forbid(but=_LIST)
         for function in ("print", "println", "printout", "format"):
             self.api.remove_udf(function)
@@ -88,7 +88,7 @@ class IsolatedEnvironment(ClipsEnvironment):
                 self._old.build(function)
 
     def _forbid(self, but: str = "") -> None:
-        """Take away the present functions that are not allowed."""
+        """Remove all functions that are not allowed."""
         present = frozenset(str(function) for function in self.call(_LIST))
         forbidden = present - ALLOWED.keys() - {but}
         for function in forbidden:
@@ -96,16 +96,16 @@ class IsolatedEnvironment(ClipsEnvironment):
         self.removed |= forbidden
 
     def build(self, construct: str) -> None:
-        """Define a construct, with guards against what ends the process.
+        """Define a construct, guarded against crashes of the process.
 
-        :raises ClipsError: when CLIPS refuses it, or cannot take it.
+        :raises ClipsError: if CLIPS refuses the construct, or cannot parse it safely.
         """
         check_excess(construct)
         super().build(prepare(construct, rewrite_modify=True, is_known=self.loader.is_function).text)
 
 
 def _format(_target: Value, text: Value, *values: Value) -> str:
-    """Do what CLIPS' ``format`` does with ``nil``: its own writes wide fields beyond their buffer."""
+    """Implement CLIPS' ``format`` with ``nil``, because CLIPS writes wide fields beyond its buffer."""
     rest = list(values)
 
     def filled(match: re.Match[str]) -> str:

@@ -1,6 +1,6 @@
-"""Loading CLIPS files into an environment: `load`, `load*`, `batch`, `batch*` as Fawkes' agents use them.
+"""Loading of CLIPS files: `load`, `load*`, `batch`, `batch*`.
 
-A broken construct is reported with its file and line, and loading continues behind it, as in Fawkes.
+As in Fawkes, loading continues after a broken construct, which is reported with file and line.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _COMMAND = re.compile(r"^\((?!def)", re.MULTILINE)
 _FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
 
 UNCLOSED = "UNCLOSED"
-"""The code of a parenthesis that never closes."""
+"""The code for a parenthesis without end."""
 
 _FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
     "defrule": lib.FindDefrule,
@@ -45,14 +45,14 @@ _FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
 
 
 class Diagnostic(Struct, frozen=True):
-    """Something wrong with a CLIPS file.
+    """A mistake in a CLIPS file.
 
-    :param file: path of the file.
-    :param line: where CLIPS, or the scan of the text, noticed it; None when unknown.
-    :param construct: ``defrule NAME`` ..., the construct that is not defined because of it; may be empty.
+    :param file: the path of the file.
+    :param line: the line reported by CLIPS or by the scanner; None if unknown.
+    :param construct: the undefined construct, e.g. ``defrule NAME``; may be empty.
     :param code: CLIPS' code of the message, e.g. ``EXPRNPSR3``.
     :param message: the mistake.
-    :param hint: what to do about it; may be empty.
+    :param hint: the remedy; may be empty.
     """
 
     file: str
@@ -69,13 +69,13 @@ class Diagnostic(Struct, frozen=True):
 
 
 class ClipsLoader:
-    """Loads files into one environment and remembers their mistakes.
+    """Loads files into one environment and collects their mistakes.
 
     :param env: the environment's pointer.
     :param output: the environment's router.
     :param log: gets a line for each mistake.
-    :param is_native: says for a path whether its `modify` is that of 6.4 (the built-in core's own files).
-    :param owner: the environment's name, for the event bus.
+    :param is_native: returns whether a file of the built-in core keeps 6.4's `modify`.
+    :param owner: the environment's name in events.
     """
 
     def __init__(
@@ -92,30 +92,30 @@ class ClipsLoader:
         self._is_native = is_native
         self._owner = owner
         self._loading: list[str] = []
-        self._declared: set[str] = set()  # functions that have no actions yet
+        self._declared: set[str] = set()  # declared functions without actions
         self.is_parsing = False
-        """Whether CLIPS parses the constructs of a file: it cannot load another one at the same time."""
+        """Whether CLIPS is parsing constructs. It cannot load another file then."""
         self.diagnostics: list[Diagnostic] = []
         self.files: list[Path] = []
         self.warn_redefinitions = False
         self.quiet = False
-        """Whether mistakes are only for debugging logs: the caller reports them, all in one piece."""
+        """Whether mistakes are logged at debug level only, because the caller reports them together."""
         self.rewrite: Callable[[str, str], str] | None = None
-        """Gets a file's path and its text as CLIPS is to read it, returns another text of as many lines."""
+        """Rewrites a text before CLIPS reads it: gets path and text, returns a text with as many lines."""
 
     def load(self, file: str) -> bool:
-        """Load the constructs of a file; whether all of them are fine."""
+        """Load the constructs of a file; return whether all are valid."""
         return self._run(file, batch=False)
 
     def batch(self, file: str) -> bool:
-        """Execute the commands and constructs of a file; whether it could be read."""
+        """Execute the commands and constructs of a file; return whether it is readable."""
         return self._run(file, batch=True)
 
     def _run(self, file: str, *, batch: bool) -> bool:
         path = Path(file)
         try:
             if not path.is_file() and path.exists() and not path.is_dir():
-                # to read a pipe may take forever
+                # reading a pipe may block forever
                 self._report(Diagnostic(file, None, "", "FILE", "this is not a regular file"), Level.ERROR)
                 return False
             data = path.read_bytes()
@@ -143,7 +143,7 @@ class ClipsLoader:
         self._emit_source(file, data, batch=batch, native=native)
         self._loading.append(file)
         try:
-            # what to load is the same for constructs, and to look for the end of a command takes CLIPS long
+            # load and batch have equal results for constructs, but CLIPS finds the end of a command slowly
             has_commands = batch and not (native and _COMMAND.search(text) is None)
             load = (self._batch_parts if native else lib.BatchStar) if has_commands else lib.Load
             fine = self._call(file, source, load)
@@ -159,7 +159,7 @@ class ClipsLoader:
         return bool(fine)
 
     def _emit_source(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
-        """Emit a file that is to be loaded, as a source of the run."""
+        """Emit a file as a source of the run before it is loaded."""
         how, modify = "batch" if batch else "load", "6.4" if native else "6.3"
         self._log.bus.emit_source(
             "clips", self._owner, file, data, how=how, modify=modify, within=self.within
@@ -167,7 +167,7 @@ class ClipsLoader:
 
     @contextmanager
     def noting(self, file: str, *, batch: bool) -> Iterator[None]:
-        """Note a file that CLIPS itself loads during a load, as a source of the run."""
+        """Record a file that CLIPS itself loads within another load, as a source of the run."""
         self.files.append(Path(file))
         with suppress(OSError):
             self._emit_source(file, Path(file).read_bytes(), batch=batch, native=True)
@@ -179,26 +179,25 @@ class ClipsLoader:
 
     @property
     def within(self) -> str:
-        """The file that is being loaded; empty when none is."""
+        """The file being loaded, or empty."""
         return self._loading[-1] if self._loading else ""
 
     def not_found(self, file: str) -> None:
-        """Note a file that a rule of the agent wants to load and that no folder has.
-
-        Of the files that the configuration names the core's rules ask; who reads it says where it names them.
-        """
+        """Report a missing file that a rule of the agent loads."""
+        # files named by the configuration are loaded by the core's rules, and already checked with their
+        # place in it
         place, line = self.place_of_executing()
         if place is not None and not self._is_native(Path(place)):
             self.report(Diagnostic(place, line, "", "FILE", f"there is no file {file}"))
 
     def place_of_executing(self) -> tuple[str | None, int | None]:
-        """Return the file and line of the rule that fires; None when none does, or the place is unknown."""
+        """Return file and line of the active rule; None if unknown."""
         rule = executing_rule(self._env)
         found = self.place_of(rule) if rule else None
         return (None, None) if found is None else (str(found[0]), found[1])
 
     def place_of(self, rule: str) -> tuple[Path, int] | None:
-        """Return the file and line of a rule, as far as its file can be read still."""
+        """Return file and line of a rule if its file is still readable."""
         for file in reversed(self.files):
             with suppress(OSError):
                 line = rule_lines(file.read_text("utf-8", "surrogateescape")).get(rule)
@@ -207,15 +206,15 @@ class ClipsLoader:
         return None
 
     def is_function(self, name: str) -> bool:
-        """Whether there is a deffunction or a defgeneric of this name."""
+        """Return whether a deffunction or defgeneric exists."""
         data = encode(name)
         return bool(lib.FindDeffunction(self._env, data) or lib.FindDefgeneric(self._env, data))
 
     def _call(self, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]) -> bool:
-        """Let CLIPS read the file, or its rewritten text from a temporary one."""
+        """Let CLIPS read a file, or a temporary file with the rewritten text."""
         if not source.changed:
             return self._read(file, file, source, load)
-        import tempfile  # noqa: PLC0415 - takes long to import, and few texts need it
+        import tempfile  # noqa: PLC0415 - slow to import and rarely needed
 
         handle, name = tempfile.mkstemp(suffix=".clp", prefix="cxbridge-")
         try:
@@ -241,7 +240,8 @@ class ClipsLoader:
 
     @staticmethod
     def _batch_parts(env: CData, name: bytes) -> bool:
-        """Do what ``BatchStar`` does; that takes the square of a part's length to find where it ends."""
+        """Do the work of ``BatchStar`` in linear time."""
+        # BatchStar's time grows with the square of a part's length
         text = Path(os.fsdecode(name)).read_bytes().decode("utf-8", "surrogateescape")
         for start, end in top_level(blank(text)):
             part = encode(text[start:end])
@@ -252,7 +252,7 @@ class ClipsLoader:
         return True
 
     def _diagnose(self, errors: str, name: str, file: str, source: ClipsSource) -> None:
-        """Turn what CLIPS printed on stderr into diagnostics."""
+        """Convert CLIPS' output on stderr to diagnostics."""
         lines = {(construct.kind, construct.name): construct.line for construct in source.constructs}
         starts = [match.start() for match in _MESSAGE.finditer(errors)]
         for start, end in pairwise((*starts, len(errors))):
@@ -273,17 +273,17 @@ class ClipsLoader:
     def report(
         self, diagnostic: Diagnostic, text: str = "", log: Logger | None = None, level: Level = Level.ERROR
     ) -> None:
-        """Note a mistake in a file that the agent uses, found by CLIPS or by a feature.
+        """Record a mistake in a file of the agent, found by CLIPS or by a feature.
 
-        :param text: the text for the log; empty: none.
-        :param log: which log that is; None: that of the environment.
+        :param text: the log line; empty: no log line.
+        :param log: by default the environment's log.
         """
         self.diagnostics.append(diagnostic)
         if text:
             (log or self._log).log(Level.DEBUG if self.quiet else level, text)
 
     def _warn_of_redefinitions(self, source: ClipsSource) -> None:
-        """Report constructs that exist already, or come a second time (Fawkes' feature redefine-warning)."""
+        """Report constructs that exist already or occur twice, for Fawkes' feature redefine-warning."""
         seen: set[tuple[str, str]] = set()
         for construct in source.constructs:
             find = _FINDERS.get(construct.kind)

@@ -1,8 +1,8 @@
-"""The loggers of an environment: they get its lines by priority, as the routers of CLIPS.
+"""The loggers of an environment, called by priority like CLIPS' routers.
 
-Each environment begins with one, ``log``, that brings all lines into the log. Further ones come above or
-below it: one that replaces keeps the lines that it takes from those below, one that accompanies lets them
-pass.
+Each environment starts with the logger ``log``, which writes all lines to the log. Further loggers have a
+higher or lower priority. A replacing logger hides its lines from loggers below it; an accompanying logger
+passes them on.
 """
 
 from __future__ import annotations
@@ -17,37 +17,37 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 
 LineSink = Callable[[Level, str], None]
-"""Gets a line and its level."""
+"""Gets the level and text of a line."""
 
 DEFAULT_LOGGER: Final = "log"
-"""The name of the logger that every environment has."""
+"""The name of each environment's first logger."""
 
 DEFAULT_PRIORITY: Final = 30
-"""Its priority: as in the original, where it is the router ``cxlog``."""
+"""The priority of the first logger, as that of the router ``cxlog`` in ros2_cx."""
 
 ABOVE: Final = 40
-"""The priority of another logger, unless it says otherwise: it comes before the first one."""
+"""The default priority of further loggers, above the first one."""
 
 MOST_LOGGERS: Final = 16
-"""Loggers of one environment."""
+"""The maximum number of loggers in an environment."""
 
 MOST_PRIORITY: Final = 2000
-"""CLIPS allows this for routers."""
+"""The limit of priorities, as for routers in CLIPS."""
 
 ORDER: Final = tuple(Level)
-"""The levels, least first."""
+"""The levels in ascending order."""
 
 
 class ClipsLogger(Struct, frozen=True):
-    """Gets lines of an environment.
+    """A receiver of an environment's lines.
 
     :param name: unique in the environment.
-    :param sink: gets the lines that it takes.
-    :param priority: a logger with a greater one is asked first; among equals, the latest one.
-    :param level: the least level that it takes.
-    :param contains: takes only lines with this in them.
-    :param replaces: messages that this entry takes do not reach the entries below it.
-    :param component: under which it logs, for lists.
+    :param sink: receives the accepted lines.
+    :param priority: higher priorities are called first; among equals, the latest logger.
+    :param level: the minimum level.
+    :param contains: a text that accepted lines contain.
+    :param replaces: whether accepted lines are hidden from loggers below.
+    :param component: the log component, for lists.
     """
 
     name: str
@@ -59,7 +59,7 @@ class ClipsLogger(Struct, frozen=True):
     component: str = ""
 
     def takes(self, level: Level, line: str) -> bool:
-        """Whether a line is for it."""
+        """Return whether the logger accepts a line."""
         if self.level is not Level.DEBUG and ORDER.index(level) < ORDER.index(self.level):
             return False
         return self.contains in line
@@ -68,8 +68,8 @@ class ClipsLogger(Struct, frozen=True):
 class LoggerStack:
     """The loggers of an environment.
 
-    :param sink: of the logger that every environment has.
-    :param component: under which it logs.
+    :param sink: receives the lines of the first logger.
+    :param component: the log component of the first logger.
     """
 
     def __init__(self, sink: LineSink, component: str = "") -> None:
@@ -78,11 +78,11 @@ class LoggerStack:
 
     @property
     def loggers(self) -> tuple[ClipsLogger, ...]:
-        """The loggers, in the order in which they are asked."""
+        """The loggers in calling order."""
         return self._loggers
 
     def log(self, level: Level, line: str) -> None:
-        """Hand a line to its loggers, down to the first one that replaces."""
+        """Pass a line to its loggers, down to the first replacing one."""
         for logger in self._loggers:
             if logger.takes(level, line):
                 logger.sink(level, line)
@@ -90,9 +90,9 @@ class LoggerStack:
                     return
 
     def add(self, logger: ClipsLogger) -> None:
-        """Insert a logger, by its priority.
+        """Insert a logger by priority.
 
-        :raises ClipsError: when there is one of that name, or there are too many, or the priority is out of
+        :raises ClipsError: if the name exists, the number of loggers is exceeded or the priority is out of
             bounds.
         """
         if any(other.name == logger.name for other in self._loggers):
@@ -104,13 +104,13 @@ class LoggerStack:
                 f"a logger cannot have the priority {logger.priority}",
                 hint=f"use {-MOST_PRIORITY} to {MOST_PRIORITY}; the first logger has {DEFAULT_PRIORITY}",
             )
-        # a stable sort: among equals, who came last is asked first
+        # a stable sort: among equal priorities, the latest logger is called first
         self._loggers = tuple(sorted((logger, *self._loggers), key=lambda each: -each.priority))
 
     def remove(self, name: str) -> None:
-        """Take a logger away.
+        """Remove a logger.
 
-        :raises ClipsError: when there is none of that name, or it is the one that every environment has.
+        :raises ClipsError: if the logger is unknown or the environment's first logger.
         """
         self._find(name)
         if name == DEFAULT_LOGGER:
@@ -120,9 +120,9 @@ class LoggerStack:
         self._loggers = tuple(logger for logger in self._loggers if logger.name != name)
 
     def set_level(self, name: str, level: Level) -> None:
-        """Let a logger take only lines of this level and above.
+        """Set the minimum level of a logger.
 
-        :raises ClipsError: when there is none of that name.
+        :raises ClipsError: if the logger is unknown.
         """
         found = self._find(name)
         self._loggers = tuple(
@@ -130,9 +130,9 @@ class LoggerStack:
         )
 
     def level_of(self, name: str) -> Level:
-        """Return the least level that a logger takes.
+        """Return the minimum level of a logger.
 
-        :raises ClipsError: when there is none of that name.
+        :raises ClipsError: if the logger is unknown.
         """
         return self._find(name).level
 
@@ -145,9 +145,9 @@ class LoggerStack:
 
 
 def find_level(text: str) -> Level:
-    """Return a level by its name.
+    """Return a level by name.
 
-    :raises ClipsError: when there is none of that name.
+    :raises ClipsError: if the name is unknown.
     """
     for level in Level:
         if level.name.lower() == text:

@@ -1,12 +1,12 @@
-"""CLIPS environments for looks: they read the constructs of a program, and nothing of it has an effect.
+"""CLIPS environments for reading a program's constructs without side effects.
 
-CLIPS evaluates parts of constructs while it reads them: values of globals, default values, saliences, tests.
-So a function is a stub here, which returns a value of the function's type, unless it has a reason in
-:data:`LOOKING`: one that a later CLIPS adds is a stub, and so is one of a feature or of a plug-in. Which
-functions there are, CLIPS' own table says.
+CLIPS evaluates parts of constructs while reading them: values of globals, default values, saliences, tests.
+Therefore each function is replaced by a stub that returns a value of the function's type, unless
+:data:`LOOKING` has a reason to keep it. New functions of CLIPS, features or plug-ins become stubs, too,
+because the functions are listed from CLIPS' own table.
 
-The record of a function in that table points to the stub, so constructs that were read before call it, too.
-CLIPS still parses calls of it, and checks the number and the types of their arguments.
+The stub replaces the pointer in that table, so earlier constructs call it, too. CLIPS still parses calls, and
+checks number and types of arguments.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ _BY_REASON: Final = {
 }
 
 LOOKING: Final = ALLOWED | {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
-"""The functions that work in an environment for looks, and why each may."""
+"""The functions that keep working, with their reasons."""
 
 MOST_STEPS: Final = 200_000
-"""Rounds of loops, and calls of functions, that an environment evaluates: then an evaluation ends at once."""
+"""The maximum number of loop iterations and function calls, after which evaluations end."""
 
 ENDLESS: Final = "ENDLESS"
-"""The code of an evaluation that was ended."""
+"""The code of an aborted evaluation."""
 
-# The members of CLIPS' record of a function (struct functionDefinition), in words of a pointer
+# Offsets in CLIPS' struct functionDefinition, in pointer-sized words.
 _TYPES: Final = 2
 _POINTER: Final = 3
 
@@ -67,9 +67,9 @@ _VALUES: Final[tuple[tuple[int, Value], ...]] = (
 
 
 class LookEnvironment(ClipsEnvironment):
-    """An environment where the functions of :data:`LOOKING` work, the rest are stubs, and no rule fires.
+    """An environment where only the functions of :data:`LOOKING` work. No rule fires.
 
-    :ivar folders: where ``load`` and ``batch`` look for files that the working directory does not have.
+    :ivar folders: search path of ``load`` and ``batch`` after the working directory.
     """
 
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
@@ -87,7 +87,7 @@ class LookEnvironment(ClipsEnvironment):
 
     @property
     def stubs(self) -> frozenset[int]:
-        """The addresses of the C functions that replace functions."""
+        """The addresses of the stubs."""
         return frozenset(int(ffi.cast("intptr_t", stub)) for stub in self._stubs.values())
 
     def define(
@@ -98,29 +98,29 @@ class LookEnvironment(ClipsEnvironment):
         maximum: int | None = None,
         types: str = "*",
     ) -> None:
-        """Make a Python function known to CLIPS, as a stub unless it is one of those that work."""
+        """Define a Python function, as a stub unless :data:`LOOKING` keeps it."""
         super().define(name, function, minimum, maximum, types)
         if self._is_made:
             self._stub(name)
 
     def _load(self, file: str) -> Value:
-        """Load a file, but not for a value in a construct: CLIPS, which reads that, would lose its place."""
-        return FALSE if self.loader.is_parsing else super()._load(self._found(file))
+        """Load a file, except within a construct."""
+        # CLIPS would lose its place in the file of the construct
+        return FALSE if self.loader.is_parsing else super()._load(self._resolve(file))
 
     def _batch(self, file: str) -> Value:
-        """Execute a file's commands under the same condition."""
-        return FALSE if self.loader.is_parsing else super()._batch(self._found(file))
+        """Execute a file's commands, except within a construct."""
+        return FALSE if self.loader.is_parsing else super()._batch(self._resolve(file))
 
-    def _found(self, file: str) -> str:
+    def _resolve(self, file: str) -> str:
         paths = (str(folder / file) for folder in (Path.cwd(), *self.folders))
         return next(filter(is_readable_file, paths), file)
 
     def fire(self, limit: int = -1, before: int = 0) -> int:  # noqa: ARG002 - no rule fires
-        """Fire no rule."""
         return 0
 
     def _stub(self, name: str) -> None:
-        """Make a function a stub, unless it works here."""
+        """Replace a function by a stub unless :data:`LOOKING` keeps it."""
         if name in LOOKING:
             return
         record = ffi.cast("intptr_t *", EXTRA.FindFunction(self.env, encode(name)))
@@ -132,7 +132,7 @@ class LookEnvironment(ClipsEnvironment):
         record[_POINTER] = int(ffi.cast("intptr_t", self._stubs[kind]))
 
     def _counted(self, _env: CData, _context: CData) -> None:
-        """End an evaluation that takes too long: a loop may have no end."""
+        """Abort an evaluation that may be endless."""
         self._steps += 1
         if self._steps > MOST_STEPS:
             self.api.halt()
@@ -142,9 +142,9 @@ class LookEnvironment(ClipsEnvironment):
 
 
 def _check_records(env: CData) -> None:
-    """See that CLIPS' records of functions are laid out as :data:`_POINTER` says.
+    """Check that the layout of CLIPS' function records matches :data:`_POINTER`.
 
-    :raises RuntimeError: when they are not, so that no function is taken for a stub that is none.
+    :raises RuntimeError: if it does not: a kept function would run in place of its stub.
     """
     record = ffi.cast("intptr_t *", EXTRA.FindFunction(env, b"system"))
     address = ctypes.cast(ctypes.CDLL(_clips.__file__).SystemCommand, ctypes.c_void_p).value
@@ -153,7 +153,7 @@ def _check_records(env: CData) -> None:
 
 
 def _answer_of(types: int) -> Callable[[CData, CData, CData], None]:
-    """Return a stub that returns a value of one of the types of a function; FALSE where any will do."""
+    """Return a stub whose result has one of the given types; FALSE if any type is valid."""
     known = (value for bit, value in _VALUES if types & bit and types & _ANY != _ANY)
     value = next(known, None if types == lib.VOID_BIT else FALSE)
 
@@ -167,7 +167,10 @@ def _answer_of(types: int) -> Callable[[CData, CData, CData], None]:
 
 
 def _answer_open(env: CData, context: CData, result: CData) -> None:
-    """Answer as ``open`` does for reading, and open nothing: Fawkes' ``path-resolve`` asks it for files."""
+    """Return ``open``'s result for reading without opening the file.
+
+    Fawkes' ``path-resolve`` tests files by it.
+    """
     name, mode = ffi.new("UDFValue *"), ffi.new("UDFValue *")
     result.lexemeValue = lib.FalseSymbol(env)
     if not lib.UDFFirstArgument(context, lib.SYMBOL_BIT | lib.STRING_BIT, name):

@@ -1,8 +1,8 @@
-"""The output of CLIPS as lines of the log, at the levels that Fawkes gives them.
+"""CLIPS' output as log lines, at Fawkes' levels.
 
-6.4 itself sends to fewer routers than 6.30 did: trace, dialog and ``printout t`` all arrive on ``stdout``,
-warnings on ``stdwrn``, errors on ``stderr``. Agents may print to those of 6.30, and to the colours that the
-CLIPS Executive for ROS 2 has; our log has no colours.
+6.4 prints to fewer routers than 6.30: trace, dialog and ``printout t`` all arrive on ``stdout``, warnings on
+``stdwrn``, errors on ``stderr``. Agents may print to 6.30's routers, and to the colour routers of ros2_cx;
+the log has no colours.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from cxbridge.executive.host.capi import CData, callback, decode
 from cxbridge.executive.host.loggers import LineSink
 from cxbridge.executive.host.shims import OWN_NAMES
 
-# Logical names and levels; source: Fawkes' CLIPS environment manager, which drops output to wdialog. The
-# colours: ``cx_clips_env_manager`` of the CLIPS Executive for ROS 2, which logs them at the same level.
+# Levels by logical name, from Fawkes' CLIPS environment manager, which drops output to wdialog. Colours:
+# ``cx_clips_env_manager`` of ros2_cx, which logs them at the same level.
 _LEVELS = {
     b"stdout": Level.INFO,
     b"t": Level.INFO,
@@ -50,20 +50,20 @@ _PRIORITY = 40
 
 
 class OutputRouter:
-    """Gathers what CLIPS prints and hands it on line by line.
+    """Collects CLIPS' output and passes it on line by line.
 
     :param env: the environment's pointer.
-    :param sink: gets each line that is not blank, without its line end.
+    :param sink: gets each non-blank line without its line end.
     """
 
     levels: ClassVar[Mapping[bytes, Level]] = _LEVELS
-    """The logical names that the router answers for, and the levels of their lines."""
+    """The handled logical names and the levels of their lines."""
 
     def __init__(self, env: CData, sink: LineSink) -> None:
         self.is_firing = False
-        """Whether the host runs the agenda: in chunks, whose ends are not reported."""
+        """Whether the host runs the agenda in chunks. CLIPS' message at the end of a chunk is dropped."""
         self.quiet = False
-        """Whether CLIPS' messages of errors are dropped."""
+        """Whether CLIPS' error messages are dropped."""
         self._last: str | None = None
         self._env = env
         self._sink = sink
@@ -97,7 +97,7 @@ class OutputRouter:
             self._gather(target, piece)
 
     def _gather(self, target: bytes, piece: str) -> None:
-        """Hand on the complete lines of a piece of text, and keep the unfinished line."""
+        """Pass on complete lines of a text and keep the unfinished line."""
         if "\n" not in piece:
             self._open[target] = self._open.get(target, "") + piece
             return
@@ -110,61 +110,61 @@ class OutputRouter:
                 self._sink(level, line)
 
     def hush(self) -> None:
-        """Let one more message of an error through, and then be quiet. Once more changes nothing."""
+        """Drop error messages after the next one. Further calls change nothing."""
         if self._last is None:
             self._last = ""
 
     def speak(self) -> None:
-        """Drop no message of an error any more."""
+        """Stop dropping error messages."""
         self.quiet, self._last = False, None
 
     def _count(self, piece: str) -> None:
-        """Be quiet after this piece of a message if it ends the last one that is let through."""
+        """Start dropping if this piece completes the last permitted message."""
         if self._last is not None:
             self._last += piece
             if "\n" in self._last.lstrip():
                 self.quiet, self._last = True, None
 
     def redirect(self, sink: LineSink) -> LineSink:
-        """Hand lines to ``sink`` from now on; returns who got them so far. Lines that are open are ended."""
+        """Change the sink; return the former one. Unfinished lines are flushed."""
         self.flush()
         before, self._sink = self._sink, sink
         return before
 
     def end_run(self) -> None:
-        """Drop no message any more, and end the lines that are open: the rules have run."""
+        """Reset after a run of the rules: flush unfinished lines and stop dropping."""
         self.speak()
         if self._open:
             self.flush()
 
     def flush(self) -> None:
-        """Hand on unfinished lines."""
+        """Pass on unfinished lines."""
         for target, text in list(self._open.items()):
             del self._open[target]
             if text.strip():
                 self._sink(self.levels[target], text)
 
     def begin_errors(self) -> list[str] | None:
-        """Keep what CLIPS prints about errors from now on; returns what :meth:`end_errors` must get back."""
+        """Start capturing error messages; return the state to pass to :meth:`end_errors`."""
         outer, self._capture = self._capture, []
         return outer
 
     def end_errors(self, outer: list[str] | None) -> str:
-        """Return the output since :meth:`begin_errors`, and restore the earlier behaviour."""
+        """Return the captured error messages and restore the earlier state."""
         text = "".join(self._capture or ())
         self._capture = outer
         self.speak()
         return text
 
     def pause(self) -> None:
-        """Take no notice: CLIPS asks every router for every piece of text, which is slow."""
+        """Deactivate the router."""
+        # CLIPS queries each active router for each piece of text, which is slow
         lib.DeactivateRouter(self._env, _ROUTER)
 
     def resume(self) -> None:
-        """Listen again."""
         lib.ActivateRouter(self._env, _ROUTER)
 
     def close(self) -> None:
-        """Take the router away."""
+        """Remove the router."""
         self.flush()
         lib.DeleteRouter(self._env, _ROUTER)

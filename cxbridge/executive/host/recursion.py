@@ -1,11 +1,10 @@
-"""A bound for functions that call themselves: CLIPS evaluates by recursion in C, and knows no bound.
+"""A limit for recursive functions. CLIPS evaluates by recursion in C, without a limit.
 
-Without one, ``(deffunction f () (f))`` ends the whole process as soon as the stack is used up. So the host
-puts ``(cx-guard-recursion NAME)`` at the beginning of every function of users' files that may come back to
-itself: one that names itself, one that existed before (mutual recursion needs that in CLIPS), one that
-calls a function that only the run can tell (``funcall``, ``eval``, ``send``), and every message handler. So
-has a ``default-dynamic`` with such a call: it may make another fact of its kind. The guard looks at how much
-of the thread's stack is left.
+``(deffunction f () (f))`` would overflow the stack and end the process. Therefore the host inserts
+``(cx-guard-recursion NAME)`` at the start of each function in users' files that may be recursive: a function
+that names itself, one that existed before (mutual recursion needs that in CLIPS), one with indirect calls
+(``funcall``, ``eval``, ``send``), and each message handler. A ``default-dynamic`` with such a call gets a
+guard, too, because it may make another fact of its kind. The guard checks the remaining stack of the thread.
 """
 
 from __future__ import annotations
@@ -21,19 +20,19 @@ from cxbridge.clipstext.syntax import PARENTHESIS
 from cxbridge.executive.host.capi import CData, callback
 
 GUARD_FUNCTION = "cx-guard-recursion"
-"""The host's function that recursive functions begin with."""
+"""The name of the guard function."""
 
-# Bytes of the stack that are left alone: for the calls of a function on its last level.
+# Bytes of the stack that remain reserved for calls of a function on its last level.
 _RESERVE = 2 * 1024 * 1024
 
-# Bytes of the stack that CLIPS may use, however large it is.
+# The maximum number of stack bytes for CLIPS.
 _MOST = 256 * 1024 * 1024
 
 _FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\s*")
 _HANDLER = re.compile(
     r"\(\s*defmessage-handler\s+[^\s()]+\s+([^\s()]+)(?:\s+(?:around|before|primary|after)(?=[\s(]))?\s*"
 )
-# Functions of CLIPS that call functions whose names only the run can tell.
+# Functions that call others by names computed at run time.
 _INDIRECT = (
     *("funcall", "sort", "call-specific-method"),
     *("eval", "build", "assert-string", "str-assert", "load-facts"),
@@ -45,20 +44,21 @@ _INDIRECT_CALL = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, _INDIRECT))})(?=
 _SLOTS = re.compile(r"\(\s*(?:deftemplate|defclass)\s+([^\s()]+)")
 _DYNAMIC = re.compile(r"\(\s*default-dynamic(?=[\s(])")
 
-# Parentheses around the query of a method's parameter: ``((?x INTEGER (> ?x 3)))``.
+# The nesting depth of a query in a method's parameter: ``((?x INTEGER (> ?x 3)))``.
 _QUERY_DEPTH = 3
 
 
 def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> Iterator[tuple[int, str]]:
-    """Yield the places where a construct needs guards, and the texts to insert there.
+    """Yield the positions and texts of a construct's guards.
 
-    The body of a function has a guard, and so has each query of a method: CLIPS evaluates queries first.
+    The body of a function gets a guard, and so does each query of a method, because CLIPS evaluates queries
+    first.
 
-    :param code: the text without its strings and comments (:func:`~cxbridge.clipstext.syntax.blank`): an
-        example in a documentation string is not a call.
-    :param start: where the construct's parenthesis opens in ``code``.
-    :param end: behind the one that closes it.
-    :param is_known: whether there is a function of this name already.
+    :param code: the text with strings and comments blanked (:func:`~cxbridge.clipstext.syntax.blank`), so
+        that an example in a documentation string does not look like a call.
+    :param start: the position of the construct's opening parenthesis.
+    :param end: the position behind its closing parenthesis.
+    :param is_known: returns whether a function exists.
     """
     handler = _HANDLER.match(code, start, end)
     head = handler or _FUNCTION.match(code, start, end)
@@ -105,7 +105,7 @@ def _default_guards(code: str, slots: re.Match[str], end: int) -> Iterator[tuple
 
 
 class _Stacks(threading.local):
-    """The address down to which this thread's stack may be used."""
+    """The lowest usable stack address of each thread."""
 
     floor = 0
 
@@ -114,7 +114,7 @@ _stacks = _Stacks()
 
 
 def _stack_floor() -> int:
-    """Return the lowest address of this thread's stack that CLIPS may use; 0 when unknown."""
+    """Return the lowest stack address that CLIPS may use in this thread; 0 if unknown."""
     library = ctypes.CDLL(None)
     attributes = ctypes.create_string_buffer(256)
     low, size = ctypes.c_void_p(), ctypes.c_size_t()
@@ -122,7 +122,7 @@ def _stack_floor() -> int:
     try:
         if library.pthread_getattr_np(ctypes.c_void_p(library.pthread_self()), attributes) != 0:
             return 0
-    except AttributeError:  # not on this platform
+    except AttributeError:  # missing on this platform
         return 0
     try:
         library.pthread_attr_getstack(attributes, ctypes.byref(low), ctypes.byref(size))
@@ -135,11 +135,11 @@ def _stack_floor() -> int:
 def make_guard(failed: Callable[[str], None]) -> CData:
     """Return the guard as a C function for :meth:`UdfTable.define_c`.
 
-    :param failed: called with the name of the function whose recursion was ended.
+    :param failed: called with the name of an aborted function.
     """
 
     def guard(env: CData, context: CData, result: CData) -> None:
-        # the context is on the stack: its address says how deep we are
+        # the context lies on the stack, so its address shows the present depth
         result.lexemeValue = lib.FalseSymbol(env)
         if _stacks.floor == 0:
             _stacks.floor = _stack_floor() or 1

@@ -1,10 +1,9 @@
-"""Slots of a fact that are read after it was retracted, as CLIPS 6.30 allows.
+"""Access to slots of retracted facts, as in CLIPS 6.30.
 
-There ``(do-for-all-facts ((?w item)) TRUE (retract ?w) (printout t ?w:name crlf))`` prints names: the values
-of a fact live until the rule is done. In 6.4 it is an error that ends the right-hand side. Agents clean up
-that way. So a slot that the body of a query reads behind a ``retract`` or ``modify`` of its fact is read
-where the body begins, where it is what 6.30 would read later: ``?w:name`` becomes a variable that is bound
-there.
+``(do-for-all-facts ((?w item)) TRUE (retract ?w) (printout t ?w:name crlf))`` prints names in 6.30, where a
+fact's values live until the rule ends. In 6.4 it is an error that ends the right-hand side, but agents clean
+up this way. Therefore each slot that a query's body reads after the ``retract`` or ``modify`` of its fact is
+read at the start of the body: ``?w:name`` becomes a variable bound there.
 """
 
 from __future__ import annotations
@@ -21,15 +20,15 @@ _LIKELY: Final = re.compile(r"do-for-(?:all-)?facts?\b(?=.*\(\s*(?:retract|modif
 _LEAST_ARGUMENTS: Final = 3
 
 Edit = tuple[int, int, str]
-"""From, to, and the replacement."""
+"""Start, end and replacement."""
 
 
 def kept_slots(code: str, start: int, end: int) -> list[Edit]:
-    """Return the edits that let a construct read slots of facts which it has retracted.
+    """Return the edits that preserve the slots of retracted facts in a construct.
 
-    :param code: of a file, with blanks for its strings and comments.
-    :param start: where the construct begins.
-    :param end: where it ends.
+    :param code: the file's text with strings and comments blanked.
+    :param start: the start of the construct.
+    :param end: the end of the construct.
     """
     if _LIKELY.search(code, start, end) is None:
         return []
@@ -62,7 +61,7 @@ def _edits(query: SyntaxNode) -> Iterator[Edit]:
 
 
 def _end_of(variable: str, body: tuple[SyntaxNode, ...]) -> int | None:
-    """Return where the fact of a variable is retracted first; None: nowhere."""
+    """Return the end of the first call that retracts a variable's fact, or None."""
     calls = (node for each in body for node in each.walk() if node.head in _ENDS)
     return next((call.end for call in calls if any(each.text == variable for each in call.arguments)), None)
 

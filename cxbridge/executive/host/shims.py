@@ -1,6 +1,6 @@
-"""Functions of CLIPS 6.30 that 6.4 has lost or changed, made from what 6.4 has.
+"""CLIPS 6.30's functions that 6.4 removed or changed, made from 6.4's functions.
 
-Remaining differences are listed in docs/clips.md; ``tests/executive/clips630`` compares every function with a
+docs/clips.md lists the remaining differences. ``tests/executive/clips630`` compares every function with a
 real CLIPS 6.30.
 """
 
@@ -19,8 +19,8 @@ from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
 
-# Built-ins that the functions below are made from, called ``cx-...`` there: C function, least and greatest
-# number of arguments, their types.
+# Built-ins that the functions below call as ``cx-...``: C function, minimum and maximum number of arguments,
+# types.
 _KEPT = {
     "length$": ("LengthFunction", 1, 1, "m"),
     "str-byte-length": ("StrByteLengthFunction", 1, 1, "syn"),
@@ -58,7 +58,10 @@ REMOVED = (
     EXISTS_FUNCTION,
     *(name for name in _KEPT if name != "str-byte-length"),
 )
-"""Built-ins of 6.4 that make room for 6.30's meaning, all before anything is parsed: CLIPS keeps pointers."""
+"""Built-ins of 6.4 that make room for 6.30's versions.
+
+They are removed before any construct is parsed, because CLIPS keeps pointers to functions.
+"""
 
 
 ADDED = frozenset(
@@ -77,12 +80,12 @@ ADDED = frozenset(
         *("union$", "void", "with-open-file"),
     )
 )
-"""Functions that 6.30 does not have. An agent's own of such a name takes its place: :func:`give_way`."""
+"""Functions missing in 6.30. An agent's function of the same name replaces them, see :func:`give_way`."""
 
 OWN_NAMES: Final = {f"cx-{name}": name for name in _KEPT}
-"""CLIPS' name of a function in its messages, and the name that the agent's text has called."""
+"""Names in CLIPS' messages with the names in the agent's text."""
 
-# Functions that 6.4 does not have: an agent written for it may define functions of these names.
+# Functions missing in 6.4, so that an agent for 6.4 may define them.
 _DROPPED: Final = frozenset(
     (
         *("length", "nth", "member", "subset", "sequencep", "wordp", "str-explode", "str-implode"),
@@ -94,7 +97,7 @@ _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
 
 
 def _whole(name: str) -> str:
-    """Return the expression that makes an INTEGER of a FLOAT, as 6.30 does where it wants an INTEGER."""
+    """Return an expression that converts a FLOAT to INTEGER, as 6.30 does where it expects an INTEGER."""
     return f"(if (floatp {name}) then (integer {name}) else {name})"
 
 
@@ -106,7 +109,7 @@ _LENGTH = (
 )
 
 FUNCTIONS = (
-    # 6.30 counts the bytes of a string or symbol, too
+    # 6.30 counts the bytes of strings and symbols, too
     f"(deffunction length$ {_LENGTH}",
     f"(deffunction length {_LENGTH}",
     (
@@ -114,7 +117,7 @@ FUNCTIONS = (
         ' (if (and (lexemep ?part) (eq "" (str-cat ?part)))'
         " then (+ 1 (str-length ?text)) else (cx-str-index ?part ?text)))"
     ),
-    # a word that is not a value is a STRING in 6.30: a variable, a parenthesis, a connective
+    # in 6.30, a token that is not a value becomes a STRING: a variable, a parenthesis, a connective
     (
         "(deffunction cx-field (?x)"
         ' (if (and (symbolp ?x) (or (cx-str-index (cx-sub-string 1 1 ?x) "?()&|~")'
@@ -156,7 +159,7 @@ FUNCTIONS = (
     ),
     f"(deffunction seed (?i) (cx-seed {_I}))",
     f"(deffunction setgen (?i) (cx-setgen {_I}))",
-    # names that 6.4 has dropped: _DROPPED
+    # names that 6.4 removed, see _DROPPED
     "(deffunction nth (?n ?fields) (nth$ ?n ?fields))",
     "(deffunction member (?x ?fields) (member$ ?x ?fields))",
     "(deffunction subset (?few ?many) (subsetp ?few ?many))",
@@ -168,7 +171,7 @@ FUNCTIONS = (
     "(deffunction mv-delete (?n ?fields) (delete$ ?fields ?n ?n))",
     "(deffunction mv-replace (?n ?fields ?x) (replace$ ?fields ?n ?n ?x))",
     "(deffunction mv-subseq (?first ?last ?fields) (subseq$ ?fields ?first ?last))",
-    # switches that 6.4 does not have: they stand as they do in 6.30 at the start
+    # switches missing in 6.4, with 6.30's initial state
     *(f"(deffunction get-{switch} () TRUE)" for switch in _SWITCHES),
     *(
         f"(deffunction set-{switch} (?on)"
@@ -176,38 +179,37 @@ FUNCTIONS = (
         for switch in _SWITCHES
     ),
 )
-"""Deffunctions that stand for functions of 6.30. CLIPS has each by the name of :func:`_stand_in`."""
+"""Deffunctions that implement functions of 6.30. :func:`_stand_in` gives their names in CLIPS."""
 
 _FUNCTION: Final = re.compile(r"\(deffunction (\S+) \(([^)]*)\)")
 
 
 OLD_NAMES: Final = tuple(match[1] for match in map(_FUNCTION.match, FUNCTIONS) if match)
-"""The names of these functions."""
+"""The names of 6.30's functions."""
 
 
 class OldFunctions:
-    """The functions of 6.30 in one environment: as functions of the environment, every module has them.
-
-    A deffunction of MAIN is unknown in a module that does not import it. So each name is that of a UDF, too:
-    CLIPS' parser turns each call of the UDF into a call of the deffunction, whatever the module. Only
-    ``funcall``, which goes by names at run time, needs a module that sees MAIN.
+    """The functions of 6.30 in one environment, callable from each module.
 
     :param env: the environment's pointer.
     :param build: defines a construct.
     """
 
+    # a deffunction of MAIN is unknown in modules that do not import it, so each name also belongs to a UDF
+    # whose parser turns calls into calls of the deffunction; only funcall, which resolves names at run time,
+    # needs a module that sees MAIN
     def __init__(self, env: CData, udfs: UdfTable, build: Callable[[str], None]) -> None:
         self._env, self._udfs, self._build = env, udfs, build
-        self._type = 0  # of an expression that calls a deffunction
+        self._type = 0  # the type of expressions that call a deffunction
         self._parsers: dict[str, CData] = {}
 
     def build(self, text: str) -> None:
-        """Define a function of :data:`FUNCTIONS`, and again after the environment was cleared."""
+        """Define a function of :data:`FUNCTIONS`. To be repeated after ``(clear)``."""
         match = _FUNCTION.match(text)
         assert match is not None
         name = match[1]
         function = EXTRA.FindFunction(self._env, encode(name))
-        if function != NULL:  # no deffunction may have the name of a UDF
+        if function != NULL:  # a deffunction cannot have the name of a UDF
             _set_name(self._env, function, name, _HIDDEN)
         self._build(text)
         if function != NULL:
@@ -217,12 +219,13 @@ class OldFunctions:
             raise RuntimeError(f"CLIPS does not find the function {name}")
         self._type = _type_of(reference)[0]
         if name not in self._parsers:
-            self._udfs.define_c(name, EXTRA.LengthFunction, 0, UNBOUNDED, "*")  # never called: see _parse
+            # a placeholder: _parse replaces all calls
+            self._udfs.define_c(name, EXTRA.LengthFunction, 0, UNBOUNDED, "*")
             self._parsers[name] = callback(_PARSER, lambda env, top, text: self._parse(name, env, top, text))
             EXTRA.AddFunctionParser(self._env, encode(name), self._parsers[name])
 
     def _parse(self, name: str, env: CData, top: CData, text: CData) -> CData:
-        """Read the arguments of a call, as CLIPS does for a deffunction, and return the call of ours."""
+        """Parse the arguments of a call as for a deffunction; return the call of the deffunction."""
         top = EXTRA.CollectArguments(env, top, text)
         function = lib.FindDeffunction(env, encode(f"MAIN::{name}"))
         if NULL in (top, function):
@@ -245,7 +248,7 @@ _PARSER: Final = "void *(Environment *, void *, char *)"
 
 
 def _type_of(expression: CData) -> CData:
-    """Return where an expression of CLIPS has its type: ``struct expr`` begins with it."""
+    """Return the address of an expression's type, the first member of ``struct expr``."""
     return ffi.cast("unsigned short *", expression)
 
 
@@ -258,7 +261,7 @@ def _arguments_of(expression: CData) -> CData:
 
 
 def round_half_down(value: Value) -> int:
-    """Return the next INTEGER; 6.30 rounds a half down, 6.4 away from zero."""
+    """Return the nearest INTEGER. 6.30 rounds halves down, 6.4 away from zero."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ClipsError(f"argument 1 must be INTEGER or FLOAT, not {value!r}")
     if isinstance(value, int):
@@ -266,11 +269,12 @@ def round_half_down(value: Value) -> int:
     if not math.isfinite(value):
         return _INT64_MIN
     rounded = math.ceil(value - 0.5)
-    return rounded if _INT64_MIN <= rounded <= _INT64_MAX else _INT64_MIN  # as C's cast on this machine does
+    # the result of C's cast on overflow
+    return rounded if _INT64_MIN <= rounded <= _INT64_MAX else _INT64_MIN
 
 
 def make_room(env: CData, udfs: UdfTable) -> None:
-    """Take the changed built-ins away, and keep the needed ones under other names."""
+    """Remove changed built-ins, and keep the needed ones under other names."""
     for name, (function, least, most, types) in _KEPT.items():
         udfs.define_c(f"cx-{name}", getattr(EXTRA, function), least, most, types)
     for name in REMOVED:
@@ -279,9 +283,9 @@ def make_room(env: CData, udfs: UdfTable) -> None:
 
 
 def give_way(env: CData, names: Iterable[str]) -> None:
-    """Rename functions that 6.30 or 6.4 does not have, so that an agent can define its own of these names.
+    """Rename functions that only one version has, so that an agent can define functions of these names.
 
-    Existing constructs keep using them.
+    Existing constructs keep calling the renamed functions.
     """
     for name in names:
         if name in ADDED or name in _DROPPED:
@@ -289,14 +293,14 @@ def give_way(env: CData, names: Iterable[str]) -> None:
 
 
 def _rename(env: CData, name: str, other: str) -> None:
-    """Give a built-in another name. Nothing is freed, unlike by ``RemoveUDF``: pointers to it stay good."""
+    """Rename a built-in. Unlike ``RemoveUDF``, this frees nothing, so pointers stay valid."""
     function = EXTRA.FindFunction(env, encode(name))
     if function != NULL:
         _set_name(env, function, name, other)
 
 
 def _set_name(env: CData, function: CData, name: str, other: str) -> None:
-    # the first member of its record is its name; CLIPS looks among those whose first name has the same hash
+    # the name is the first member of the record; CLIPS' table hashes the first name of a function
     field = ffi.cast("CLIPSLexeme **", function)
     if field[0] != lib.CreateSymbol(env, encode(name)):
         raise RuntimeError("this build of CLIPS lays out functions in an unknown way")

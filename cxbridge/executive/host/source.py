@@ -1,16 +1,15 @@
-"""CLIPS text before CLIPS sees it: where constructs begin, and `modify` as CLIPS 6.30 meant it.
+"""Preparation of CLIPS text: position of constructs, and `modify` as in CLIPS 6.30.
 
-In 6.30 ``modify`` retracts a fact and asserts a new one with a new index; in 6.4 it changes the fact in
-place. Users' files, Fawkes' own among them, rely on the former (docs/clips.md). So ``(modify F (slot v...))``
-becomes ``(cx-modify F slot (create$ v...))``, a function of the host that does as 6.30 did; and likewise
-``duplicate``, which in 6.4 ends the process when it gets many values for a single slot. Nothing moves: line
-numbers do not change.
+In 6.30 ``modify`` retracts a fact and asserts a new one with a new index; 6.4 changes the fact in place.
+Users' files, including Fawkes', rely on the former (docs/clips.md). Therefore ``(modify F (slot v...))``
+becomes ``(cx-modify F slot (create$ v...))``, a host function, and likewise ``duplicate``, which in 6.4 ends
+the process if a single slot gets several values. Line numbers stay the same.
 
-The built-in core's own files have 6.4's `modify`, which is faster. Decisions depend on the order of goals,
-where the one last changed is the last; so of goals they say
-``(cx-modify-goal F (slot v...))``, which becomes the same as a user's `modify`.
+The built-in core keeps 6.4's faster `modify`. Only for goals it calls ``(cx-modify-goal F (slot v...))``,
+which is rewritten like a user's `modify`, because decisions depend on the order of goals: the last changed
+goal is the last.
 
-Some texts make CLIPS' parser crash the process, or never end; they are found here, see :class:`Excess`.
+Texts that crash or block CLIPS' parser are detected here, see :class:`Excess`.
 """
 
 from __future__ import annotations
@@ -32,21 +31,21 @@ _IN_CORE = re.compile(rf"^{CONSTRUCT.pattern}", re.MULTILINE)
 _FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate|cx-modify-goal)\s+\Z")
 _GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
 _SLOT = re.compile(r"\(\s*([^\s()\";]+)")
-# What 6.30 takes for ``slot`` in a defclass, too; editors of ontologies write it.
+# 6.30 accepts this for ``slot`` in a defclass; ontology editors write it.
 _SINGLE_SLOT = re.compile(r"(?<=\()(\s*)single-slot(?=\s)")
 
-# Parentheses in parentheses: CLIPS parses them by recursion, and its stack ends the process.
+# The maximum nesting of parentheses: CLIPS parses by recursion, and a stack overflow ends the process.
 _MAX_DEPTH = 500
 
-# Characters of a string or symbol: CLIPS' time to read one grows with the square of it.
+# The maximum length of a string or symbol: CLIPS reads it in quadratic time.
 _MAX_WORD = 128 * 1024
 
-# Slots, patterns, actions of one construct: CLIPS counts them in 16 bits, slowly.
+# The maximum number of parts of a construct: CLIPS counts them in 16 bits, slowly.
 _MAX_PARTS = 4096
 
 _LONG_WORD = re.compile(rf"""[^\s()";]{{{_MAX_WORD + 1}}}""")
 _FORMAT = re.compile(r'\(\s*format\s+[^\s()";]+\s+"((?:[^"\\]|\\.)*)"')
-# A field of 200 characters or more: CLIPS writes it into a buffer that has no room for it.
+# A field of 200 characters or more, which overflows CLIPS' buffer.
 _WIDE_FIELD = re.compile(r"(?:^|[^%])(?:%%)*%-?(?:\d*\.)?(?:[2-9]\d\d|\d{4})")
 
 _LONGEST_GAP = 1000
@@ -54,20 +53,20 @@ _FUNCTIONS = ("deffunction", "defmethod")
 _OF_ANY_SIZE = ("deffacts", "definstances")
 
 MODIFY_FUNCTION = "cx-modify"
-"""The host's function that `modify` becomes."""
+"""The host's replacement of `modify`."""
 
 DUPLICATE_FUNCTION = "cx-duplicate"
-"""The host's function that `duplicate` becomes."""
+"""The host's replacement of `duplicate`."""
 
 _BECOMES = {"modify": MODIFY_FUNCTION, "duplicate": DUPLICATE_FUNCTION, "cx-modify-goal": MODIFY_FUNCTION}
 
 
 class SourceConstruct(Struct, frozen=True):
-    """A ``(def... NAME`` at the top level of a file.
+    """A top-level construct ``(def... NAME``.
 
     :param kind: ``defrule``, ``deftemplate`` ...
     :param line: counted from 1.
-    :param declares: whether it is a function without actions, which another one may replace.
+    :param declares: whether it is a function without actions, a forward declaration.
     """
 
     kind: str
@@ -77,10 +76,10 @@ class SourceConstruct(Struct, frozen=True):
 
 
 class Excess(Struct, frozen=True):
-    """Something in a file that CLIPS cannot take without harm to the process.
+    """A text that CLIPS cannot process without harm to the process.
 
-    :param line: where, counted from 1.
-    :param message: the mistake, and the limit.
+    :param line: counted from 1.
+    :param message: the mistake and the limit.
     """
 
     line: int
@@ -88,11 +87,11 @@ class Excess(Struct, frozen=True):
 
 
 class ClipsSource(Struct, frozen=True):
-    """A file's text for CLIPS.
+    """The prepared text of a file.
 
-    :param changed: whether something was rewritten in it.
-    :param unclosed_line: where a parenthesis opens at the top level that never closes, if there is one.
-    :param excess: why CLIPS must not see the text, if there is a reason.
+    :param changed: whether the text differs from the file.
+    :param unclosed_line: the line of an unclosed top-level parenthesis, if any.
+    :param excess: why CLIPS must not read the text, if there is a reason.
     """
 
     text: str
@@ -102,7 +101,7 @@ class ClipsSource(Struct, frozen=True):
     excess: Excess | None = None
 
 
-# More than the core has.
+# A size of the cache that holds all files of the core.
 _CORE_FILES = 128
 
 
@@ -112,12 +111,11 @@ def prepare(
     rewrite_modify: bool,
     is_known: Callable[[str], bool] = lambda _name: False,
 ) -> ClipsSource:
-    """Scan ``text`` once: list its constructs and rewrite its calls of functions that 6.4 lacks.
+    """Scan a text: list its constructs, and rewrite its calls of functions missing in 6.4.
 
-    :param rewrite_modify: whether it is a user's text: `modify` and `duplicate` are rewritten, and functions
-        get guards against endless recursion (:mod:`cxbridge.executive.host.recursion`). Else it is
-        the core's.
-    :param is_known: whether there is a function of this name before the text is loaded.
+    :param rewrite_modify: True for users' text, which also gets guards against endless recursion
+        (:mod:`cxbridge.executive.host.recursion`); False for the core's.
+    :param is_known: returns whether a function existed before the text is loaded.
     """
     code, lines = blank(text), Lines(text)
     constructs: list[SourceConstruct] = []
@@ -152,10 +150,8 @@ def prepare(
 
 @lru_cache(_CORE_FILES)
 def prepare_core(text: str) -> ClipsSource:
-    """Do what :func:`prepare` does for the core's text, in less time: its constructs begin their lines.
-
-    A process that loads many agents has the same core for all of them.
-    """
+    """Prepare a file of the core faster than :func:`prepare`, since its constructs start at line starts."""
+    # cached, because a process that loads many agents loads the same core each time
     code = blank(text) if _REWRITTEN_IN_CORE.search(text) or "(defglobal" in text else text
     found = list(_IN_CORE.finditer(code))
     ends = [*(match.start() for match in found[1:]), len(text)]
@@ -169,7 +165,7 @@ def prepare_core(text: str) -> ClipsSource:
 
 
 def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) -> list[SourceConstruct]:
-    """Return the construct that was found; of a defglobal all its variables, where it is closed."""
+    """Return the construct at a match; for a closed defglobal, each of its variables."""
     variables = _GLOBAL.finditer(code, found.start(), end) if found[1] == "defglobal" and end else ()
     return [SourceConstruct("defglobal", match[1], lines.at(match.start())) for match in variables] or [
         SourceConstruct(
@@ -182,12 +178,12 @@ def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) 
 
 
 def rewrite(text: str) -> str:
-    """Return an expression with its calls of `modify` and `duplicate` rewritten."""
+    """Return an expression with rewritten calls of `modify` and `duplicate`."""
     return prepare(text, rewrite_modify=True).text if _REWRITTEN.search(text) else text
 
 
 def _opening_excess(text: str, at: int, depth: int, parts: int) -> str:
-    """Return the exceeded limit at a parenthesis that opens; empty when there is none."""
+    """Return the limit that an opening parenthesis exceeds, or an empty text."""
     if depth > _MAX_DEPTH:
         return f"parentheses are nested more than {_MAX_DEPTH} deep"
     if parts > _MAX_PARTS:
@@ -199,7 +195,7 @@ def _opening_excess(text: str, at: int, depth: int, parts: int) -> str:
 
 
 def find_excess(text: str) -> Excess | None:
-    """Return the first thing in ``text`` that CLIPS cannot take, if there is one."""
+    """Return the first part of a text that CLIPS cannot process safely."""
     if "\0" in text:
         before = text.partition("\0")[0]
         return Excess(before.count("\n") + 1, "a NUL byte: the file is not UTF-8 text")
@@ -234,9 +230,9 @@ def find_excess(text: str) -> Excess | None:
 
 
 def check_excess(text: str) -> None:
-    """See that CLIPS can take ``text`` without harm to the process.
+    """Check that CLIPS can process a text safely.
 
-    :raises ClipsError: when it cannot.
+    :raises ClipsError: if it cannot.
     """
     excess = find_excess(text)
     if excess is not None:
@@ -246,7 +242,7 @@ def check_excess(text: str) -> None:
 def _rewrite(
     code: str, span: tuple[int, int], rewritten: re.Pattern[str], edits: list[tuple[int, int, str]]
 ) -> None:
-    """Note the edits for the calls in ``span`` that are rewritten: `modify` and its like, and their slots."""
+    """Add the edits for `modify`, `duplicate` and their slots in a span."""
     if rewritten.search(code, *span) is None:
         return
     depth, modify_depths = 0, [0]
@@ -264,18 +260,18 @@ def _rewrite(
             modify_depths.append(depth)
         elif depth == modify_depths[-1] + 1 and modify_depths[-1] > 0:
             slot = _SLOT.match(code, at)
-            # behind the word modify there is the fact, which may be an expression
+            # the first argument of modify is the fact, which may be an expression
             if slot and not _FIRST_ARGUMENT.search(code, max(0, at - _LONGEST_GAP), at):
                 edits.append((at, slot.end(), f"{_line_ends(slot)} {slot[1]} (create$"))
 
 
 def _line_ends(match: re.Match[str]) -> str:
-    """Return the line ends of the replaced text, so that lines keep their numbers."""
+    """Return the line ends of the replaced text, which keep the line numbers."""
     return "\n" * match.group().count("\n")
 
 
 def _apply(text: str, edits: list[tuple[int, int, str]]) -> str:
-    """Replace the parts of ``text`` named by ``edits``, which are in order and do not overlap."""
+    """Apply sorted edits that do not overlap."""
     parts: list[str] = []
     position = 0
     for start, end, new in edits:

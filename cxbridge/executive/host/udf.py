@@ -1,7 +1,7 @@
-"""Python functions as functions of CLIPS (user-defined functions, UDFs).
+"""Python functions in CLIPS (user-defined functions, UDFs).
 
-A UDF gets its arguments as Python values (:mod:`cxbridge.executive.host.values`), multifields intact, with
-arity and types checked by CLIPS: wrong numbers already while a construct is parsed, as with any built-in.
+A UDF gets its arguments as Python values (:mod:`cxbridge.executive.host.values`) with multifields intact.
+CLIPS checks number and types of arguments, already while parsing a construct.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from cxbridge.executive.host.values import (
 )
 
 UNBOUNDED = 65535
-"""As ``maximum``: any number of arguments."""
+"""A ``maximum`` without limit."""
 
 _ALL_BITS = (1 << 10) - 1
 _MULTIFIELD = 4
@@ -55,14 +55,14 @@ _LETTERS = (
 
 Function = Callable[..., Value]
 Failure = Callable[[str, BaseException], None]
-"""Called when a Python function raises: the function's name and the exception."""
+"""Gets the function's name and the exception of a failed Python function."""
 
 
 class UdfTable:
     """The UDFs of one environment.
 
     :param env: the environment's pointer.
-    :param failed: called for exceptions of Python functions; CLIPS gets an error, never an exception.
+    :param failed: receives exceptions of Python functions. CLIPS gets an error instead.
     """
 
     def __init__(self, env: CData, failed: Failure) -> None:
@@ -74,25 +74,24 @@ class UdfTable:
 
     @property
     def names(self) -> frozenset[str]:
-        """The names of the Python functions, without those that were revoked."""
+        """The Python functions that are not revoked."""
         return frozenset(self._functions.keys() - self._revoked)
 
     def signature(self, name: str) -> tuple[int, int, str, str]:
-        """Return the least and greatest number of arguments of a function, their types, its documentation.
+        """Return minimum and maximum number of arguments, types and documentation of a function.
 
-        :raises KeyError: when there is no such function.
+        :raises KeyError: if the function is unknown.
         """
         minimum, maximum, types, cell = self._functions[name]
         return minimum, maximum, types, cell[0].__doc__ or ""
 
     def revoke(self, names: Iterable[str], why: str) -> None:
-        """Let calls of these functions fail from now on; they can be defined again.
+        """Make all calls of these functions fail, until they are defined again.
 
-        CLIPS keeps their names, since rules may use them.
-
-        :param why: the error of calls.
+        :param why: the error of such calls.
         """
 
+        # CLIPS keeps the names, because rules may use them
         def refuse(*_arguments: Value) -> Value:
             raise ClipsError(why)
 
@@ -110,11 +109,11 @@ class UdfTable:
     ) -> None:
         """Make ``function`` callable from CLIPS as ``name``.
 
-        :param minimum: least number of arguments.
-        :param maximum: greatest number of arguments; ``minimum`` when it is None.
-        :param types: the Advanced Programming Guide's type letters, e.g. ``"*;sy;l"``: any by default, then
-            the first argument STRING or SYMBOL, the second INTEGER.
-        :raises ClipsError: when a function that was revoked took other arguments.
+        :param minimum: the minimum number of arguments.
+        :param maximum: the maximum number of arguments; None: ``minimum``.
+        :param types: type letters of the Advanced Programming Guide. ``"*;sy;l"``: any type by default,
+            STRING or SYMBOL for the first argument, INTEGER for the second.
+        :raises ClipsError: if a revoked function had other parameters.
         """
         most = minimum if maximum is None else maximum
         if name in self._revoked:
@@ -151,15 +150,15 @@ class UdfTable:
     def _wrap(
         self, name: str, cell: list[Function], minimum: int, maximum: int, types: str
     ) -> Callable[[CData, CData, CData], None]:
-        """Return what CLIPS calls; it has counted the arguments.
+        """Return the C entry point of a function. CLIPS has checked the number of arguments.
 
-        :param cell: holds the function; another one after it was revoked.
+        :param cell: holds the current function, which revocation replaces.
         """
         failed, first, following = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
         has_next, throw, convert = lib.UDFHasNextArgument, lib.UDFThrowError, TO_PYTHON
         void = lib.VoidConstant(self._env)
         reads, is_open = (first, *[following] * (minimum - 1))[:minimum], minimum < maximum
-        # one for all calls: an argument is converted before anything else may be called
+        # shared by all calls: an argument is converted before any other call can begin
         value = ffi.new("UDFValue *")
 
         def call(env: CData, context: CData, result: CData) -> None:
@@ -181,16 +180,16 @@ class UdfTable:
                     store(env, answer, result)
             except BaseException as error:  # noqa: BLE001  nothing may unwind through C
                 throw(context)
-                # CLIPS compares types only while it parses; a call that works pays for no second look
+                # CLIPS checks types only while parsing; successful calls avoid a second check
                 failed(name, wrong_argument(types, arguments) or error)
 
         return call
 
 
 def wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
-    """Return the mistake of the first argument that has none of the types that a function takes.
+    """Return an error about the first argument of a wrong type; None if all types fit.
 
-    :param types: as for :meth:`UdfTable.define`.
+    :param types: as in :meth:`UdfTable.define`.
     """
     any_of, *each = types.split(";")
     for number, argument in enumerate(arguments, start=1):
@@ -202,12 +201,12 @@ def wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
 
 
 def _letter(value: Value) -> str:
-    """Return the letter of a value's type."""
+    """Return the type letter of a value."""
     return next((letter for kind, letter in _LETTERS if isinstance(value, kind)), "v")
 
 
 def store(env: CData, value: Value, result: CData) -> None:
-    """Put a Python value into a ``UDFValue *``."""
+    """Store a Python value in a ``UDFValue *``."""
     result.value = atom(env, value)
     if result.header.type == _MULTIFIELD:
         result.begin = 0

@@ -1,4 +1,4 @@
-"""Values of CLIPS in Python, both ways.
+"""Conversion between CLIPS and Python values.
 
 ==================  =====================================
 CLIPS               Python
@@ -14,7 +14,7 @@ EXTERNAL-ADDRESS    :class:`ExternalAddress`
 void                None
 ==================  =====================================
 
-Going to CLIPS a list is a multifield, too, and a bool one of the symbols TRUE and FALSE.
+A list becomes a multifield, too, and a bool the symbol TRUE or FALSE.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ _INT64_MAX = 2**63 - 1
 
 
 class FactAddress(Struct, frozen=True):
-    """A fact; valid as long as the fact is, which is no longer than the call it came with.
+    """A fact, valid only during the call that received it.
 
     :param pointer: ``Fact *``.
     """
@@ -72,7 +72,7 @@ class FactAddress(Struct, frozen=True):
 
 
 class InstanceAddress(Struct, frozen=True):
-    """An instance of COOL; valid as long as the instance is.
+    """An instance of COOL, valid as long as the instance exists.
 
     :param pointer: ``Instance *``.
     """
@@ -84,9 +84,9 @@ class InstanceAddress(Struct, frozen=True):
 
 
 class ExternalAddress(Struct, frozen=True):
-    """Something of Python's that CLIPS carries around, e.g. a message.
+    """A handle of a Python object, e.g. a message.
 
-    :param handle: a number that the owner of the thing knows it by; 0 is nothing.
+    :param handle: the object's number, assigned by its owner; 0: no object.
     """
 
     handle: int
@@ -104,7 +104,7 @@ def _multifield(value: CData) -> tuple[Value, ...]:
 TO_PYTHON: tuple[Callable[[CData], Value], ...] = (
     lambda value: value.floatValue.contents,
     lambda value: value.integerValue.contents,
-    # the two most frequent ones, without a call of decode()
+    # the most frequent types, without the overhead of decode()
     lambda value: Symbol(ffi.string(value.lexemeValue.contents), "utf-8", "surrogateescape"),
     lambda value: ffi.string(value.lexemeValue.contents).decode("utf-8", "surrogateescape"),
     _multifield,
@@ -114,8 +114,11 @@ TO_PYTHON: tuple[Callable[[CData], Value], ...] = (
     lambda value: InstanceName(decode(value.lexemeValue.contents)),
     lambda _value: None,
 )
-"""By CLIPS' type codes 0 to 9: float, integer, symbol, string, multifield, external, fact, instance,
-instance name, void."""
+"""Converters by CLIPS' type code.
+
+The codes 0 to 9 are float, integer, symbol, string, multifield, external, fact, instance, instance name,
+void.
+"""
 
 
 def to_python(value: CData) -> Value:
@@ -159,9 +162,9 @@ _TO_CLIPS: dict[type, Callable[[CData, Any], CData]] = {
 
 
 def atom(env: CData, value: Value) -> CData:
-    """Make the C value (``void *``) of a Python value.
+    """Return the C value (``void *``) of a Python value.
 
-    :raises ClipsError: when CLIPS has nothing like it.
+    :raises ClipsError: if CLIPS has no equivalent.
     """
     try:
         convert = _TO_CLIPS[type(value)]
@@ -171,7 +174,7 @@ def atom(env: CData, value: Value) -> CData:
 
 
 def clips_value(env: CData, value: Value) -> CData:
-    """Make a ``CLIPSValue *`` of a Python value. It must be used before CLIPS collects garbage."""
+    """Return a ``CLIPSValue *``, valid until CLIPS' next garbage collection."""
     result = ffi.new("CLIPSValue *")
     result.value = atom(env, value)
     return result
@@ -182,7 +185,7 @@ def _printed_fields(value: CData) -> str:
     return " ".join([printed(contents + index) for index in range(value.multifieldValue.length)])
 
 
-# By CLIPS' type codes, as :data:`TO_PYTHON`; missing codes take the slow way.
+# Printers by CLIPS' type code, like :data:`TO_PYTHON`. Other codes use the slow way.
 _PRINTED: tuple[Callable[[CData], str], ...] = (
     lambda value: float_text(value.floatValue.contents),
     lambda value: str(value.integerValue.contents),
@@ -193,6 +196,6 @@ _PRINTED: tuple[Callable[[CData], str], ...] = (
 
 
 def printed(value: CData) -> str:
-    """Return what :func:`show` says about a ``CLIPSValue *``: CLIPS' value as it prints it inside a fact."""
+    """Return a ``CLIPSValue *`` in CLIPS' notation within a fact."""
     kind = value.header.type
     return _PRINTED[kind](value) if kind < len(_PRINTED) else show(to_python(value))

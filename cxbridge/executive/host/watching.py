@@ -1,8 +1,8 @@
-"""The activity of an environment as events: rule firings, fact changes, transitions.
+"""The activity of an environment as events: firings, fact changes, transitions.
 
-CLIPS' own ``watch`` prints text piece by piece, which through a Python router costs a hundred firings each.
-So the host keeps the watch items ``facts`` and ``rules`` itself, with CLIPS' meaning, and makes events of
-them from C hooks, formatting a fact in one call, and only while a listener takes them.
+CLIPS' ``watch`` prints text in pieces. Through a Python router, each costs as much as a hundred firings.
+Therefore the host implements the watch items ``facts`` and ``rules`` with C hooks, formats a fact in one
+call, and only while a listener needs it.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ _FOUND = lib.GSE_NO_ERROR
 
 
 class WatchItems:
-    """A watch item: everything or nothing, except the named constructs.
+    """A watch item: everything or nothing, with exceptions.
 
-    CLIPS' meaning: ``(watch facts)`` turns all on, those defined later, too; ``(unwatch facts time)`` turns
-    one off.
+    As in CLIPS, ``(watch facts)`` includes facts defined later, and ``(unwatch facts time)`` adds an
+    exception.
     """
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class WatchItems:
         self.exceptions: set[str] = set()
 
     def set(self, names: tuple[str, ...], *, on: bool) -> None:
-        """Switch the named ones; all of them when none is named."""
+        """Switch the named constructs; without names, all of them."""
         if not names:
             self.default = on
             self.exceptions.clear()
@@ -50,24 +50,24 @@ class WatchItems:
 
 
 Follower: TypeAlias = Callable[[str, dict[str, str]], None]
-"""Gets the deftemplate and slots of a fact, as CLIPS prints their values: all that any follower asked for."""
+"""Gets the deftemplate of a fact, and all slots requested by any follower, as CLIPS prints them."""
 
 
 class _Followers:
-    """The followers of one deftemplate, and the slots that they need."""
+    """The followers of one deftemplate and their slots."""
 
     def __init__(self) -> None:
         self._calls: list[Follower] = []
-        self._slots: dict[str, CData] = {}  # names in Python and in C
+        self._slots: dict[str, CData] = {}  # Python name to C name
         self._value = ffi.new("CLIPSValue *")
 
     def add(self, follower: Follower, slots: Iterable[str]) -> None:
-        """Call one more."""
         self._calls.append(follower)
         self._slots |= {slot: ffi.new("char[]", encode(slot)) for slot in slots}
 
     def notify(self, template: str, fact: CData) -> None:
-        """Hand them the slots of a fact. To ask CLIPS for a slot costs as much as to print the whole fact."""
+        """Pass the slots of a fact to the followers."""
+        # a single query per slot for all followers: it costs as much as printing the whole fact
         get, value = lib.GetFactSlot, self._value
         slots = {
             name: printed(value) for name, slot in self._slots.items() if get(fact, slot, value) == _FOUND
@@ -77,10 +77,10 @@ class _Followers:
 
 
 class Watcher:
-    """Makes the events of one environment.
+    """Emits the events of one environment.
 
     :param env: the environment's pointer.
-    :param name: its name, for the events.
+    :param name: the environment's name in events.
     """
 
     def __init__(self, env: CData, api: ClipsApi, output: OutputRouter, bus: EventBus, name: str) -> None:
@@ -98,7 +98,7 @@ class Watcher:
         self._names: dict[CData, str] = {}
         self._ignored: set[CData] = set()
         self._emits_facts = False
-        self._texts: dict[int, str] = {}  # of facts that were emitted, by index: they go as they came
+        self._texts: dict[int, str] = {}  # texts of emitted facts by index, for their retraction
         self._hooks = (
             callback("void(Environment *, Fact *, void *)", self._asserted),
             callback("void(Environment *, Fact *, void *)", self._retracted),
@@ -106,9 +106,9 @@ class Watcher:
         )
 
     def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
-        """Do what ``(watch ITEM NAME...)`` and ``(unwatch ...)`` do.
+        """Execute ``(watch ITEM NAME...)`` or ``(unwatch ...)``.
 
-        :raises ClipsError: when there is no such item or name.
+        :raises ClipsError: if the item or a name is unknown.
         """
         if item not in ("facts", "rules", "all"):
             raise ClipsError(f"watching '{item}' is not supported", hint="watch facts, rules or all")
@@ -124,19 +124,19 @@ class Watcher:
             self.rules.set(tuple(names), on=on)
 
     def unwatch_early(self, item: str, name: str) -> None:
-        """Stop watching facts or rules of this name, which a file may define later."""
+        """Stop watching facts or rules of a name that a file may define later."""
         {"facts": self.facts, "rules": self.rules}[item].set((name,), on=False)
 
     def follow(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
-        """Call ``follower`` for each fact of this deftemplate that is asserted from now on.
+        """Call ``follower`` for each assertion of a deftemplate.
 
-        :param slots: the needed ones; slots that the deftemplate lacks are left out.
+        :param slots: the slots to pass; unknown slots are left out.
         """
         self._assert_followers.setdefault(template, _Followers()).add(follower, slots)
         self.start()
 
     def follow_retractions(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
-        """Call ``follower`` for each fact of this deftemplate that is retracted from now on.
+        """Call ``follower`` for each retraction of a deftemplate.
 
         :param slots: see :meth:`follow`.
         """
@@ -144,12 +144,12 @@ class Watcher:
         self.start()
 
     def on_change(self, template: str, call: Callable[[], None]) -> None:
-        """Call ``call`` for each fact of this deftemplate that is asserted or retracted from now on."""
+        """Call ``call`` after each assertion or retraction of a deftemplate."""
         self._on_change.setdefault(template, []).append(call)
         self.start()
 
     def start(self) -> None:
-        """Set the hooks that listeners need. To be called again when the bus has other listeners."""
+        """Set the hooks for the present listeners. To be called again after changes of the bus."""
         self._emits_facts = self._bus.wants(FactChange)
         self._ignored.clear()
         self._texts.clear()
@@ -160,11 +160,11 @@ class Watcher:
         self._api.on_fire(fired if self._bus.wants(RuleFired) else None)
 
     def forget_names(self) -> None:
-        """Forget which deftemplate is where: some may be redefined."""
+        """Clear the cached deftemplates, which may be redefined."""
         self._names.clear()
         self._ignored.clear()
 
-    # These two are called for every fact, mostly without a follower: they look that up first.
+    # called for every fact, mostly without a follower: check that first
 
     def _asserted(self, _env: CData, fact: CData, _context: CData) -> None:
         template = lib.FactDeftemplate(fact)
@@ -208,14 +208,14 @@ class Watcher:
             self._bus.emit(RuleFired(self._bus.clock.now_us(), self._name, self.firings, rule, basis))
 
     def basis_of(self, activation: CData) -> str:
-        """Return the facts of an activation as CLIPS prints them: ``f-8,f-86,*``."""
+        """Return the facts of an activation in CLIPS' notation: ``f-8,f-86,*``."""
         self._output.pause()
         text = self._api.activation_text(activation)
         self._output.resume()
         return text.split(":", 1)[1].strip()
 
     def text(self, fact: CData) -> str:
-        """Return a fact as CLIPS prints it on one line, without its index."""
+        """Return a fact as CLIPS prints it in one line, without its index."""
         self._output.pause()
         text = self._api.fact_text(fact)
         self._output.resume()
@@ -223,7 +223,7 @@ class Watcher:
 
 
 def slot_values(fact: CData) -> dict[str, Value]:
-    """Return a fact's slots by name, in order; an ordered fact has one slot called ``implied``."""
+    """Return the slots of a fact in order. An ordered fact has the slot ``implied``."""
     names = ffi.new("CLIPSValue *")
     lib.FactSlotNames(fact, names)
     values: dict[str, Value] = {}
@@ -234,9 +234,9 @@ def slot_values(fact: CData) -> dict[str, Value]:
 
 
 def slot_value(fact: CData, name: bytes, into: CData) -> Value:
-    """Return the value of a fact's slot.
+    """Return the value of a slot.
 
-    :param into: a CLIPSValue that may be written over.
+    :param into: a reusable CLIPSValue.
     """
     lib.GetFactSlot(fact, name, into)
     return to_python(into)

@@ -1,4 +1,4 @@
-"""PDDL: domains and formulas to a syntax tree, and to the facts of the CLIPS Executive. See docs/pddl.md."""
+"""PDDL: parsing of domains and formulas, and their conversion to facts. See docs/pddl.md."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name when it is first used: the process of a planner needs the tree, not its reader."""
+    """Import a name on first use: a planner process needs the syntax tree without the parser."""
     for module, names in _MODULES.items():
         if name in names:
             return getattr(import_module(f"{__name__}.{module}"), name)

@@ -1,7 +1,7 @@
-"""The abstract syntax of PDDL domains, problems and formulas, as frozen values.
+"""The abstract syntax of PDDL domains, problems and formulas.
 
-Nodes compare by content: positions do not count. The tree can hold more than the CLIPS Executive has
-facts for (quantifiers, conditional effects, numbers): planners understand it.
+Nodes are immutable and compare by content without positions. The tree may contain constructs without facts of
+the CLIPS Executive (quantifiers, conditional effects, numbers), which planners understand.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from msgspec.structs import replace
 
 
 class Position(NamedTuple):
-    """Line and column, both counted from 1."""
+    """Line and column, counted from 1."""
 
     line: int = 1
     column: int = 1
 
 
-# Where a node was read, and from which text: that does not count when nodes are compared.
+# fields that do not count in comparisons
 _UNSAID: Final = ("position", "file", "text")
 
 
 @cache
 def _compared_fields(node_class: type[PddlNode]) -> attrgetter[Any]:
-    """Return what reads the fields that nodes of this class are compared by."""
+    """Return a getter of the compared fields of a node class."""
     return attrgetter(*(name for name in node_class.__struct_fields__ if name not in _UNSAID))
 
 
 class PddlNode(Struct, frozen=True):
-    """Nodes are equal when they say the same, wherever they were read."""
+    """A node that compares by content, ignoring its position."""
 
     def __eq__(self, other: object) -> bool:
         said = _compared_fields(type(self))
@@ -46,10 +46,10 @@ class PddlNode(Struct, frozen=True):
 
 
 class TypedNames(PddlNode, frozen=True):
-    """Names that share a type: ``a b - c``, or ``a b - (either c d)``.
+    """Names with a common type: ``a b - c``, or ``a b - (either c d)``.
 
-    :param names: the names, variables without their question mark.
-    :param types: the types; empty when none is given, several for ``either``.
+    :param names: variables are without question mark.
+    :param types: empty without a type; several for ``either``.
     """
 
     names: tuple[str, ...]
@@ -60,27 +60,24 @@ class TypedNames(PddlNode, frozen=True):
 TypedList = tuple[TypedNames, ...]
 
 ROOT_TYPE: Final = "object"
-"""The type above all types."""
+"""The root of all types."""
 
 
 def names_of(typed: TypedList) -> tuple[str, ...]:
-    """Return the names of a typed list, each once for each time it is written."""
+    """Return the names of a typed list in order, with repetitions."""
     return tuple(name for group in typed for name in group.names)
 
 
 def pairs_of(typed: TypedList) -> Iterator[tuple[str, str]]:
-    """Yield name and type; for each type of an ``either`` all names of its group; an absent type is empty."""
+    """Yield name and type. ``either`` yields all names once per type; a missing type is empty."""
     for group in typed:
         for type_ in group.types or ("",):
             for name in group.names:
                 yield name, type_
 
 
-# ---- terms
-
-
 class Variable(PddlNode, frozen=True):
-    """A variable, without its question mark."""
+    """A variable, without question mark."""
 
     name: str
     position: Position = Position()
@@ -97,12 +94,12 @@ _NUMBER: Final = re.compile(r"[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASC
 
 
 def number_of(text: str) -> float | None:
-    """Return the number that a word of PDDL writes; None for a name, also for ``inf`` and ``nan``."""
+    """Return the value of a PDDL number; None for a name, including ``inf`` and ``nan``."""
     return float(text) if _NUMBER.fullmatch(text) else None
 
 
 class FunctionTerm(PddlNode, frozen=True):
-    """The value of a function or of an arithmetic operator: ``(distance ?a ?b)``, ``(+ (f) 3)``."""
+    """The value of a function or arithmetic operator: ``(distance ?a ?b)``, ``(+ (f) 3)``."""
 
     function: str
     arguments: tuple[Term, ...]
@@ -112,42 +109,39 @@ class FunctionTerm(PddlNode, frozen=True):
 Term = Variable | Constant | FunctionTerm
 
 
-# ---- formulas
-
-
 Ground = tuple[str, tuple[str, ...]]
-"""A predicate or function with its objects."""
+"""A predicate or function with objects."""
 
 Bound = Mapping[str, str]
-"""The objects that variables stand for."""
+"""Variables with their objects."""
 
 NOTHING_BOUND: Final[Bound] = MappingProxyType({})
 
 
 class State(Protocol):
-    """The facts of a moment, as conditions read them."""
+    """The facts at one moment, for the evaluation of conditions."""
 
     def has(self, predicate: str, terms: tuple[Term, ...], bound: Bound) -> bool:
-        """Whether the fact of a predicate is true."""
+        """Return whether the fact is true."""
 
     def compares(self, operator: str, left: Term, right: Term, bound: Bound) -> bool:
-        """Whether two terms compare so."""
+        """Return the result of a comparison."""
 
     def bindings(self, variables: TypedList, bound: Bound) -> Iterator[Bound]:
-        """Yield ``bound`` with a choice of objects for the variables, for each choice."""
+        """Yield ``bound`` extended by each choice of objects for the variables."""
 
     def look(self) -> None:
-        """Count a formula that is looked at.
+        """Count an evaluated formula.
 
-        :raises PddlError: when there are too many.
+        :raises PddlError: if there are too many.
         """
 
 
 class FormulaNode(PddlNode, frozen=True):
-    """A formula, the one tree of conditions and effects, gone through with walk, map and holds.
+    """A formula: a condition or an effect.
 
-    :cvar PARTS: the fields that hold formulas, one or a tuple of them.
-    :cvar TERMS: the fields that hold terms.
+    :cvar PARTS: the fields with formulas, single or in a tuple.
+    :cvar TERMS: the fields with terms.
     """
 
     PARTS: ClassVar[tuple[str, ...]] = ()
@@ -155,16 +149,16 @@ class FormulaNode(PddlNode, frozen=True):
 
     @property
     def children(self) -> tuple[Formula, ...]:
-        """The formulas that this one is made of, in the order of the text."""
+        """The direct sub-formulas in textual order."""
         return tuple(_values(self, self.PARTS))
 
     @property
     def terms(self) -> tuple[Term, ...]:
-        """The terms of this formula itself; those of its children are not among them."""
+        """The terms of this formula, without those of its children."""
         return tuple(_values(self, self.TERMS))
 
     def walk(self) -> Iterator[Formula]:
-        """Yield this formula and all below it, each before its children."""
+        """Yield this formula and all its descendants, parents first."""
         yield self  # type: ignore[misc]  # Formula is all subclasses
         for child in self.children:
             yield from child.walk()
@@ -172,21 +166,21 @@ class FormulaNode(PddlNode, frozen=True):
     def holds(self, state: State, bound: Bound = NOTHING_BOUND) -> bool:
         """Return whether the condition is true in a state.
 
-        :param bound: the objects that its free variables stand for.
-        :raises PddlError: when quantified variables make too many cases.
+        :param bound: the objects of its free variables.
+        :raises PddlError: if quantified variables cause too many cases.
         """
         state.look()
         return self._holds(state, bound)
 
     def _holds(self, state: State, bound: Bound) -> bool:  # noqa: ARG002 - for subclasses
-        return False  # an effect, or a part of a durative action: no condition
+        return False  # an effect, or a part of a durative action, which is not a condition
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
-        """Return the formula with each formula in it changed, children first."""
+        """Return the formula with ``change`` applied to each sub-formula, children first."""
         return change(_with_values(self, self.PARTS, lambda part: part.map(change)))
 
     def map_terms(self, change: Callable[[Term], Term]) -> Formula:
-        """Return the formula with each term in it changed, also those within terms, which come first."""
+        """Return the formula with ``change`` applied to each term, inner terms first."""
 
         def changed(term: Term) -> Term:
             if isinstance(term, FunctionTerm):
@@ -197,7 +191,7 @@ class FormulaNode(PddlNode, frozen=True):
 
 
 def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any]) -> Any:
-    """Return a node with the values of these fields changed; the node itself when that changes nothing."""
+    """Return a node with ``change`` applied to some fields; the same node if nothing changes."""
     different = {}
     for name in fields:
         old = getattr(node, name)
@@ -218,8 +212,6 @@ def _values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
 
 
 class Atom(FormulaNode, frozen=True):
-    """A predicate with its arguments."""
-
     TERMS: ClassVar[tuple[str, ...]] = ("arguments",)
 
     predicate: str
@@ -231,7 +223,7 @@ class Atom(FormulaNode, frozen=True):
 
 
 class And(FormulaNode, frozen=True):
-    """A conjunction; an empty one is true."""
+    """A conjunction. An empty one is true."""
 
     PARTS: ClassVar[tuple[str, ...]] = ("parts",)
 
@@ -243,8 +235,6 @@ class And(FormulaNode, frozen=True):
 
 
 class Or(FormulaNode, frozen=True):
-    """A disjunction."""
-
     PARTS: ClassVar[tuple[str, ...]] = ("parts",)
 
     parts: tuple[Formula, ...]
@@ -255,8 +245,6 @@ class Or(FormulaNode, frozen=True):
 
 
 class Not(FormulaNode, frozen=True):
-    """A negation."""
-
     PARTS: ClassVar[tuple[str, ...]] = ("part",)
 
     part: Formula
@@ -267,8 +255,6 @@ class Not(FormulaNode, frozen=True):
 
 
 class Imply(FormulaNode, frozen=True):
-    """An implication."""
-
     PARTS: ClassVar[tuple[str, ...]] = ("condition", "consequence")
 
     condition: Formula
@@ -280,7 +266,7 @@ class Imply(FormulaNode, frozen=True):
 
 
 class TermComparison(FormulaNode, frozen=True):
-    """``=`` of two terms, or one of ``< > <= >=`` of two numbers."""
+    """``=`` of two terms, or ``<``, ``>``, ``<=``, ``>=`` of two numbers."""
 
     TERMS: ClassVar[tuple[str, ...]] = ("left", "right")
 
@@ -294,7 +280,7 @@ class TermComparison(FormulaNode, frozen=True):
 
 
 class Timed(FormulaNode, frozen=True):
-    """A formula at a time of a durative action: ``at start``, ``at end`` or ``over all``."""
+    """A formula with a time of a durative action: ``at start``, ``at end`` or ``over all``."""
 
     PARTS: ClassVar[tuple[str, ...]] = ("part",)
 
@@ -304,7 +290,7 @@ class Timed(FormulaNode, frozen=True):
 
 
 class Quantified(FormulaNode, frozen=True):
-    """A formula ``exists`` or ``forall`` objects."""
+    """A formula with ``exists`` or ``forall``."""
 
     PARTS: ClassVar[tuple[str, ...]] = ("part",)
 
@@ -319,8 +305,6 @@ class Quantified(FormulaNode, frozen=True):
 
 
 class When(FormulaNode, frozen=True):
-    """A conditional effect."""
-
     PARTS: ClassVar[tuple[str, ...]] = ("condition", "effect")
 
     condition: Formula
@@ -329,7 +313,7 @@ class When(FormulaNode, frozen=True):
 
 
 class NumericChange(FormulaNode, frozen=True):
-    """An effect on a number: increase, decrease, assign, scale-up or scale-down."""
+    """A numeric effect: increase, decrease, assign, scale-up or scale-down."""
 
     TERMS: ClassVar[tuple[str, ...]] = ("target", "amount")
 
@@ -340,9 +324,6 @@ class NumericChange(FormulaNode, frozen=True):
 
 
 Formula = Atom | And | Or | Not | Imply | TermComparison | Timed | Quantified | When | NumericChange
-
-
-# ---- domains
 
 
 class Predicate(PddlNode, frozen=True):
@@ -364,12 +345,12 @@ class Function(PddlNode, frozen=True):
 class ActionSchema(PddlNode, frozen=True):
     """An action.
 
-    :param durative: whether it is written ``:durative-action``.
+    :param durative: whether it is a ``:durative-action``.
     :param duration: the constraint on ``?duration``, e.g. ``(= ?duration 5)``.
-    :param condition: the precondition or condition; None when there is none.
-    :param effect: the effect; None when there is none.
-    :param conditional_breakup: Fawkes' own section of that name.
-    :param temporal_breakup: Fawkes' own section of that name.
+    :param condition: the precondition; None without one.
+    :param effect: the effect; None without one.
+    :param conditional_breakup: a section specific to Fawkes.
+    :param temporal_breakup: a section specific to Fawkes.
     """
 
     name: str
@@ -386,10 +367,9 @@ class ActionSchema(PddlNode, frozen=True):
 class Domain(PddlNode, frozen=True):
     """A planning domain.
 
-    :param requirements: the requirements, without their colon.
-    :param file: the file it was read from; empty when none.
-    :param text: the text it was read from, for planners that read PDDL themselves; empty when the domain was
-        not read, or changed since.
+    :param requirements: without colons.
+    :param file: the source file; empty if there is none.
+    :param text: the source text, for planners with a PDDL parser; empty after changes or without a source.
     """
 
     name: str
@@ -404,7 +384,7 @@ class Domain(PddlNode, frozen=True):
 
     @property
     def is_typed(self) -> bool:
-        """Whether anything in the domain has a type, or its requirements allow for types."""
+        """Whether the domain uses types, or its requirements permit types."""
         declared: tuple[Predicate | Function | ActionSchema, ...] = (
             *self.predicates,
             *self.functions,
@@ -416,26 +396,26 @@ class Domain(PddlNode, frozen=True):
         )
 
     def changed(self, **fields: Any) -> Domain:
-        """Return the domain with other fields; it is not the one of its text any more."""
+        """Return a changed copy, without the source text."""
         return replace(self, text="", **fields)
 
 
 TYPING: Final = frozenset({"typing", "adl", "ucpop"})
-"""Requirements that allow for types."""
+"""Requirements that permit types."""
 
 
 class Problem(PddlNode, frozen=True):
     """A planning problem.
 
-    :param domain: the name of its domain.
-    :param objects: the objects beyond the constants of the domain.
-    :param init: the atoms that hold at the start; their arguments are constants.
-    :param init_false: the atoms that are declared false at the start, as all missing ones are.
-    :param numbers: the values of numeric functions at the start.
-    :param goal: the condition that a plan must reach.
-    :param metric: ``minimize`` or ``maximize`` and the term; None when any plan is as good.
-    :param file: the file it was read from; empty when none.
-    :param text: as of :class:`Domain`.
+    :param domain: the name of the domain.
+    :param objects: the objects in addition to the domain's constants.
+    :param init: the true atoms of the initial state, with constants as arguments.
+    :param init_false: the atoms explicitly declared false.
+    :param numbers: the initial values of numeric functions.
+    :param goal: the condition that a plan must achieve.
+    :param metric: ``minimize`` or ``maximize``, and the term; None without a metric.
+    :param file: the source file; empty if there is none.
+    :param text: see :class:`Domain`.
     """
 
     name: str
@@ -450,5 +430,5 @@ class Problem(PddlNode, frozen=True):
     text: str = ""
 
     def changed(self, **fields: Any) -> Problem:
-        """Return the problem with other fields; it is not the one of its text any more."""
+        """Return a changed copy, without the source text."""
         return replace(self, text="", **fields)

@@ -1,6 +1,6 @@
-"""The brackets of a PDDL text: nested groups of words, whether or not they are PDDL.
+"""The nesting of brackets in a text, whether or not the text is valid PDDL.
 
-Editors read names in texts that are not finished, and errors are explained by the groups around them.
+Editors use it for unfinished texts, and error messages for the context of an error.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _PART: Final = re.compile(r"\S+")
 
 
 class BracketWord(NamedTuple):
-    """A word: anything between blanks and brackets."""
+    """A sequence of characters between blanks and brackets."""
 
     text: str
     position: Position
@@ -27,7 +27,7 @@ class BracketWord(NamedTuple):
 class Group(NamedTuple):
     """A bracketed list.
 
-    :param end: the place of the bracket that closes it.
+    :param end: the position of the closing bracket.
     """
 
     items: tuple[BracketWord | Group, ...]
@@ -36,7 +36,7 @@ class Group(NamedTuple):
 
     @property
     def head(self) -> str:
-        """The first word; empty when there is none."""
+        """The first word; empty without one."""
         first = self.items[0] if self.items else None
         return first.text if isinstance(first, BracketWord) else ""
 
@@ -47,15 +47,15 @@ Item = BracketWord | Group
 def read_items(text: str, file: str = "") -> tuple[Item, ...]:
     """Return the words and groups of a text.
 
-    :raises PddlSyntaxError: when brackets do not match or are nested too deep.
+    :raises PddlSyntaxError: if brackets do not match or are nested too deeply.
     """
     return items_of(Text(text, file))
 
 
 def items_of(text: Text) -> tuple[Item, ...]:
-    """Return the words and groups of a text whose tokens are known.
+    """Return the words and groups of tokens.
 
-    :raises PddlSyntaxError: when brackets do not match.
+    :raises PddlSyntaxError: if brackets do not match.
     """
     items: list[Item] = []
     opened: list[tuple[list[Item], Position]] = []
@@ -78,7 +78,7 @@ def items_of(text: Text) -> tuple[Item, ...]:
 
 
 def words_of(token: Token, text: Text) -> list[BracketWord]:
-    """Return the words of a token: ``at start`` is two, the end of the text none."""
+    """Return the words of a token: two for ``at start``, none for the end of the text."""
     return [
         BracketWord(match[0], text.position(token.start + match.start()))
         for match in _PART.finditer(token.text)
@@ -86,7 +86,7 @@ def words_of(token: Token, text: Text) -> list[BracketWord]:
 
 
 def _unclosed(text: Text) -> PddlSyntaxError:
-    """Return the error for a text that ends inside a bracket, with the place of the missing one."""
+    """Return the error at the probable place of a missing bracket."""
     opened: list[Position] = []
     after_open = False
     for token in text.tokens:

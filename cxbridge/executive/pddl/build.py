@@ -1,4 +1,4 @@
-"""The values of the rules of PDDL's grammar: the syntax trees of domains, problems and formulas."""
+"""Construction of syntax trees from the rules of PDDL's grammar."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ Parts = list[Any]
 
 
 class Section(NamedTuple):
-    """A section of a domain or problem, or a part of an action.
+    """A section of a domain, problem or action.
 
-    :param field: of the syntax tree.
-    :param keyword: the keyword in PDDL.
+    :param field: the field of the syntax tree.
+    :param keyword: the PDDL keyword.
     """
 
     field: str
@@ -51,29 +51,29 @@ class Section(NamedTuple):
 
 
 class _Types(NamedTuple):
-    """The type after a dash; several for ``either``."""
+    """The types behind a dash; several for ``either``."""
 
     names: tuple[str, ...]
     start: int
 
 
 class SyntaxBuilder:
-    """Makes syntax trees.
+    """Makes syntax trees; each method handles the grammar rule of its name.
 
-    :param text: where the tokens are from, for positions and errors.
+    :param text: the tokenised text, for positions and errors.
     """
 
     def __init__(self, text: Text) -> None:
         self._at = text.position
         self._file = text.file
         self.words_of_numbers: set[str] = set()
-        """Words in the place of numbers: objects, or functions that are written without brackets."""
+        """Words at places of numbers: objects, or functions written without brackets."""
 
     def _error(self, message: str, start: int, hint: str | None = None) -> PddlSyntaxError:
         return syntax_error(message, self._at(start), self._file, hint)
 
     def _fields(self, sections: list[Section], owner: str = "") -> dict[str, Any]:
-        """Return sections by field; each may occur once."""
+        """Return the sections by field. Each may occur once."""
         fields: dict[str, Any] = {}
         for section in sections:
             if section.field in fields and owner:
@@ -85,34 +85,27 @@ class SyntaxBuilder:
             fields[section.field] = section.value
         return fields
 
-    # ---- domains
-
     def domain(self, parts: Parts, _start: int) -> Domain:
-        """Return a domain."""
         name, *sections = parts
         actions = tuple(each for each in sections if isinstance(each, ActionSchema))
         fields = self._fields([each for each in sections if isinstance(each, Section)])
         return Domain(name.text, **fields, actions=actions, file=self._file)
 
     def requirements(self, parts: Parts, start: int) -> Section:
-        """Return the requirements, without their colons."""
         names = tuple(word.text[1:].lower() for word in parts)
         return Section("requirements", ":requirements", names, start)
 
     def types(self, parts: Parts, start: int) -> Section:
-        """Return types with their super types."""
         return Section("types", ":types", self._typed(parts), start)
 
     def constants(self, parts: Parts, start: int) -> Section:
-        """Return the constants of a domain."""
         return Section("constants", ":constants", self._typed(parts), start)
 
     def predicates(self, parts: Parts, start: int) -> Section:
-        """Return the predicates of a domain."""
         return Section("predicates", ":predicates", tuple(parts), start)
 
     def functions(self, parts: Parts, start: int) -> Section:
-        """Return the functions of a domain; a type of their values can only be ``number``."""
+        """Return the functions of a domain. ``number`` is their only permitted type."""
         functions = []
         for each in parts:
             if isinstance(each, Predicate):
@@ -128,12 +121,11 @@ class SyntaxBuilder:
         return Section("functions", ":functions", tuple(functions), start)
 
     def declaration(self, parts: Parts, start: int) -> Predicate:
-        """Return the declaration of a predicate or a function."""
         name, *typed = parts
         return Predicate(name.text, self._typed(typed), self._at(start))
 
     def _typed(self, parts: Parts) -> TypedList:
-        """Return the groups of a typed list; those without names are dropped."""
+        """Return the groups of a typed list, without groups that have no names."""
         groups: list[TypedNames] = []
         names: list[Token] = []
         for each in (*parts, None):
@@ -148,20 +140,15 @@ class SyntaxBuilder:
         return tuple(groups)
 
     def of_type(self, parts: Parts, start: int) -> _Types:
-        """Return the type after a dash."""
         type_ = parts[1]
         return _Types(
             type_ if isinstance(type_, tuple) and not isinstance(type_, Token) else (type_.text,), start
         )
 
     def either(self, parts: Parts, _start: int) -> tuple[str, ...]:
-        """Return the types of an ``either``."""
         return tuple(word.text for word in parts)
 
-    # ---- problems
-
     def problem(self, parts: Parts, start: int) -> Problem:
-        """Return a problem."""
         name, *sections = parts
         fields = self._fields([each for each in sections if isinstance(each, Section)])
         for needed in ("domain", "goal"):
@@ -171,15 +158,13 @@ class SyntaxBuilder:
         return Problem(name.text, **fields.pop("init", {}), **fields, file=self._file)
 
     def domain_name(self, parts: Parts, start: int) -> Section:
-        """Return the name of a problem's domain."""
         return Section("domain", ":domain", parts[0].text, start)
 
     def objects(self, parts: Parts, start: int) -> Section:
-        """Return the objects of a problem."""
         return Section("objects", ":objects", self._typed(parts), start)
 
     def init(self, parts: Parts, start: int) -> Section:
-        """Return the fields of a problem that say what holds at the start."""
+        """Return the fields of the initial state."""
         true: dict[Atom, None] = {}
         false: dict[Atom, None] = {}
         numbers: list[tuple[FunctionTerm, float]] = []
@@ -208,7 +193,7 @@ class SyntaxBuilder:
         return syntax_error("a fact is expected", fact.position, self._file, hint)
 
     def _number(self, fact: TermComparison) -> tuple[FunctionTerm, float]:
-        """Return a function and its value at the start."""
+        """Return a function with its initial value."""
         call, value = fact.left, fact.right
         if isinstance(call, Constant) and number_of(call.name) is None:
             call = FunctionTerm(call.name, (), call.position)
@@ -235,86 +220,65 @@ class SyntaxBuilder:
             raise syntax_error(f"{format_term(argument)} is not an object", argument.position, self._file)
 
     def goal(self, parts: Parts, start: int) -> Section:
-        """Return the goal of a problem."""
         return Section("goal", ":goal", parts[0], start)
 
     def metric(self, parts: Parts, start: int) -> Section:
-        """Return how good a plan is."""
         direction, term = parts
         self._note_words([term])
         return Section("metric", ":metric", (direction.text.lower(), term), start)
 
     def length(self, _parts: Parts, _start: int) -> None:
-        """Skip the section: it says how long plans may be expected to be."""
-
-    # ---- actions
+        """Skip the expected length of plans, which no planner here uses."""
 
     def action(self, parts: Parts, start: int, *, durative: bool = False) -> ActionSchema:
-        """Return an action."""
         name, *sections = parts
         fields = self._fields(sections, f"action {name.text}")
         return ActionSchema(name.text, **fields, durative=durative, position=self._at(start))
 
     def durative_action(self, parts: Parts, start: int) -> ActionSchema:
-        """Return an action that takes time."""
         return self.action(parts, start, durative=True)
 
     def parameters(self, parts: Parts, start: int) -> Section:
-        """Return the parameters of an action."""
         return Section("parameters", ":parameters", self._typed(parts), start)
 
     def precondition(self, parts: Parts, start: int) -> Section:
-        """Return the condition of an action."""
         return Section("condition", ":precondition", parts[0], start)
 
     def condition_of_time(self, parts: Parts, start: int) -> Section:
-        """Return the condition of a durative action."""
         return Section("condition", ":condition", parts[0], start)
 
     def duration(self, parts: Parts, start: int) -> Section:
-        """Return the condition on ``?duration``."""
         return Section("duration", ":duration", parts[0], start)
 
     def effects(self, parts: Parts, start: int) -> Section:
-        """Return the effect of an action."""
         return Section("effect", ":effect", parts[0], start)
 
     def conditional_breakup(self, parts: Parts, start: int) -> Section:
-        """Return Fawkes' section of that name."""
         return Section("conditional_breakup", ":conditional-breakup", parts[0], start)
 
     def temporal_breakup(self, parts: Parts, start: int) -> Section:
-        """Return Fawkes' section of that name."""
         return Section("temporal_breakup", ":temporal-breakup", parts[0], start)
 
-    # ---- formulas
-
     def atom(self, parts: Parts, start: int) -> Atom:
-        """Return a predicate with its arguments."""
         return Atom(parts[0].text, tuple(parts[1:]), self._at(start))
 
     def conjunction(self, parts: Parts, start: int) -> And:
-        """Return a conjunction; ``()`` is an empty one."""
+        """Return a conjunction. ``()`` is an empty one."""
         return And(tuple(parts), self._at(start))
 
     def disjunction(self, parts: Parts, start: int) -> Or:
-        """Return a disjunction."""
         return Or(tuple(parts), self._at(start))
 
     def negation(self, parts: Parts, start: int) -> Not:
-        """Return a negation."""
         return Not(parts[0], self._at(start))
 
     def implication(self, parts: Parts, start: int) -> Imply:
-        """Return an implication."""
         return Imply(parts[0], parts[1], self._at(start))
 
     def exists(self, parts: Parts, start: int) -> Quantified:
-        """Return a formula of some objects."""
         return self._quantified("exists", parts, start)
 
     def forall(self, parts: Parts, start: int) -> Quantified:
-        """Return a formula of all objects."""
         return self._quantified("forall", parts, start)
 
     def _quantified(self, quantifier: str, parts: Parts, start: int) -> Quantified:
@@ -322,45 +286,36 @@ class SyntaxBuilder:
         return Quantified(quantifier, self._typed(typed), part, self._at(start))
 
     def comparison(self, parts: Parts, start: int) -> TermComparison:
-        """Return a comparison of terms."""
         self._note_words(parts[1:])
         sign, left, right = parts
         return TermComparison(sign.text, left, right, self._at(start))
 
     def timed(self, parts: Parts, start: int) -> Timed:
-        """Return a formula at a time of a durative action."""
         return Timed(" ".join(parts[0].text.lower().split()), parts[1], self._at(start))
 
     def conditional_effect(self, parts: Parts, start: int) -> When:
-        """Return a conditional effect."""
         return When(parts[0], parts[1], self._at(start))
 
     def change(self, parts: Parts, start: int) -> NumericChange:
-        """Return a change of a number."""
         self._note_words(parts[1:])
         sign, target, amount = parts
         return NumericChange(sign.text.lower(), target, amount, self._at(start))
-
-    # ---- terms
 
     def _note_words(self, terms: Parts) -> None:
         self.words_of_numbers.update(each.name for each in terms if isinstance(each, Constant))
 
     def variable(self, parts: Parts, start: int) -> Variable:
-        """Return a variable."""
         name = parts[0].text[1:]
         if not name:
             raise self._error("this variable has no name", start, "write it right after the '?'")
         return Variable(name, self._at(start))
 
     def constant(self, parts: Parts, start: int) -> Constant:
-        """Return an object or a number."""
         return Constant(parts[0].text, self._at(start))
 
     def function(self, parts: Parts, start: int) -> FunctionTerm:
-        """Return the value of a function, or of an arithmetic operator."""
         self._note_words(parts[1:])
         name = parts[0].text
-        if name.lower() == TOTAL_TIME:  # no domain declares it
+        if name.lower() == TOTAL_TIME:  # predefined for metrics
             name = TOTAL_TIME
         return FunctionTerm(name, tuple(parts[1:]), self._at(start))

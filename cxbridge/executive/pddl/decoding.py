@@ -1,4 +1,4 @@
-"""The bytes of PDDL files as text."""
+"""Decoding of PDDL files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.errors import PddlError
 
 MAX_BYTES: Final = 64 << 20
-"""The largest file that is read; the largest public one that we know has 4 MB."""
+"""The maximum size of a file. The largest known public one has 4 MB."""
 
 _COMMENT: Final = re.compile(rb";[^\n]*")
 
@@ -17,8 +17,8 @@ _COMMENT: Final = re.compile(rb";[^\n]*")
 def read_text(path: str | Path, kind: str) -> str:
     """Return the text of a file.
 
-    :param kind: the expected content, for the error.
-    :raises PddlError: when it cannot be read, is too large, or is not UTF-8.
+    :param kind: the expected content, for error messages.
+    :raises PddlError: if the file cannot be read, is too large, or is not UTF-8.
     """
     try:
         with Path(path).open("rb") as file:
@@ -30,9 +30,9 @@ def read_text(path: str | Path, kind: str) -> str:
 
 
 def decode_text(data: bytes, path: str | Path) -> str:
-    """Return the text of a file's bytes: UTF-8, with any bytes in comments.
+    """Decode a file as UTF-8. Comments may contain any bytes.
 
-    :raises PddlError: when there are too many, or they are not UTF-8.
+    :raises PddlError: if the file is too large or not UTF-8.
     """
     if len(data) > MAX_BYTES:
         raise PddlError(f"the file has more than {MAX_BYTES >> 20} MB", file=path)

@@ -1,4 +1,4 @@
-"""The two ways in which a PDDL text can be wrong."""
+"""Errors in PDDL texts."""
 
 from __future__ import annotations
 
@@ -7,20 +7,18 @@ from cxbridge.executive.pddl.ast import Position
 
 
 class PddlSyntaxError(PddlError):
-    """The text is not PDDL, or not the part of PDDL that is understood."""
+    """The text is not PDDL, or not in the supported part of PDDL."""
 
 
 class PddlSemanticError(PddlError):
-    """The text is PDDL with a mistake: an undeclared name, a wrong type or number."""
+    """The text contains an undeclared name, a wrong type or a wrong number of arguments."""
 
 
 def syntax_error(message: str, position: Position, file: str, hint: str | None = None) -> PddlSyntaxError:
-    """Return a syntax error at a position."""
     return PddlSyntaxError(message, file=file or None, line=position.line, column=position.column, hint=hint)
 
 
 def semantic_error(message: str, position: Position, file: str, hint: str | None = None) -> PddlSemanticError:
-    """Return a semantic error at a position."""
     return PddlSemanticError(
         message, file=file or None, line=position.line, column=position.column, hint=hint
     )

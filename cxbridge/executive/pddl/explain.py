@@ -1,4 +1,4 @@
-"""Explains why a text is not of PDDL's grammar, in the words of the place where it is wrong."""
+"""Explanations of syntax errors in terms of their context."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _TWO: Final = 2
 
 
 def explain(text: Text, symbol: str, unexpected: UnexpectedToken) -> PddlSyntaxError:
-    """Return the error for a text in which a token cannot stand where it stands.
+    """Return the error about an unexpected token.
 
-    :param symbol: the start symbol that was read.
+    :param symbol: the parsed start symbol.
     """
     try:
         items = items_of(text)
@@ -73,8 +73,6 @@ class _Explainer:
             message, hint = refusal(name)
             return self._error(message, None, hint)
         return None
-
-    # ---- around sections
 
     def _file_error(self) -> PddlSyntaxError:
         noun = _NOUN[self._symbol]
@@ -150,8 +148,6 @@ class _Explainer:
         form = {":metric": "minimize TERM", ":length": "(:serial 5)"}.get(head, "NAME")
         return self._error(f"({section.head} {form}) is expected", section.position)
 
-    # ---- typed lists
-
     def _typed(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
         if inner:
             hint = "write a name, or (either TYPE TYPE)"
@@ -169,14 +165,12 @@ class _Explainer:
         return self._error(f"'{self._word}' is not {kind}", None, hint)
 
     def _before(self) -> Item | None:
-        """Return the item before the place, in the same brackets."""
+        """Return the preceding item in the same brackets."""
         return max(
             (each for each in self._siblings() if each.position < self._place),
             key=lambda each: each.position,
             default=None,
         )
-
-    # ---- actions
 
     def _action(self, section: Group, inner: list[Group]) -> PddlSyntaxError:
         words = [each.text for each in section.items[1:2] if isinstance(each, BracketWord)]
@@ -195,7 +189,7 @@ class _Explainer:
         return self._error(f"unexpected '{text}' in action {words[0]}", None, hint)
 
     def _no_value(self, key: str, action: str) -> PddlSyntaxError:
-        """Explain the text at the place of a keyword's value."""
+        """Explain the text in place of a keyword's value."""
         if self._word and not self._word.startswith(":"):
             if key.lower() == ":parameters":
                 return self._error("the parameters must be in brackets", None, "(?x - TYPE ...)")
@@ -203,8 +197,6 @@ class _Explainer:
         before = self._before()
         at = before.position if before is not None else None
         return self._error(f"{key} of action {action} is missing its value", at)
-
-    # ---- formulas
 
     def _no_formula(self) -> PddlSyntaxError:
         return self._error(
@@ -215,7 +207,7 @@ class _Explainer:
         return self._in_variables(path) or self._head(path) or self._number_of_parts(path) or self._part(path)
 
     def _in_variables(self, path: list[Group]) -> PddlSyntaxError | None:
-        """Explain a place in the variables of a quantifier."""
+        """Explain an error in the variables of a quantifier."""
         for depth, (outer, group) in enumerate(pairwise(path), start=2):
             if outer.head.lower() in _QUANTIFIERS and len(outer.items) > _TWO and group is outer.items[1]:
                 return (
@@ -224,7 +216,7 @@ class _Explainer:
         return None
 
     def _head(self, path: list[Group]) -> PddlSyntaxError | None:
-        """Explain a formula whose first word is not one."""
+        """Explain a formula with a wrong first word."""
         group = path[-1]
         head = group.head.lower()
         if head == "when" and group.items[0].position == self._place:
@@ -232,7 +224,7 @@ class _Explainer:
         return self._no_head(path) if not head or head.startswith("?") else None
 
     def _number_of_parts(self, path: list[Group]) -> PddlSyntaxError | None:
-        """Explain a formula, or the one around it, that has too many parts or too few."""
+        """Explain a wrong number of parts in the innermost formula or its parent."""
         for group in reversed(path[-2:]):
             head, number = group.head.lower(), len(group.items) - 1
             if head == "not" and number != 1:
@@ -265,7 +257,7 @@ class _Explainer:
 
 
 def _groups_around(items: tuple[Item, ...], place: Position) -> list[Group]:
-    """Return the groups that a place is in, outermost first."""
+    """Return the groups that enclose a position, outermost first."""
     path: list[Group] = []
     while True:
         before = [each for each in items if isinstance(each, Group) and each.position < place]

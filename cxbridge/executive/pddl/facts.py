@@ -1,7 +1,7 @@
-"""Formulas and domains to the facts of the CLIPS Executive: the same facts, ids and order as Fawkes' feature.
+"""Conversion of formulas and domains to facts, with the same ids and order as Fawkes' feature.
 
-Ids are made by plain concatenation, parent and counter: the second part of ``pour1`` is ``pour12``. They
-can collide (ten parts, operators that end in a digit); agents match on them, so they are kept.
+An id is the concatenation of the parent's id and a counter: the second part of ``pour1`` is ``pour12``. Such
+ids may collide (ten parts, operators that end in a digit), but agents match on them.
 """
 
 from __future__ import annotations
@@ -43,24 +43,23 @@ SlotValue = str | tuple[str, ...]
 Warn = Callable[[PddlError], None]
 
 EQUALITY = "EQUALITY"
-"""The predicate that stands for ``=``."""
+"""The predicate of ``=``."""
 CONSTANT_NAME = "c"
-"""The name of a parameter that is a constant."""
+"""The name of a constant parameter."""
 
 
 class FactToAssert(Struct, frozen=True):
     """A fact to assert.
 
-    :param template: its deftemplate.
-    :param slots: slot to symbol, or to the symbols of a multislot; a slot that is not named keeps its
-        default.
+    :param template: the deftemplate.
+    :param slots: symbols, or tuples of symbols for multislots; missing slots get their defaults.
     """
 
     template: str
     slots: dict[str, SlotValue]
 
     def __str__(self) -> str:
-        """Return the fact as CLIPS reads it."""
+        """Return the fact in CLIPS syntax."""
         slots = (f"({name} {_slot_text(value)})".replace(" )", ")") for name, value in self.slots.items())
         return f"({self.template} {' '.join(slots)})"
 
@@ -72,27 +71,27 @@ def _slot_text(value: SlotValue) -> str:
 def domain_facts(
     domain: Domain, *, fawkes_compat: bool = False, warn: Warn | None = None
 ) -> list[FactToAssert]:
-    """Return the facts of a domain, in the order in which Fawkes asserts them.
+    """Return the facts of a domain, in Fawkes' order.
 
     Constants, functions, durations and requirements have no facts.
 
-    :param fawkes_compat: drop without an error what Fawkes drops, see docs/pddl.md.
-    :param warn: called for everything in the domain that is dropped.
-    :raises PddlError: for a condition or effect that facts cannot say.
+    :param fawkes_compat: silently drop the same parts as Fawkes, see docs/pddl.md.
+    :param warn: receives an error about each dropped part.
+    :raises PddlError: if facts cannot represent a condition or effect.
     """
     return _FactMaker(domain.file, compat=fawkes_compat, warn=warn).domain(domain)
 
 
 def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[FactToAssert]:
-    """Return the facts of a condition; they are ``part-of`` the parent, and their ids start with its.
+    """Return the facts of a condition, which are ``part-of`` the parent.
 
-    :raises PddlError: for a formula that facts cannot say (quantifiers, numbers).
+    :raises PddlError: if facts cannot represent the formula (quantifiers, numbers).
     """
     return list(_FactMaker(file, compat=False, warn=None).condition(formula, parent, 1, root=True))
 
 
 def _variables(formula: TermComparison) -> Iterator[Variable]:
-    """Yield the variables of a comparison, each time that one is written."""
+    """Yield the variables of a comparison, with repetitions."""
     waiting = list(formula.terms)
     while waiting:
         term = waiting.pop(0)
@@ -139,14 +138,12 @@ class _FactMaker:
         )
 
     def _parameters(self, parameters: TypedList) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return names and types of the parameters of a predicate.
-
-        Fawkes lists the names once for each type of an ``either``, which makes a predicate of more arguments.
-        One parameter has one type in a fact: the root of all types, then.
-        """
+        """Return names and types of a predicate's parameters."""
+        # Fawkes repeats the names for each type of an either, which adds arguments to the predicate
         if self._compat:
             pairs = list(pairs_of(parameters))
             return tuple(name for name, _ in pairs), tuple(type_ for _, type_ in pairs)
+        # a fact has one type per parameter, so an either becomes the root type
         types = []
         for group in parameters:
             type_ = group.types[0] if len(group.types) == 1 else ROOT_TYPE if group.types else ""
@@ -170,16 +167,15 @@ class _FactMaker:
         if action.effect is not None:
             yield from self._effect(action.effect, action.name, positive=True)
 
-    # ---- conditions
-
     def condition(
         self, formula: Formula, parent: str, counter: int, *, root: bool = False
     ) -> Iterator[FactToAssert]:
-        """Yield the facts of the part with this counter of the parent."""
+        """Yield the facts of a part of the parent."""
         id_ = f"{parent}{counter}"
         match formula:
             case Timed(part=part):
-                yield from self.condition(part, parent, counter)  # no longer a root, in Fawkes
+                # Fawkes does not wrap a timed atom at the root
+                yield from self.condition(part, parent, counter)
             case And(parts=parts):
                 yield from self._connective("conjunction", parts, parent, id_)
             case Or(parts=parts):
@@ -204,7 +200,7 @@ class _FactMaker:
     def _comparison(
         self, formula: TermComparison, parent: str, id_: str, *, root: bool
     ) -> Iterator[FactToAssert]:
-        """Yield the facts of an equality of objects, or of a comparison of numbers."""
+        """Yield the facts of an equality or numeric comparison."""
         terms, position = formula.terms, formula.position
         if self._compat or not any(isinstance(term, FunctionTerm) for term in terms):
             predicate = EQUALITY if formula.operator == "=" else formula.operator
@@ -233,7 +229,7 @@ class _FactMaker:
         *,
         root: bool,
     ) -> Iterator[FactToAssert]:
-        if root:  # a condition of one atom is wrapped into a conjunction
+        if root:  # as in Fawkes, a condition of one atom is wrapped into a conjunction
             yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": "conjunction"})
             parent, id_ = id_, f"{id_}1"
         names, constants = self._arguments(terms, position)
@@ -244,7 +240,7 @@ class _FactMaker:
     def _arguments(
         self, terms: tuple[Term, ...], position: Position
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return the slots param-names and param-constants."""
+        """Return the slots ``param-names`` and ``param-constants``."""
         names, constants = [], []
         for term in terms:
             if isinstance(term, Variable):
@@ -260,8 +256,6 @@ class _FactMaker:
                 names.append(CONSTANT_NAME)
                 constants.append(term.name)
         return tuple(names), tuple(constants)
-
-    # ---- effects
 
     def _effect(self, formula: Formula, action: str, *, positive: bool) -> Iterator[FactToAssert]:
         match formula:

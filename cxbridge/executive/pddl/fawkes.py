@@ -1,7 +1,7 @@
-"""What Fawkes' PDDL parser refuses or ignores although it is PDDL, see docs/pddl.md.
+"""Valid PDDL that Fawkes' parser refuses or ignores, see docs/pddl.md.
 
-Its sections and the parts of actions have one order, case matters, its keywords match prefixes and are not
-taken back, ``<`` hides ``<=``, and the words of a time must be one blank apart.
+In Fawkes, sections and parts of actions have a fixed order, keywords are case-sensitive and match prefixes
+without backtracking, ``<`` hides ``<=``, and the words of a time are separated by exactly one blank.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from cxbridge.executive.pddl.grammar import END
 from cxbridge.executive.pddl.tokens import Text, Token
 
 _SECTIONS: Final = (":requirements", ":types", ":constants", ":predicates", ":functions")
-# Required sections, with the number of their entries.
+# Required sections with their minimum number of entries.
 _NEEDED: Final = {":requirements": 0, ":predicates": 1}
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
-# The parts of actions, in their order.
+# The parts of actions in the required order.
 _KEYS: Final = {
     ":parameters": "parameters",
     ":duration": "duration",
@@ -40,7 +40,7 @@ _FIRST_KEY: Final = 2
 
 
 def without_rest(text: Text) -> None:
-    """Remove from a text all that Fawkes ignores: everything behind the last action."""
+    """Remove the text behind the last action, which Fawkes ignores."""
     tokens, depth, acted = text.tokens, 0, False
     for index, token in enumerate(tokens):
         is_action = index and tokens[index - 1].text == "(" and token.text in _ACTIONS
@@ -53,9 +53,9 @@ def without_rest(text: Text) -> None:
 
 
 def check_domain(text: Text) -> None:
-    """Check that Fawkes can read a domain, which is PDDL.
+    """Check that Fawkes can read a valid domain.
 
-    :raises PddlSyntaxError: when it cannot.
+    :raises PddlSyntaxError: if it cannot.
     """
     check_case(text)
     (define,) = _groups(items_of(text))
@@ -101,9 +101,9 @@ def _check_action(text: Text, action: Group) -> None:
 
 
 def check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> None:
-    """Check that Fawkes can read a formula, which is PDDL.
+    """Check that Fawkes can read a valid formula.
 
-    :raises PddlSyntaxError: when it cannot.
+    :raises PddlSyntaxError: if it cannot.
     """
     if not isinstance(formula, Group):
         return
@@ -120,7 +120,7 @@ def check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> None
 
 
 def _reason(formula: Group, *, is_effect: bool) -> str:
-    """Return why Fawkes refuses a formula; empty when it does not."""
+    """Return why Fawkes refuses a formula; empty if it accepts the formula."""
     head = formula.head
     prefixes = _PREFIXES + (_EFFECT_PREFIXES if is_effect else ())
     if not head:
@@ -146,7 +146,7 @@ def _is_timed(formula: Group) -> bool:
 def check_case(text: Text) -> None:
     """Check that keywords are in lower case.
 
-    :raises PddlSyntaxError: when one is not.
+    :raises PddlSyntaxError: if a keyword is not.
     """
     for before, token in zip(text.tokens, text.tokens[1:], strict=False):
         word = token.text

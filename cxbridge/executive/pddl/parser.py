@@ -1,4 +1,4 @@
-"""Text or file to domain, problem or formula: the one reader of PDDL."""
+"""The parser of domains, problems and formulas."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from cxbridge.executive.pddl.tokens import Text
 
 
 def load_domain(path: str | Path, *, fawkes_compat: bool = False, warn: Warn | None = None) -> Domain:
-    """Read a domain from a file; see :func:`parse_domain`.
+    """Read a domain from a file, see :func:`parse_domain`.
 
-    :raises PddlError: also when the file cannot be read.
+    :raises PddlError: also if the file cannot be read.
     """
     return parse_domain(read_text(path, "domain"), str(path), fawkes_compat=fawkes_compat, warn=warn)
 
 
 def load_problem(path: str | Path, domain: Domain, *, warn: Warn | None = None) -> Problem:
-    """Read a problem from a file; see :func:`parse_problem`.
+    """Read a problem from a file, see :func:`parse_problem`.
 
-    :raises PddlError: also when the file cannot be read.
+    :raises PddlError: also if the file cannot be read.
     """
     return parse_problem(read_text(path, "problem"), domain, str(path), warn=warn)
 
@@ -39,13 +39,13 @@ def load_problem(path: str | Path, domain: Domain, *, warn: Warn | None = None) 
 def parse_domain(
     text: str, file: str | Path = "", *, fawkes_compat: bool = False, warn: Warn | None = None
 ) -> Domain:
-    """Return the domain that a text holds, checked.
+    """Parse and check a domain.
 
-    :param file: what to name in errors.
-    :param fawkes_compat: accept and refuse what Fawkes' parser does where the two differ, see docs/pddl.md.
-    :param warn: called for each mistake that does not keep the domain from being read.
-    :raises PddlSyntaxError: when the text is not a PDDL domain.
-    :raises PddlSemanticError: when something in it is undeclared, or of another number or type.
+    :param file: the file name for errors.
+    :param fawkes_compat: accept and refuse the same texts as Fawkes' parser, see docs/pddl.md.
+    :param warn: receives mistakes that do not prevent reading.
+    :raises PddlSyntaxError: if the text is not a PDDL domain.
+    :raises PddlSemanticError: if a name is undeclared, or a type or number of arguments is wrong.
     """
     source = Text(text, str(file))
     if fawkes_compat:
@@ -61,12 +61,12 @@ def parse_domain(
 
 
 def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: Warn | None = None) -> Problem:
-    """Return the problem that a text holds, checked against its domain.
+    """Parse a problem and check it against its domain.
 
-    :param file: what to name in errors.
-    :param warn: as of :func:`parse_domain`.
-    :raises PddlSyntaxError: when the text is not a PDDL problem.
-    :raises PddlSemanticError: when something in it is undeclared, or of another number or type.
+    :param file: the file name for errors.
+    :param warn: see :func:`parse_domain`.
+    :raises PddlSyntaxError: if the text is not a PDDL problem.
+    :raises PddlSemanticError: if a name is undeclared, or a type or number of arguments is wrong.
     """
     source = Text(text, str(file))
     problem: Problem
@@ -77,9 +77,9 @@ def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: War
 
 
 def parse_formula(text: str, file: str | Path = "", *, fawkes_compat: bool = False) -> Formula:
-    """Return the condition that a text holds; it is not checked against a domain.
+    """Parse a condition without checking it against a domain.
 
-    :raises PddlSyntaxError: when the text is not exactly one condition.
+    :raises PddlSyntaxError: unless the text is exactly one condition.
     """
     source = Text(text, str(file))
     formula: Formula = _read(source, "condition")[0]
@@ -90,7 +90,7 @@ def parse_formula(text: str, file: str | Path = "", *, fawkes_compat: bool = Fal
 
 
 def _read(source: Text, symbol: str) -> tuple[Any, set[str]]:
-    """Return the value of a start symbol, and the words that it has in the place of numbers."""
+    """Return the value of a start symbol, and its words at places of numbers."""
     builder = SyntaxBuilder(source)
     try:
         return _reader().read(source.tokens, symbol, builder), builder.words_of_numbers

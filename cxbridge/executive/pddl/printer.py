@@ -1,4 +1,4 @@
-"""Domains and formulas to text, which parses to the same."""
+"""Domains and formulas as PDDL text that parses to the same tree."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from cxbridge.executive.pddl.ast import (
 
 
 def format_formula(formula: Formula) -> str:
-    """Return a formula as PDDL, on one line."""
+    """Return a formula as PDDL in one line."""
     head, *parts = _parts(formula)
     return _list(head, *parts)
 
 
 def _parts(formula: Formula) -> Iterator[str]:
-    """Yield the first word of a formula, then the texts of its parts."""
+    """Yield the first word of a formula, and the texts of its parts."""
     match formula:
         case Atom(predicate=head, arguments=terms):
             yield from (head, *map(format_term, terms))
@@ -54,7 +54,7 @@ def _parts(formula: Formula) -> Iterator[str]:
 
 
 def format_domain(domain: Domain) -> str:
-    """Return a domain as PDDL, a section a line, an action three to five lines."""
+    """Return a domain as PDDL text."""
     lines = [f"(define (domain {domain.name})"]
     lines.append(f"  {_list(':requirements', *(f':{name}' for name in domain.requirements))}")
     if domain.types:
@@ -100,7 +100,6 @@ def format_typed(typed: TypedList, prefix: str = "") -> str:
 
 
 def format_term(term: Term) -> str:
-    """Return a term as PDDL."""
     if isinstance(term, FunctionTerm):
         return _list(term.function, *map(format_term, term.arguments))
     return f"?{term.name}" if isinstance(term, Variable) else term.name

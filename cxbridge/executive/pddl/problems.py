@@ -1,4 +1,4 @@
-"""PDDL problems made of facts, and problems as text."""
+"""PDDL problems made from facts, and problems as text."""
 
 from __future__ import annotations
 
@@ -26,15 +26,14 @@ def problem_of_facts(
     name: str = "problem",
     numbers: Iterable[tuple[tuple[str, Sequence[str]], float]] = (),
 ) -> Problem:
-    """Return the problem that objects, facts and a goal make, checked against the domain.
+    """Make a problem from objects, facts and a goal, and check it against the domain.
 
-    With durative actions a plan should take as little time as possible.
+    With durative actions, the metric is the shortest total time.
 
-    :param objects: name and type of each; an empty type is ``object``. The domain's constants may be among
-        them.
-    :param facts: predicate and arguments of each.
-    :param numbers: function and arguments, and the value.
-    :raises PddlSemanticError: when something is undeclared, or of another number or type.
+    :param objects: names and types, possibly including constants of the domain; an empty type is ``object``.
+    :param facts: predicates and arguments.
+    :param numbers: functions with arguments, and values.
+    :raises PddlSemanticError: if a name is undeclared, or a type or number of arguments is wrong.
     """
     constants = set(names_of(domain.constants))
     typed = domain.is_typed
@@ -59,7 +58,7 @@ def problem_of_facts(
 
 
 def format_problem(problem: Problem) -> str:
-    """Return a problem as PDDL, an object group or a fact a line; it parses to the same."""
+    """Return a problem as PDDL text, which parses to the same problem."""
     lines = [f"(define (problem {problem.name})", f"  (:domain {problem.domain})"]
     lines += ["  (:objects", *(f"    {format_typed((group,))}" for group in problem.objects), "  )"]
     lines += ["  (:init", *(f"    {format_formula(atom)}" for atom in problem.init)]

@@ -1,4 +1,4 @@
-"""Follows the tables of PDDL's grammar through the tokens of a text. The grammar is ``pddl.lark``."""
+"""The LR parser for the tables of PDDL's grammar."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from cxbridge.executive.pddl.grammar import END, Rule, load_tables
 from cxbridge.executive.pddl.tokens import Token
 
 Build = Callable[[Any, list[Any], int], Any]
-"""A method that makes the value of a rule of the values of its parts, and the place where it starts."""
+"""Makes the value of a rule from the values of its parts and the start position."""
 
 
 class UnexpectedToken(Exception):  # noqa: N818  it never leaves this package
-    """A token that cannot stand where it stands.
+    """A token at a wrong place.
 
-    :param expected: the terminals that could.
+    :param expected: the permitted terminals.
     """
 
     def __init__(self, token: Token, expected: frozenset[str]) -> None:
@@ -25,9 +25,9 @@ class UnexpectedToken(Exception):  # noqa: N818  it never leaves this package
 
 
 class Reader:
-    """Reads texts of the grammar.
+    """Parses token lists.
 
-    :param builder: the class that has a method, a :data:`Build`, for each rule and alias of the grammar.
+    :param builder: the class with a :data:`Build` method for each rule and alias of the grammar.
     """
 
     def __init__(self, builder: type) -> None:
@@ -37,10 +37,10 @@ class Reader:
         self._rules = [(rule.size, rule.result, _reduce(rule, builder)) for rule in tables.rules]
 
     def read(self, tokens: list[Token], symbol: str, builder: object) -> Any:
-        """Return the value of a start symbol, which all tokens must be.
+        """Return the value of a start symbol that matches all tokens.
 
-        :param builder: an instance of the reader's builder, for this text.
-        :raises UnexpectedToken: when they are not.
+        :param builder: an instance of the builder for this text.
+        :raises UnexpectedToken: if the tokens do not match.
         """
         table, rules = self._states, self._rules
         state = self._starts[symbol]
@@ -70,9 +70,9 @@ class Reader:
 
 
 def _reduce(rule: Rule, builder: type) -> Build:
-    """Return the function that makes the value of a rule from all values on its right side."""
+    """Return the function that makes a rule's value from all values on its right side."""
     kept, spread = rule.kept, set(rule.spread)
-    if rule.result.startswith("__"):  # a list of lark's, for a part that is repeated
+    if rule.result.startswith("__"):  # lark's list of a repeated part
         return _append if spread else _first
     if not rule.build and len(kept) == 1:
         (only,) = kept

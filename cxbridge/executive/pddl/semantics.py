@@ -1,8 +1,8 @@
-"""The semantic checks of domains and problems: everything declared, of the right number and type.
+"""Semantic checks of domains and problems: declarations, types, numbers of arguments.
 
-The texts of the errors are those of Fawkes' parser. It looks only through boolean formulas, quantifiers and
-plain predicates; here times, conditional effects and numbers are looked through, too, unless
-``fawkes_compat`` is set.
+Error texts are those of Fawkes' parser. Fawkes checks only boolean formulas, quantifiers and plain
+predicates. These checks include timed formulas, conditional effects and numbers, unless ``fawkes_compat`` is
+set.
 """
 
 from __future__ import annotations
@@ -46,17 +46,17 @@ _UNSEEN: Final = (Timed, Imply, When, TermComparison, NumericChange)
 _TIME: Final = "#t"
 
 Warn = Callable[[PddlError], None]
-"""Called with each mistake that does not keep the text from being read."""
+"""Receives mistakes that do not prevent reading."""
 
 Scope = dict[str, tuple[str, ...]]
-"""Variables in sight, with their types; no types: any object."""
+"""Visible variables with their types; no type: any object."""
 
 
 class DomainChecker:
     """Checks one domain.
 
-    :param fawkes_compat: check just as Fawkes' parser does, see docs/pddl.md.
-    :param warn: called for each mistake that does not keep the domain from being used.
+    :param fawkes_compat: check only as much as Fawkes' parser, see docs/pddl.md.
+    :param warn: receives mistakes that do not prevent the use of the domain.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class DomainChecker:
         self._supers: dict[str, set[str]] = {}
         for name, super_type in pairs_of(domain.types):
             self._supers.setdefault(name, set()).add(super_type or ROOT_TYPE)
-        self._section = "(:constants ...)"  # the section that has to declare an unknown name
+        self._section = "(:constants ...)"  # the place to declare an unknown name, for hints
         self._constants: Scope = {}
         for group in domain.constants:
             for name in group.names:
@@ -83,7 +83,7 @@ class DomainChecker:
         self._functions = {function.name: function for function in domain.functions}
 
     def check(self) -> None:
-        """Check everything.
+        """Check the whole domain.
 
         :raises PddlSemanticError: for the first mistake.
         """
@@ -105,9 +105,9 @@ class DomainChecker:
             self._action(action)
 
     def check_objects(self, objects: TypedList) -> None:
-        """Check the types of a problem's objects; later checks belong to the problem.
+        """Check the types of a problem's objects. Later errors refer to the problem.
 
-        :raises PddlSemanticError: when one is not declared.
+        :raises PddlSemanticError: if a type is not declared.
         """
         self._section = "(:objects ...) of the problem"
         self._parameter_types(objects)
@@ -140,7 +140,7 @@ class DomainChecker:
             self._refuse_twins(f"parameter of action {action.name}", names)
 
     def _refuse_twins(self, kind: str, named: list[tuple[str, Position]]) -> None:
-        """Refuse two of one name: their facts would have the same ids."""
+        """Refuse duplicate names, whose facts would have the same ids."""
         first: dict[str, Position] = {}
         for name, position in named:
             if name in first:
@@ -164,7 +164,7 @@ class DomainChecker:
                 )
 
     def _warn_of_types(self, declared: list[TypedList]) -> None:
-        """Tell of types that the requirements do not allow for: they count nevertheless."""
+        """Warn of types without the requirement ``:typing``. They count nevertheless."""
         typed = (group for each in declared for group in each if group.types)
         first = min(typed, key=lambda group: group.position, default=None)
         if first is not None and self._warn is not None and not self._may_be_typed:
@@ -172,7 +172,7 @@ class DomainChecker:
             self._warn(self._error(message, first.position, "add :typing to (:requirements ...)"))
 
     def _refuse_circles(self) -> None:
-        """Refuse types that are above themselves."""
+        """Refuse cyclic types."""
         supers = {name: above - {ROOT_TYPE} for name, above in self._supers.items() if name != ROOT_TYPE}
         try:
             TopologicalSorter(supers).prepare()
@@ -209,8 +209,6 @@ class DomainChecker:
                         group.position,
                         "declare it in (:types ...)",
                     )
-
-    # ---- formulas
 
     def _formula(self, formula: Formula, scope: Scope) -> None:
         if self._compat and isinstance(formula, _UNSEEN):
@@ -253,13 +251,12 @@ class DomainChecker:
                 )
                 if given or self._compat:
                     raise error
-                if (
-                    self._warn is not None
-                ):  # without a type it is any object, and no predicate holds for the rest
+                # a parameter without type accepts any object, and the predicate is false for unsuitable ones
+                if self._warn is not None:
                     self._warn(error)
 
     def _refuse_unsupported(self, name: str, position: Position) -> None:
-        """Refuse a part of PDDL that is not supported, by its name."""
+        """Refuse an unsupported part of PDDL by its name."""
         if name and not self._compat:
             message, hint = refusal(name)
             raise self._error(message, position, hint)
@@ -288,7 +285,7 @@ class DomainChecker:
         if not expected or not given:
             return not expected or ROOT_TYPE in expected
         fits = [any(self._is_subtype(each, wanted) for wanted in expected) for each in given]
-        # A constant is of all its types at once, a variable of one of them.
+        # a constant has all its types at once, a variable one of them
         return any(fits) if isinstance(term, Constant) else all(fits)
 
     def _is_subtype(self, type_: str, wanted: str) -> bool:
@@ -304,7 +301,7 @@ class DomainChecker:
         return wanted == ROOT_TYPE
 
     def _number(self, term: Term, scope: Scope) -> None:
-        """Check a side of a comparison, or of a change of a number."""
+        """Check a side of a comparison, or of a numeric effect."""
         if isinstance(term, FunctionTerm):
             function = self._functions.get(term.function)
             if function is None and term.function not in ARITHMETIC:
@@ -333,14 +330,14 @@ def _either(types: tuple[str, ...]) -> str:
 
 
 def domain_with_objects(domain: Domain, problem: Problem) -> Domain:
-    """Return the domain with the problem's objects among its constants."""
+    """Return the domain with the problem's objects as constants."""
     return domain.changed(constants=domain.constants + problem.objects, file=problem.file)
 
 
 def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) -> None:
     """Check a problem against its domain.
 
-    :param warn: called for each mistake that does not keep the problem from being used.
+    :param warn: receives mistakes that do not prevent the use of the problem.
     :raises PddlSemanticError: for the first mistake.
     """
     if problem.domain.lower() != domain.name.lower():

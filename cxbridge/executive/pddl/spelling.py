@@ -1,7 +1,7 @@
-"""Names in the spelling of their declarations: in PDDL the case of letters does not matter, in CLIPS it does.
+"""Names in the spelling of their declarations. PDDL ignores case, CLIPS does not.
 
-A name may be written in other letters than its declaration, and a function of no arguments without brackets.
-Here each gets the form of its declaration, so that names can be compared as texts.
+A name may differ from its declaration in case, and a function without arguments may lack brackets. Both get
+the declared form here, so that names compare as text.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from cxbridge.executive.pddl.ast import (
 
 ARITHMETIC: Final = frozenset({"+", "-", "*", "/"})
 TOTAL_TIME: Final = "total-time"
-"""The function of metrics that no domain declares."""
+"""The predefined function of metrics."""
 
 Table = Mapping[str, str]
-"""The declared form of names, by their lower case."""
+"""Declared forms by lower-case name."""
 
 
 def spell_domain(domain: Domain, words: Iterable[str], words_of_numbers: set[str]) -> Domain:
-    """Return the domain with each name in its declared spelling.
+    """Return the domain with declared spellings.
 
-    :param words: all words of its text.
-    :param words_of_numbers: those in the place of a number.
+    :param words: all words of the text.
+    :param words_of_numbers: the words at places of numbers.
     """
     functions = {each.name.lower() for each in domain.functions if not each.parameters}
     if not _has_twins(words) and functions.isdisjoint(map(str.lower, words_of_numbers)):
@@ -52,7 +52,7 @@ def spell_domain(domain: Domain, words: Iterable[str], words_of_numbers: set[str
 def spell_problem(
     problem: Problem, domain: Domain, words: Iterable[str], words_of_numbers: set[str]
 ) -> Problem:
-    """Return the problem with each name as it, or the domain, declares it."""
+    """Return the problem with the spellings of its declarations and the domain's."""
     functions = {TOTAL_TIME, *(each.name.lower() for each in domain.functions if not each.parameters)}
     if not _has_twins((*words, *_names_in(domain))) and functions.isdisjoint(
         map(str.lower, words_of_numbers)
@@ -62,7 +62,7 @@ def spell_problem(
 
 
 def _has_twins(words: Iterable[str]) -> bool:
-    """Whether two of the words differ in nothing but the case of letters."""
+    """Return whether two words differ only in case."""
     different = set(words)
     return len({word.lower() for word in different}) != len(different)
 
@@ -135,8 +135,6 @@ class _Spelling:
         changed = {name: each and self._formula(each, variables) for name, each in formulas.items()}
         return replace(action, parameters=self._typed(action.parameters, variables), **changed)
 
-    # ---- formulas
-
     def _formula(self, formula: Formula, variables: Table) -> Any:
         def spell(each: Formula) -> Any:
             match each:
@@ -178,7 +176,7 @@ class _Spelling:
                 return _renamed(term, "function", _spelt(name, self._functions))
 
     def _number(self, term: Term) -> Term:
-        """Return the term with brackets, when it is a function without any."""
+        """Return the term as a function term if it is a function without brackets."""
         if not isinstance(term, Constant) or term.name in self._objects.values():
             return term
         name = _spelt(term.name, self._functions)

@@ -1,4 +1,4 @@
-"""PDDL text to tokens: brackets, words, and the terminal of the grammar that each of them is."""
+"""The tokens of PDDL: brackets and words, with their terminals."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from cxbridge.executive.pddl.errors import syntax_error
 from cxbridge.executive.pddl.grammar import END, load_tables
 
 MAX_DEPTH: Final = 100
-"""Brackets in brackets: functions that walk formulas may recurse."""
+"""The maximum nesting of brackets, because functions on formulas are recursive."""
 
 MAX_WORD: Final = 1000
-"""Characters of a word."""
+"""The maximum length of a word."""
 
 _DEEPER: Final = {"(": 1, ")": -1}
 
@@ -24,8 +24,8 @@ _DEEPER: Final = {"(": 1, ")": -1}
 class Token(NamedTuple):
     """A word or a bracket.
 
-    :param kind: its terminal.
-    :param start: its first character, counted from 0.
+    :param kind: the terminal.
+    :param start: the offset in the text, from 0.
     """
 
     kind: str
@@ -34,10 +34,10 @@ class Token(NamedTuple):
 
 
 class Text:
-    """A text with its tokens.
+    """A tokenised text.
 
-    :param file: the file to name in errors.
-    :raises PddlSyntaxError: when brackets are nested deeper than :data:`MAX_DEPTH`, or a word is too long.
+    :param file: the file name for errors.
+    :raises PddlSyntaxError: if brackets exceed :data:`MAX_DEPTH`, or a word :data:`MAX_WORD`.
     """
 
     def __init__(self, text: str, file: str = "") -> None:
@@ -52,7 +52,7 @@ class Text:
         self.tokens = self._tokens(text)
 
     def position(self, start: int) -> Position:
-        """Return the line and column of a character."""
+        """Return line and column of an offset."""
         line = bisect_right(self._lines, start)
         return Position(line, start - self._lines[line - 1] + 1)
 
@@ -60,7 +60,7 @@ class Text:
         comment, pattern = _patterns()
         if ";" in text:
             text = comment.sub(lambda match: " " * len(match[0]), text)
-        kinds, make = self.kinds, tuple.__new__  # half as long as a call of Token
+        kinds, make = self.kinds, tuple.__new__  # takes half the time of a call of Token
         tokens: list[Token] = [
             make(Token, (match.lastgroup or kinds[match[0]], match[0], match.start()))
             for match in pattern.finditer(text)
@@ -72,7 +72,7 @@ class Text:
         return tokens
 
     def _refuse(self, tokens: list[Token]) -> None:
-        """Raise the error for the first token that is nested too deep or too long."""
+        """Raise the error about the first token that is nested too deeply or too long."""
         depth = 0
         for _, word, start in tokens:
             depth += _DEEPER.get(word, 0)
@@ -84,7 +84,7 @@ class Text:
 
 
 class _Kinds(dict[str, str]):
-    """The terminal of each word of a text, found once."""
+    """The terminals of a text's words, computed once per word."""
 
     def __missing__(self, word: str) -> str:
         kind = self[word] = _kind(word)
@@ -93,7 +93,8 @@ class _Kinds(dict[str, str]):
 
 @lru_cache(maxsize=4096)
 def _kind(word: str) -> str:
-    """Return the terminal of a word: domain and problem, and problems of one domain, share most words."""
+    """Return the terminal of a word."""
+    # cached across texts: a domain and its problems share most words
     keywords, words = _words()
     kind = keywords.get(word.lower())
     if kind is None:
@@ -105,7 +106,7 @@ def _kind(word: str) -> str:
 
 @cache
 def _words() -> tuple[dict[str, str], re.Pattern[str]]:
-    """Return the terminals of keywords, and the pattern of other words, whose groups are their terminals."""
+    """Return terminals by keyword, and a pattern of other words with terminals as group names."""
     tables = load_tables()
     each = (f"(?P<{name}>{pattern})" for name, pattern in tables.words.items())
     return tables.keywords, re.compile("|".join(each), re.ASCII)
@@ -113,10 +114,10 @@ def _words() -> tuple[dict[str, str], re.Pattern[str]]:
 
 @cache
 def _patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
-    """Return the pattern of comments, and that of tokens."""
+    """Return the patterns of comments and tokens."""
     tables = load_tables()
     cuts = "|".join(f"(?P<{name}>{pattern})" for name, pattern in tables.cuts.items())
     return re.compile(tables.comment), re.compile(
-        # brackets and variables are most tokens, and begin as nothing else does
+        # brackets and variables first: they are most frequent and cannot be confused with other tokens
         rf"[()]|{tables.words['VARIABLE']}|{cuts}|{tables.words['ODD']}"
     )

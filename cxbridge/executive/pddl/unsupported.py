@@ -1,4 +1,4 @@
-"""The parts of PDDL that are not supported, each by the name under which manuals and papers have it."""
+"""Unsupported parts of PDDL, with their names in manuals and papers."""
 
 from __future__ import annotations
 
@@ -48,15 +48,15 @@ CONTINUOUS: Final = "continuous effects (#t)"
 
 
 def unsupported_section(keyword: str) -> str:
-    """Return the purpose of a section, or of a part of an action; empty: unknown."""
+    """Return the purpose of a section or part of an action; empty if unknown."""
     return _SECTIONS.get(keyword.lower(), "")
 
 
 def unsupported_head(word: str) -> str:
-    """Return the purpose of a formula's first word; empty: unknown."""
+    """Return the purpose of a formula's first word; empty if unknown."""
     return _HEADS.get(word.lower(), "")
 
 
 def refusal(name: str) -> tuple[str, str]:
-    """Return the message and the hint for something that is not supported."""
+    """Return message and hint about an unsupported part."""
     return f"{name} are not supported", "docs/pddl.md lists the supported parts of PDDL"

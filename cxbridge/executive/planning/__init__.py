@@ -1,4 +1,4 @@
-"""Planning: domain and problem to a plan, by the embedded planner or another. See docs/planning.md."""
+"""Planning: from domain and problem to a plan, see docs/planning.md."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name when it is first used: the process of a planner needs few of them."""
+    """Import a name on first use: a planner process needs only few of them."""
     for module, names in _MODULES.items():
         if name in names:
             return getattr(import_module(f"{__name__}.{module}"), name)

@@ -1,4 +1,4 @@
-"""Publishes calls of planners as events."""
+"""Planner calls as events."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _STATUS = {
 
 @dataclass(frozen=True, slots=True)
 class PlannerCallReporter:
-    """A call of a planner, as the bus gets it; the fields are those of :class:`PlannerCall`."""
+    """A planner call on the bus, with the fields of :class:`PlannerCall`."""
 
     bus: EventBus
     env: str
@@ -33,9 +33,9 @@ class PlannerCallReporter:
     problem: str
 
     def started(self, call: str, problem: Problem | None = None) -> Self:
-        """Report that it begins, and return it with its id.
+        """Report the start of a call; return the reporter with the call's id.
 
-        :param problem: the problem, as a source of the run; None when a file is that already.
+        :param problem: the problem to emit as a source of the run; None if its file is a source already.
         """
         reporter = replace(self, call=call)
         if problem is not None and self.bus.wants(SourceRead):
@@ -45,7 +45,6 @@ class PlannerCallReporter:
         return reporter
 
     def ended(self, result: PlanResult) -> None:
-        """Report the result."""
         replace(self, planner=result.planner).emit(
             _STATUS[result.status],
             round(result.seconds * MICROSECONDS),
@@ -56,7 +55,7 @@ class PlannerCallReporter:
         )
 
     def refused(self, reason: str) -> None:
-        """Report that it could not be made."""
+        """Report a call that could not start."""
         self.emit("failed", reason=reason)
 
     def emit(
@@ -68,7 +67,6 @@ class PlannerCallReporter:
         plan: str = "",
         why: str = "",
     ) -> None:
-        """Emit an event."""
         if self.bus.wants(PlannerCall):
             self.bus.emit(
                 PlannerCall(

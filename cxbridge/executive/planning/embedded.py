@@ -1,4 +1,4 @@
-"""The embedded planner: pyperplan's searches and heuristics on tasks that we bind (:mod:`.grounding`)."""
+"""The embedded planner: pyperplan's searches and heuristics on cxbridge's grounding (:mod:`.grounding`)."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _UNINFORMED: Final = frozenset({"bfs", "ids"})
 
 
 class PyperplanPlanner(Planner):
-    """Pyperplan. Costs do not count; ``astar`` with an admissible heuristic finds the fewest actions.
+    """Pyperplan without action costs. ``astar`` with an admissible heuristic minimises the number of actions.
 
     :param search: one of :data:`SEARCHES`.
     :param heuristic: one of :data:`HEURISTICS`.
-    :raises UnknownPlannerError: when it is none of them.
+    :raises UnknownPlannerError: if an option is unknown.
     """
 
     name = "pyperplan"
@@ -42,7 +42,7 @@ class PyperplanPlanner(Planner):
         self.heuristic = heuristic
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return a plan; None when all that can be reached was looked at."""
+        """Return a plan; None if the reachable states are exhausted."""
         strips = ground(domain, problem)
         if strips.goal <= strips.initial:
             return ()
@@ -52,13 +52,13 @@ class PyperplanPlanner(Planner):
         return tuple(PlannedAction(*operator.action) for operator in found if operator.action is not None)
 
     def _search(self, strips: StripsTask) -> list[Operator] | None:
-        # pyperplan is only imported where a plan is made: in the planner's process
+        # imported only in the planner's process
         from pyperplan import planner as pyperplan  # noqa: PLC0415
         from pyperplan.task import Operator as PyOperator  # noqa: PLC0415
         from pyperplan.task import Task  # noqa: PLC0415
 
         logging.getLogger().setLevel(logging.WARNING)
-        # numbers are fast and in the same order each time, but lmcut prints facts as texts
+        # numbers are fast and reproducibly ordered, but lmcut prints facts as texts
         facts = [str(fact) if self.heuristic == "lmcut" else fact for fact in range(len(strips.facts))]
 
         def named(numbers: frozenset[int]) -> frozenset[int | str]:

@@ -1,4 +1,4 @@
-"""The errors of planning."""
+"""Errors of planning."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from cxbridge.errors import ExecutiveError
 
 
 class PlanningError(ExecutiveError):
-    """There is no plan because something went wrong: the planner refuses, crashes, is not installed."""
+    """Planning failed: the planner refused the problem, crashed, or is not installed."""
 
 
 class UnsupportedProblemError(PlanningError):
-    """The planner does not understand something that the domain or the problem needs."""
+    """The planner does not support a feature of the domain or problem."""
 
 
 class UnknownPlannerError(PlanningError):
-    """There is no planner of that name."""
+    """The planner does not exist."""

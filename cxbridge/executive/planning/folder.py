@@ -1,4 +1,4 @@
-"""A folder for the temporary files of an engine, which leaves them behind when it is killed."""
+"""A temporary folder of a planner, cleaned up even after it is killed."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _LOCK: Final = "in-use"
 class EngineFolder:
     """A folder that exists as long as the processes that use it.
 
-    The owner of :attr:`files` holds its lock: this process, and those that it hands them to. The folders
-    of killed processes are removed when the next folder is made.
+    :attr:`files` must be inherited by these processes, because it holds the folder's lock. Making a folder
+        also removes the folders of killed processes.
     """
 
     def __init__(self) -> None:
@@ -31,16 +31,16 @@ class EngineFolder:
 
     @property
     def environment(self) -> dict[str, str]:
-        """What makes a process put its temporary files there."""
+        """Environment variables that direct temporary files to the folder."""
         return dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(self.path))
 
     @property
     def files(self) -> tuple[int, ...]:
-        """The file descriptors that a process must inherit."""
+        """The file descriptors to inherit."""
         return () if sys.platform == "win32" else (self._lock,)
 
     def close(self) -> None:
-        """Remove it; the processes must be gone. A second call does nothing."""
+        """Remove the folder after its processes have ended. Further calls do nothing."""
         if self._lock >= 0:
             lock, self._lock = self._lock, -1
             os.close(lock)
@@ -48,11 +48,11 @@ class EngineFolder:
 
 
 def _lock(file: int) -> bool | None:
-    """Lock a file; return whether no other process has, None where there are no locks (Windows)."""
+    """Try to lock a file; return success, or None on Windows, which lacks locks."""
     if sys.platform == "win32":
         return None
     try:
-        import fcntl  # noqa: PLC0415 - not every system has it
+        import fcntl  # noqa: PLC0415 - missing on some systems
     except ImportError:
         return None
     try:
@@ -63,10 +63,10 @@ def _lock(file: int) -> bool | None:
 
 
 def _remove_unused(folder: Path) -> None:
-    """Remove an unused folder; one that is just being made has no lock yet, and stays."""
+    """Remove an unused folder. A folder without a lock is just being made, and stays."""
     if sys.platform == "win32":
-        return  # it may be in use
-    with suppress(OSError):  # another user's, or another process is faster
+        return  # without locks, it may be in use
+    with suppress(OSError):  # the folder may belong to another user, or another process may remove it first
         file = os.open(folder / _LOCK, os.O_RDWR | os.O_NOFOLLOW)
         try:
             if _lock(file):

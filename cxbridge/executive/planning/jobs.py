@@ -1,4 +1,4 @@
-"""The protocol of a planner's process: pickled values, with their length before them."""
+"""The protocol of a planner's process: pickled values with a length prefix."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _LENGTH: Final = struct.Struct("!Q")
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What to plan.
+    """A planning job.
 
-    :param seconds: how long the planner may take.
-    :param memory: bytes of address space that the process may have; 0: no limit.
+    :param seconds: the time limit.
+    :param memory: the limit of address space in bytes; 0: none.
     """
 
     planner: Planner
@@ -30,16 +30,15 @@ class Job:
 
 
 def send(stream: IO[bytes], value: object) -> None:
-    """Write a value."""
     data = pickle.dumps(value)
     stream.write(_LENGTH.pack(len(data)) + data)
     stream.flush()
 
 
 def receive(stream: IO[bytes]) -> object:
-    """Read a value that :func:`send` wrote.
+    """Read a value from :func:`send`.
 
-    :raises EOFError: when the other end is gone.
+    :raises EOFError: if the other process has ended.
     """
     head = stream.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
@@ -48,4 +47,4 @@ def receive(stream: IO[bytes]) -> object:
     data = stream.read(length)
     if len(data) < length:
         raise EOFError
-    return pickle.loads(data)  # noqa: S301  from the process that we started, or that started us
+    return pickle.loads(data)  # noqa: S301  only cxbridge's own parent or child process writes to this pipe

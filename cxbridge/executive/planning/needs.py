@@ -1,4 +1,4 @@
-"""The PDDL requirements of a domain and a problem beyond STRIPS with types."""
+"""PDDL features of a domain and problem beyond typed STRIPS."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from cxbridge.executive.pddl.ast import (
 
 
 class Need(Enum):
-    """Something that not every planner understands; the value names it to people."""
+    """A feature that some planners lack. The value is its display name."""
 
     HIERARCHY = "types of types"
     NEGATION = "negative conditions"
@@ -48,15 +48,15 @@ CLASSICAL = frozenset(
         *(Need.CONDITIONAL_EFFECTS, Need.EQUALITY),
     }
 )
-"""All but numbers, costs and time."""
+"""All features except numbers, costs and time."""
 
 TOTAL_TIME = "total-time"
 TOTAL_COST = "total-cost"
-"""The one number that says nothing but how much a plan costs."""
+"""The number that only represents the cost of a plan."""
 
 
 def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
-    """Return the parts that the problem needs, each with its first place, e.g. ``action pick``."""
+    """Return the required features, each with its first place, e.g. ``action pick``."""
     needs: dict[Need, str] = {}
     for where, formula, effect in _formulas(domain, problem):
         for need in () if formula is None else _needs(formula, effect=effect):
@@ -74,7 +74,7 @@ def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
 
 
 def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula | None, bool]]:
-    """Yield where each formula is, and whether it is an effect."""
+    """Yield place, formula, and whether the formula is an effect."""
     for action in domain.actions:
         yield f"action {action.name}", action.condition, False
         yield f"action {action.name}", action.effect, True
@@ -82,7 +82,7 @@ def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula |
 
 
 def _has_fractions(domain: Domain, problem: Problem) -> bool:
-    """Whether a number is none of the integers, or may become a fraction."""
+    """Return whether numbers may have fractions."""
     if any(value != int(value) for _, value in problem.numbers):
         return True
     formulas = [formula for _, formula, _ in _formulas(domain, problem)]
@@ -105,9 +105,9 @@ def _is_fraction(term: Term) -> bool:
 
 
 def _needs(formula: Formula, *, effect: bool) -> Iterator[Need]:
-    """Yield the parts that a formula needs.
+    """Yield the features of a formula.
 
-    :param effect: whether it is an effect, where a negation is none that a planner must understand.
+    :param effect: whether it is an effect, where a negation is a deletion rather than a feature.
     """
     match formula:
         case Or() | Imply():

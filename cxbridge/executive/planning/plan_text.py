@@ -1,4 +1,4 @@
-"""Plans as text that can be read back, an action a line, with exact times."""
+"""Plans as text with exact times, one action per line."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _ACTION: Final = re.compile(
 
 
 def plan_text(actions: Iterable[PlannedAction]) -> str:
-    """Return a plan as text: ``START: (NAME ARGUMENT...) [DURATION]``, without times that it has not."""
+    """Return a plan as ``START: (NAME ARGUMENT...) [DURATION]``, without missing times."""
     return "\n".join(map(_line, actions))
 
 
 def parse_plan_text(text: str) -> tuple[PlannedAction, ...]:
-    """Return the plan that :func:`plan_text` has written.
+    """Parse a plan from :func:`plan_text`.
 
-    :raises ValueError: when it is none.
+    :raises ValueError: if a line is not an action.
     """
     return tuple(map(_action, text.splitlines()))
 

@@ -1,4 +1,4 @@
-"""The interface of planners: a domain and a problem in, a sequence of actions or none out."""
+"""The interface of planners: from domain and problem to a sequence of actions."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from cxbridge.executive.planning.needs import Need
 _DECIMALS: Final = 3
 
 RANK: Final = 10
-"""The rank of pyperplan, and of planners that say nothing about theirs."""
+"""The default rank, also pyperplan's."""
 
 
 class PlannedAction(NamedTuple):
     """A step of a plan.
 
-    :param start: when it starts, in seconds after the plan's start; None in a plan that is just an order.
-    :param duration: how long it takes, in seconds; None when that is not planned.
+    :param start: seconds after the plan's start; None in an untimed plan.
+    :param duration: seconds; None if not planned.
     """
 
     name: str
@@ -33,7 +33,7 @@ class PlannedAction(NamedTuple):
     duration: float | None = None
 
     def __str__(self) -> str:
-        """Return the step as plans in files have it."""
+        """Return the step in the notation of plan files."""
         text = f"({' '.join((self.name, *self.arguments))})"
         if self.start is not None:
             text = f"{_seconds(self.start)}: {text}"
@@ -41,32 +41,33 @@ class PlannedAction(NamedTuple):
 
 
 def _seconds(value: float) -> str:
-    """Return a time with three decimals, or as many as it needs: rounded, moments may change places."""
+    """Return a time with at least three decimals."""
+    # more decimals where needed: rounding could swap the order of moments
     text = f"{value:.9f}".rstrip("0")
     return text if len(text.partition(".")[2]) > _DECIMALS else f"{value:.3f}"
 
 
 class PlanStatus(Enum):
-    """How planning ended."""
+    """The outcome of planning."""
 
     PLANNED = "PLANNED"
     NO_PLAN = "NO-PLAN"
-    """There is none, as far as the planner can tell."""
+    """The planner found that no plan exists."""
     FAILED = "FAILED"
-    """The planner refused the problem, crashed, or made no sense."""
+    """The planner refused the problem, crashed, or returned an invalid plan."""
     TIMEOUT = "TIMEOUT"
     CANCELLED = "CANCELLED"
 
 
 @dataclass(frozen=True, slots=True)
 class PlanResult:
-    """The result of a call of a planner.
+    """The result of a planner call.
 
-    :param planner: its name.
-    :param actions: the plan; empty when there is none, or nothing needs to be done.
-    :param message: why there is no plan; empty when there is one.
-    :param seconds: how long it took.
-    :param why: why this planner was chosen: which planners did not fit or failed before.
+    :param planner: the planner's name.
+    :param actions: the plan; empty without one, or if the goal holds already.
+    :param message: why there is no plan; else empty.
+    :param seconds: the duration of the call.
+    :param why: why this planner was chosen: unsuitable and failed other planners.
     """
 
     status: PlanStatus
@@ -78,37 +79,37 @@ class PlanResult:
 
 
 class Planner(ABC):
-    """A planner.
+    """The base class of planners.
 
-    Subclass it, name it, declare its requirements, and implement :meth:`solve`. It runs in a child process,
-    where it may take its time, print and crash.
+    A subclass has a name and supported features, and implements :meth:`solve`, which runs in a child process
+    and may block, print and crash.
     """
 
     name: str
     understands: frozenset[Need]
     ignores: frozenset[Need] = frozenset()
-    """The parts that the planner takes and leaves out: its plan holds, and another one may be better."""
+    """Features that the planner accepts and ignores: its plans are valid, but perhaps not the best."""
 
     fails_with: tuple[frozenset[Need], ...] = ()
-    """Needs that the planner has each, and not together: measured, docs/planning.md."""
+    """Supported features that fail in combination, measured in docs/planning.md."""
 
     proves: bool = True
-    """Whether there is no plan when the planner finds none."""
+    """Whether a search without result proves that no plan exists."""
 
     seconds: float = inf
-    """How long the planner may take; one that looks for better plans ends before."""
+    """The time limit, for planners that improve their plans until then."""
 
     @property
     def not_installed(self) -> str:
-        """Why the planner cannot be used on this machine; empty when it can."""
+        """Why the planner is unavailable on this machine; else empty."""
         return ""
 
     def rank(self, needs: Collection[Need]) -> int:  # noqa: ARG002 - for subclasses
-        """Return the place among the planners that ``auto`` tries for such a problem: the lowest first."""
+        """Return the priority for ``auto`` with such a problem, lowest first."""
         return RANK
 
     def refuses(self, needs: Mapping[Need, str]) -> str:
-        """Return why the planner cannot take a problem with these needs; empty when it can."""
+        """Return why the planner refuses a problem with these features; empty if it accepts."""
         for need, where in needs.items():
             if need not in self.understands | self.ignores:
                 return f"{self.name} knows nothing of {need.value} ({where})"
@@ -119,9 +120,9 @@ class Planner(ABC):
         return ""
 
     def check(self, needs: Mapping[Need, str]) -> None:
-        """Check that the planner can be used for a problem with these needs.
+        """Check that the planner is installed and supports these features.
 
-        :raises UnsupportedProblemError: with the reason when it cannot.
+        :raises UnsupportedProblemError: with the reason if it does not.
         """
         reason = self.not_installed or self.refuses(needs)
         if reason:
@@ -133,15 +134,15 @@ class Planner(ABC):
         domain: Domain,  # noqa: ARG002
         problem: Problem,  # noqa: ARG002
     ) -> tuple[PlannedAction, ...] | None:
-        """Return the best plan that the planner's process left behind when its time was over.
+        """Return the best plan that the planner's process saved before its time limit.
 
-        :param folder: the temporary files of the process, which is gone.
+        :param folder: the temporary files of the ended process.
         """
         return None
 
     @abstractmethod
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return a plan; None when there is none.
+        """Return a plan; None if there is none.
 
-        :raises PlanningError: when the planner fails.
+        :raises PlanningError: if the planner fails.
         """

@@ -1,8 +1,7 @@
-"""Fawkes' plugins `pddl-robot-memory` and `pddl-planner`, for agents that plan by the blackboard.
+"""Fawkes' plugins ``pddl-robot-memory`` and ``pddl-planner``, which plan on request over the blackboard.
 
-The first fills a problem template from the robot memory, the second has it planned and puts the plan into the
-robot memory; both take messages, and their interfaces show the progress. Facts: compat
-cx-behaviour, section 9; docs/planning.md has the differences.
+The first fills a problem template from the robot memory; the second plans, and stores the plan in the robot
+memory. docs/planning.md lists the differences from Fawkes.
 """
 
 from __future__ import annotations
@@ -30,17 +29,17 @@ from cxbridge.executive.robmem.store import Store
 _GENERATOR: Final = "/plugins/pddl-robot-memory"
 _PLANNER: Final = "/plugins/pddl-planner"
 _NO_GOAL: Final = "(and)"
-# Of `active_planner`, without the NUL at its end.
+# The length of `active_planner` without the final NUL.
 _MOST_CHARACTERS: Final = 29
 
 
 @dataclass(frozen=True, slots=True)
 class ProblemFiles:
-    """The files that generator and planner share: in memory, and on disk when asked to.
+    """The files shared by generator and planner: in memory, and optionally on disk.
 
-    :param substitutions: what ``@BASEDIR@`` and its like stand for.
-    :param folder: where relative files are.
-    :param on_disk: whether generated problems are written where the configuration says.
+    :param substitutions: values of ``@BASEDIR@`` and other placeholders.
+    :param folder: the base of relative paths.
+    :param on_disk: whether generated problems are written to disk.
     """
 
     substitutions: Mapping[str, str]
@@ -49,34 +48,34 @@ class ProblemFiles:
     _texts: dict[Path, str] = field(default_factory=dict)
 
     def path(self, *parts: str) -> Path:
-        """Return the path of a configured file. Quotes and blanks around its parts are none of it."""
+        """Return the path of a configured file, without quotes and blanks around its parts."""
         text = "".join(part.strip().strip('"').strip() for part in parts)
         for pattern, by in self.substitutions.items():
             text = text.replace(pattern, by)
         return (self.folder / text).resolve()
 
     def write(self, path: Path, text: str) -> None:
-        """Keep a text.
+        """Store a text.
 
-        :raises OSError: when it is to be on disk and cannot be.
+        :raises OSError: if it cannot be written to disk.
         """
         self._texts[path] = text
         if self.on_disk:
             path.write_text(text, encoding="utf-8")
 
     def read(self, path: Path) -> str:
-        """Return the kept text of a file.
+        """Return the stored text, or the content of the file.
 
-        :raises PddlError: when it was not kept, and cannot be read.
+        :raises PddlError: if the file cannot be read.
         """
         return self._texts.get(path) or read_text(path, "problem")
 
 
 class PddlRobotMemory:
-    """Writes ``PddlGenInterface``: fills the problem template.
+    """Writes ``PddlGenInterface`` and fills the problem template.
 
-    :raises BlackBoardError: when the interface has another writer.
-    :raises ConfigError: when the configuration lacks something.
+    :raises BlackBoardError: if the interface has another writer.
+    :raises ConfigError: if a setting is missing.
     """
 
     def __init__(
@@ -94,18 +93,18 @@ class PddlRobotMemory:
         self._output = self._find(base, config.get_str(f"{_GENERATOR}/output-problem-description"))
         self._goal = config.get_str(f"{_GENERATOR}/goal", default="")
         name = config.get_str(f"{_GENERATOR}/interface-name", default="pddl-gen")
-        # the fields of the interface come from its XML definition: there is no static type for them here
+        # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing("PddlGenInterface", name, owner="PddlRobotMemory")
         self._interface.write()
         self._working = config.get_bool(f"{_GENERATOR}/generate-on-init", default=False)
 
     def _find(self, base: Path, text: str) -> Path:
-        """Return a file that is seen from the sources of Fawkes, or else from the scenario's folder."""
+        """Return a file relative to Fawkes' sources, or else to the scenario's folder."""
         path = self._files.path(text)
         return path if path.exists() or not base.is_dir() else self._files.path(str(base / text.strip()))
 
     def loop(self) -> None:
-        """Carry out requests; to be called once a main loop."""
+        """Handle requests. To be called once per main loop."""
         if self._working:
             self._working = False
             self._generate()
@@ -140,15 +139,14 @@ class PddlRobotMemory:
         return {name: self._store.find(self._collection, query) for name, query in queries.items()}
 
     def close(self) -> None:
-        """Close the interface."""
         self._board.close(self._interface)
 
 
 class PddlPlanner:
-    """Writes ``PddlPlannerInterface``: has the problem planned, and puts the plan into the robot memory.
+    """Writes ``PddlPlannerInterface``: plans, and stores the plan in the robot memory.
 
-    :raises BlackBoardError: when the interface has another writer.
-    :raises ConfigError: when the configuration lacks something.
+    :raises BlackBoardError: if the interface has another writer.
+    :raises ConfigError: if a setting is missing.
     """
 
     def __init__(
@@ -187,7 +185,7 @@ class PddlPlanner:
         self._interface.write()
 
     def _usable(self, name: str) -> str:
-        """Return the configured planner, or ``auto`` when it is not installed."""
+        """Return the configured planner, or ``auto`` if it is not installed."""
         if name == AUTO:
             return name
         known = name in planner_names()
@@ -198,9 +196,9 @@ class PddlPlanner:
         return name
 
     def loop(self) -> None:
-        """Carry out requests; to be called once a main loop."""
+        """Handle requests. To be called once per main loop."""
         if self._call is not None:
-            # a virtual clock stands still during the call, so that runs repeat
+            # a virtual clock does not advance during the call, so that runs are reproducible
             result = self._call.wait() if self._clock.is_virtual else self._call.result
             if result is not None:
                 self._call = None
@@ -244,8 +242,8 @@ class PddlPlanner:
             reporter.ended(result)
 
     def _end(self, result: PlanResult) -> None:
-        """Put the plan into the robot memory, then report it."""
-        # agents cannot tell an empty plan from none, neither could they with Fawkes
+        """Store the plan in the robot memory, then report it."""
+        # as in Fawkes, agents cannot distinguish an empty plan from a missing one
         success = result.status is PlanStatus.PLANNED and bool(result.actions)
         if success:
             actions = [{"name": step.name, "args": list(step.arguments)} for step in result.actions]

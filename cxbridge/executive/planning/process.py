@@ -1,4 +1,4 @@
-"""A planner's process as its owner sees it."""
+"""The owner's side of a planner process."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _WORDS: Final = 500
 
 
 class PlannerProcess:
-    """A running :mod:`.worker`. Its children are killed with it, and its temporary files go with it."""
+    """A running :mod:`.worker`. Killing it also kills its children and removes its temporary files."""
 
     def __init__(self) -> None:
         self._killed = False
-        self._noise = tempfile.TemporaryFile()  # noqa: SIM115  as long as the process
+        self._noise = tempfile.TemporaryFile()  # noqa: SIM115  closed together with the process
         self._folder = EngineFolder()
         self._process = subprocess.Popen(  # noqa: S603 - ourselves
             python_command("-m", "cxbridge.executive.planning.worker"),
@@ -31,15 +31,15 @@ class PlannerProcess:
             stdout=subprocess.PIPE,
             stderr=self._noise,
             start_new_session=True,
-            # planners iterate over sets of texts: fixed, so that their plans are the same each time
+            # planners iterate over sets of texts: a fixed hash seed makes their plans reproducible
             env={**os.environ, "PYTHONHASHSEED": "0", **self._folder.environment},
             pass_fds=self._folder.files,
         )
 
     @property
     def alive(self) -> bool:
-        """Whether it can take another job."""
-        # who was killed lives on for a moment
+        """Whether the process can take another job."""
+        # poll() reports a killed process as alive for a moment
         return not self._killed and self._process.poll() is None
 
     @property
@@ -49,11 +49,11 @@ class PlannerProcess:
 
     @property
     def killed(self) -> bool:
-        """Whether its owner has ended it."""
+        """Whether the owner has killed the process."""
         return self._killed
 
     def run(self, job: Job) -> PlanResult:
-        """Do a job and wait for the result; a crash is one, too."""
+        """Run a job and return its result. A crash is a failed result."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
@@ -73,16 +73,16 @@ class PlannerProcess:
         return f"the process of planner {planner} {how}" + (f"; it said: {words}" if words else "")
 
     def kill(self) -> None:
-        """End the process and its children at once."""
+        """Kill the process and its children."""
         self._killed = True
         if not (hasattr(os, "killpg") and hasattr(signal, "SIGKILL")):
-            self._process.kill()  # Windows has no groups: child processes of a planner end by themselves
+            self._process.kill()  # Windows has no process groups; a planner's children end by themselves
             return
         with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
 
     def close(self) -> None:
-        """End the process and let go of it."""
+        """Kill the process and release its resources."""
         self.kill()
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout, self._noise):

@@ -1,4 +1,4 @@
-"""Planners by name: pyperplan, and the rows of plug-ins."""
+"""The table of planners: pyperplan, and the planners of plug-ins."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.extras import plugin_command
 from cxbridge.plugins import PluginError, Row, Table, package_with
 
 AUTO: Final = "auto"
-"""All planners that are installed and can take the problem, one after the other until there is a plan."""
+"""All installed planners that accept the problem, in order until a plan is found."""
 
 PLANNERS: Final[Table[Callable[..., Planner]]] = Table(
     "PLANNERS",
@@ -21,18 +21,18 @@ PLANNERS: Final[Table[Callable[..., Planner]]] = Table(
     "a function that returns a Planner, or a class of planners",
     Row("pyperplan", "cxbridge.executive.planning.embedded:PyperplanPlanner"),
 )
-"""The planners; an object is called with the options of its planner, which are texts."""
+"""The planners. An entry is called with the planner's options as texts."""
 
 
 def planner_names() -> list[str]:
-    """Return the names of the known planners, installed or not."""
+    """Return the known planners, installed or not."""
     return [row.name for row in PLANNERS.rows]
 
 
 def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner:
-    """Return the planner of a name.
+    """Return a planner by name.
 
-    :raises UnknownPlannerError: when no planner has the name, or the planner has no such option.
+    :raises UnknownPlannerError: if the planner or an option is unknown.
     """
     given = dict(options or {})
     try:
@@ -44,7 +44,7 @@ def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner
 
 
 def more_planners() -> str:
-    """Return the command that installs more planners; empty when a plug-in with planners is installed."""
+    """Return the command that installs more planners; empty if a plug-in provides some."""
     package = package_with(PLANNERS.hook)
     return plugin_command(package) if package and not any(row.origin for row in PLANNERS.rows) else ""
 
@@ -52,9 +52,9 @@ def more_planners() -> str:
 class Choice(NamedTuple):
     """The planners for a problem.
 
-    :param planners: in the order in which they are tried.
-    :param reasons: why further planners are not among them, or why one comes late.
-    :param absent: the names of those that could take the problem and are not installed.
+    :param planners: in the order of the attempts.
+    :param reasons: why further planners are excluded or tried late.
+    :param absent: suitable planners that are not installed.
     """
 
     planners: tuple[Planner, ...]
@@ -65,10 +65,10 @@ class Choice(NamedTuple):
 def choose_planners(
     name: str, domain: Domain, problem: Problem, options: Mapping[str, str] | None = None
 ) -> Choice:
-    """Return the planner of a name, or for :data:`AUTO` all that can take the problem.
+    """Return the named planner, or for :data:`AUTO` all suitable ones.
 
-    :raises UnknownPlannerError: when no planner has the name.
-    :raises UnsupportedProblemError: when no planner can take this problem, with the reasons.
+    :raises UnknownPlannerError: if the planner is unknown.
+    :raises UnsupportedProblemError: if no planner accepts the problem, with the reasons.
     """
     needs = needs_of(domain, problem)
     if name != AUTO:
@@ -95,5 +95,5 @@ def choose_planners(
         hint = f"more planners: {more}" if (more := more_planners()) else None
         message = f"no planner can take this problem: {'; '.join(reasons + missing)}"
         raise UnsupportedProblemError(message, hint=hint)
-    fitting.sort(key=lambda pair: pair[0])  # the sort is stable: the order among equals stays
+    fitting.sort(key=lambda pair: pair[0])  # stable, so equal ranks keep the order of the table
     return Choice(tuple(planner for _, planner in fitting), tuple(reasons), tuple(absent))

@@ -1,4 +1,4 @@
-"""Planning in the background: calls that run in child processes, several at once."""
+"""Background planning: concurrent calls in child processes."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from cxbridge.executive.planning.process import PlannerProcess
 from cxbridge.executive.planning.registry import AUTO, choose_planners
 
 DEFAULT_TIMEOUT: Final = 60.0
-"""Seconds that planning may take."""
+"""The default time limit of planning in seconds."""
 
 DEFAULT_AT_ONCE: Final = 2
 DEFAULT_MEMORY: Final = 4 << 30
-"""Bytes of address space of a planner's process."""
+"""The default address space of a planner process in bytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanRequest:
-    """What to plan, and with what.
+    """A request for a plan.
 
     :param planner: a planner's name, or ``auto``.
-    :param timeout: seconds from the call on, waiting for a free process included.
+    :param timeout: seconds from the call on, including the wait for a free process.
     """
 
     domain: Domain
@@ -41,7 +41,7 @@ class PlanRequest:
 
 
 class PlanCall:
-    """A plan being made. Made by :meth:`PlanningService.call`."""
+    """A running request, made by :meth:`PlanningService.call`."""
 
     def __init__(self, service: PlanningService, request: PlanRequest) -> None:
         self.request = request
@@ -54,22 +54,20 @@ class PlanCall:
 
     @property
     def result(self) -> PlanResult | None:
-        """The result; None while it runs."""
+        """The result; None while running."""
         return self._result
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:
-        """Wait for the result; None when the time passed first."""
+        """Wait for the result; return None after the timeout."""
         self._done.wait(timeout)
         return self._result
 
     def cancel(self) -> None:
-        """Give up the plan; nothing happens after the result."""
+        """Cancel the call. Does nothing after the result."""
         self._end(PlanStatus.CANCELLED)
 
-    # ---- in the call's thread
-
     def run(self) -> None:
-        """Make the plan. Called by the service, in a thread."""
+        """Make the plan in a thread of the service."""
         start = time.monotonic()
         timer = threading.Timer(self.request.timeout, self._end, (PlanStatus.TIMEOUT,))
         timer.daemon = True
@@ -83,7 +81,7 @@ class PlanCall:
         finally:
             timer.cancel()
         seconds = time.monotonic() - start
-        with self._lock:  # who gives it up from now on comes too late
+        with self._lock:  # a cancellation from now on comes too late
             ended_as = self._ended_as
             if ended_as is not None and not (
                 ended_as is PlanStatus.TIMEOUT and result.status is PlanStatus.PLANNED
@@ -97,7 +95,7 @@ class PlanCall:
         self._done.set()
 
     def _plan(self, attempts: Attempts, deadline: float) -> PlanResult:
-        """Let the planners try one after the other, until there is a plan or proof that there is none."""
+        """Try the planners in order until one has a plan or proves that there is none."""
         request = self.request
         try:
             choice = choose_planners(request.planner, request.domain, request.problem, request.options)
@@ -112,9 +110,9 @@ class PlanCall:
         return attempts.summary()
 
     def _attempt(self, planner: Planner, seconds: float, *, alone: bool) -> PlanResult:
-        """Let one planner try.
+        """Try one planner.
 
-        :param alone: whether no other one comes after it; the timer of the call ends it, then.
+        :param alone: whether it is the last planner, which the timer of the call ends.
         """
         request, name = self.request, planner.name
         process = self._service.take(self)
@@ -141,7 +139,7 @@ class PlanCall:
         return result
 
     def _left(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
-        """Return the best plan of a planner whose process was ended, or none."""
+        """Return the best plan of a planner whose process was killed, or none."""
         from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415 - seldom needed
 
         name, domain, problem = planner.name, self.request.domain, self.request.problem
@@ -154,7 +152,7 @@ class PlanCall:
 
     @property
     def ended(self) -> bool:
-        """Whether it was cancelled or ran out of time."""
+        """Whether the call was cancelled or timed out."""
         return self._ended_as is not None
 
     def _end(self, status: PlanStatus) -> None:
@@ -169,8 +167,8 @@ class PlanCall:
 class PlanningService(Closing):
     """Makes plans in child processes.
 
-    :param at_once: plans that are made at the same time; further calls wait.
-    :param memory: bytes of address space that a planner's process may have; 0: no limit.
+    :param at_once: the number of concurrent calls; further calls wait.
+    :param memory: the limit of address space per process in bytes; 0: none.
     """
 
     def __init__(self, at_once: int = DEFAULT_AT_ONCE, memory: int = DEFAULT_MEMORY) -> None:
@@ -182,13 +180,13 @@ class PlanningService(Closing):
         self._closed = False
 
     def warm_up(self) -> None:
-        """Start a process now, so that the first plan need not wait for it."""
+        """Start a process in advance, so that the first plan does not wait for it."""
         with self._changed:
             if not self._idle and not self._closed:
                 self._idle.append(PlannerProcess())
 
     def call(self, request: PlanRequest) -> PlanCall:
-        """Start making a plan."""
+        """Start a call."""
         call = PlanCall(self, request)
         with self._changed:
             self._calls = {each for each in self._calls if each.result is None} | {call}
@@ -196,13 +194,13 @@ class PlanningService(Closing):
         return call
 
     def plan(self, request: PlanRequest) -> PlanResult:
-        """Make a plan and wait for it."""
+        """Make a plan and wait for the result."""
         result = self.call(request).wait()
         assert result is not None
         return result
 
     def close(self) -> None:
-        """Cancel all planning and end the processes. A second call does nothing."""
+        """Cancel all calls and stop the processes. Further calls do nothing."""
         with self._changed:
             self._closed = True
             calls = list(self._calls)
@@ -214,10 +212,8 @@ class PlanningService(Closing):
         for process in idle:
             process.close()
 
-    # ---- for calls
-
     def take(self, call: PlanCall) -> PlannerProcess | None:
-        """Return a process, as soon as one may run; None when the call ended before."""
+        """Wait for a free process; return None if the call has ended."""
         with self._changed:
             self._changed.wait_for(lambda: self._free > 0 or call.ended)
             if call.ended:
@@ -237,7 +233,7 @@ class PlanningService(Closing):
             raise
 
     def give_back(self, process: PlannerProcess) -> None:
-        """Take a process back."""
+        """Return a process to the pool."""
         with self._changed:
             self._free += 1
             self._changed.notify_all()
@@ -247,6 +243,6 @@ class PlanningService(Closing):
         process.close()
 
     def wake(self) -> None:
-        """Let calls that wait for a process look whether they ended."""
+        """Wake the waiting calls, which may have ended."""
         with self._changed:
             self._changed.notify_all()

@@ -14,8 +14,8 @@ class PlannerSettings:
     """The configuration below ``/planner/``.
 
     :param timeout: seconds.
-    :param memory: bytes of address space of a planner's process, 0: no limit.
-    :param check_plans: whether plans are checked against the world before and while they are executed.
+    :param memory: the address space of a planner process in bytes; 0: no limit.
+    :param check_plans: whether plans are checked against the facts before and during their execution.
     """
 
     planner: str = "auto"
@@ -29,7 +29,7 @@ class PlannerSettings:
     def from_config(cls, config: Configuration) -> PlannerSettings:
         """Read the settings.
 
-        :raises ConfigError: when one is of another type.
+        :raises ConfigError: if a setting has the wrong type.
         """
         prefix = "/planner/options/"
         standard = cls()

@@ -1,15 +1,15 @@
-"""Templates of PDDL problems, filled from the robot memory: the language of Fawkes' `pddl-robot-memory`.
+"""Templates of PDDL problems in the language of Fawkes' ``pddl-robot-memory``.
 
 =================================  ==========================================================
 ``<<#NAME|QUERY>> body <</NAME>>``  the body, once for each document that the query (JSON) finds
 ``<<#NAME>> body <</NAME>>``        the same again, with the query that NAME had before
 ``<<field>>``                       a value of the document; ``<<a_b>>`` of a document in it,
-                                    ``<<a_0>>`` an element of an array, ``<<a>>`` all of them, each
-                                    after a blank
+                                   ``<<a_0>>`` an element of an array, ``<<a>>`` all of them, each
+                                   after a blank
 ``<<GOAL>>``                        a value given to :meth:`Template.fill`, everywhere
 =================================  ==========================================================
 
-A field that the document does not have is empty.
+A field that the document lacks is empty.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.robmem.values import ObjectId
 
 Find = Callable[[dict[str, dict[str, Any]]], Mapping[str, list[dict[str, Any]]]]
-"""Finds the documents of several queries at once, by the names of their sections."""
+"""Returns the documents of several queries, by section."""
 
 _TAG: Final = re.compile(r"<<(?P<mark>[#/]?)(?P<name>[A-Za-z0-9_]+)(?:\|(?P<query>.*?))?>>", re.DOTALL)
 _BARE_KEY: Final = re.compile(r"([{,]\s*)([A-Za-z_$][\w$.]*)\s*:")
@@ -43,11 +43,11 @@ class _Field:
 
 
 class PlannerTemplate:
-    """A template.
+    """A parsed template.
 
-    :param text: its text.
-    :param file: what to name in errors.
-    :raises PlanningError: for sections that do not match, or a query that is not JSON.
+    :param text: the template.
+    :param file: the file name for errors.
+    :raises PlanningError: if sections do not match or a query is not JSON.
     """
 
     def __init__(self, text: str, file: str = "") -> None:
@@ -58,10 +58,10 @@ class PlannerTemplate:
         self._root = self._parse()
 
     def fill(self, find: Find, values: Mapping[str, str]) -> str:
-        """Return the text with everything filled in.
+        """Return the filled text.
 
-        :param find: called once, with all queries.
-        :param values: fields for the whole text.
+        :param find: called once with all queries.
+        :param values: fields of the whole text.
         """
         found = find(self.queries) if self.queries else {}
         return "".join(_fill(self._root, dict(values), found))
@@ -107,10 +107,11 @@ class PlannerTemplate:
 
 
 def _read_query(text: str) -> Any:
-    """Read JSON; bare keys and single quotes are taken, too, as old templates have them."""
+    """Parse a query as JSON."""
     try:
         return json.loads(text)
     except ValueError:
+        # old templates have bare keys and single quotes
         if "'" not in text and not _BARE_KEY.search(text):
             raise
     return json.loads(_BARE_KEY.sub(r'\1"\2":', text).replace("'", '"'))
@@ -130,7 +131,7 @@ def _fill(
 
 
 def _fields(document: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the names and texts of all that a document has."""
+    """Yield names and texts of all fields of a document."""
     for key, value in document.items():
         name = prefix + key
         if isinstance(value, Mapping):

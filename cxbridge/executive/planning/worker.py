@@ -1,7 +1,7 @@
-"""A process that plans, one problem after the other: ``python -m cxbridge.executive.planning.worker``.
+"""The planner process: ``python -m cxbridge.executive.planning.worker``.
 
-Jobs come on standard input, answers go to where standard output was; whatever a planner prints goes to
-standard error. The other end is :class:`cxbridge.executive.planning.process.PlannerProcess`.
+Jobs arrive on standard input, and results leave on the original standard output. A planner's own output goes
+to standard error. :class:`cxbridge.executive.planning.process.PlannerProcess` is the other side.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _LOOK_S = 1.0
 
 
 def plan(job: Job) -> PlanResult:
-    """Do a job. Whatever goes wrong is part of the result."""
+    """Run a job. Errors become part of the result."""
     start = time.perf_counter()
     name = job.planner.name
     try:
@@ -56,14 +56,14 @@ def plan(job: Job) -> PlanResult:
 
 
 def _check(name: str, job: Job, actions: tuple[PlannedAction, ...]) -> None:
-    """Refuse a plan that does not hold."""
+    """Refuse an invalid plan."""
     check = check_plan(job.domain, job.problem, actions)
     if not check.holds:
         raise PlanningError(f"{name} made a plan that does not hold: {check.failure}")
 
 
 def _limit(memory: int) -> None:
-    """Bound the address space of this process; Windows has no such bound."""
+    """Limit the address space of this process. Windows has no such limit."""
     if sys.platform != "win32":
         import resource  # noqa: PLC0415
 
@@ -72,18 +72,18 @@ def _limit(memory: int) -> None:
 
 
 def _end_with_parent(parent: int) -> None:
-    """End this process and those that it has started when the parent is gone, even during a job."""
+    """End this process and its children when the parent has ended, even during a job."""
     while os.getppid() == parent:
         time.sleep(_LOOK_S)
     folder = Path(tempfile.gettempdir())
-    if folder.name.startswith(PREFIX):  # ours alone
+    if folder.name.startswith(PREFIX):  # only then the folder belongs to this process alone
         shutil.rmtree(folder, ignore_errors=True)
     if sys.platform != "win32":
         os.killpg(os.getpgrp(), signal.SIGKILL)
 
 
 def main() -> None:
-    """Work until there are no jobs left."""
+    """Run jobs until standard input ends."""
     if hasattr(os, "killpg"):
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     jobs = sys.stdin.buffer

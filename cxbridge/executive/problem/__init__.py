@@ -1,1 +1,1 @@
-"""A planning problem that is edited: its knowledge, the place where that is kept, and truth."""
+"""Editable planning problems: knowledge, storage and truth."""

@@ -1,4 +1,4 @@
-"""Conditions as the facts of an environment hold them, and as formulas."""
+"""Conditions as facts of an environment, converted to formulas."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
 
 _PAIR: Final = 2
-# Levels of a formula; facts that an agent asserts may be part of each other.
+# The maximum depth, because an agent's facts may be part of each other.
 _DEEPEST: Final = 50
 
 Slots = Mapping[str, "Value"]
 
 
 class Conditions:
-    """Makes formulas of the facts about them.
+    """Makes formulas from facts.
 
     :param formulas: the facts ``pddl-formula``.
     :param atoms: the facts ``pddl-predicate``.
     """
 
     def __init__(self, formulas: Iterable[Slots], atoms: Iterable[Slots]) -> None:
-        # a formula of which two formulas are parents would be looked at 2^N times below N such formulas
+        # one parent per formula: N formulas with two parents each would be visited 2^N times
         self._formulas: dict[str, list[Slots]] = {}
         for slots in {text_in(slots, "id"): slots for slots in formulas}.values():
             self._formulas.setdefault(text_in(slots, "part-of"), []).append(slots)
@@ -46,12 +46,12 @@ class Conditions:
             self._atoms.setdefault(text_in(slots, "part-of"), []).append(slots)
 
     def of(self, operator: str) -> Formula | None:
-        """Return the condition of an operator; None when it has none."""
+        """Return the condition of an operator, or None."""
         parts = self._below(operator, ())
         return parts[0] if len(parts) == 1 else And(tuple(parts)) if parts else None
 
     def _below(self, parent: str, above: tuple[str, ...]) -> list[Formula]:
-        """Return the formulas and atoms that are part of something. A formula that is part of itself ends."""
+        """Return the formulas and atoms that are part of a parent, without cycles."""
         atoms = [atom_of(each) for each in self._atoms.get(parent, ())]
         if parent in above or len(above) > _DEEPEST:
             return [*atoms]
@@ -68,7 +68,7 @@ class Conditions:
 
 
 def atom_of(slots: Slots) -> Formula:
-    """Return the atom, or the equality, of a fact ``pddl-predicate`` or ``domain-effect``."""
+    """Return the atom or equality of a fact ``pddl-predicate`` or ``domain-effect``."""
     names, constants = list_in(slots, "param-names"), list_in(slots, "param-constants")
     terms: list[Term] = [
         Variable(name) if constant is None else Constant(constant)
@@ -81,11 +81,9 @@ def atom_of(slots: Slots) -> Formula:
 
 
 def text_in(slots: Slots, name: str) -> str:
-    """Return a slot as text."""
     return str(slots.get(name, ""))
 
 
 def list_in(slots: Slots, name: str) -> list[str]:
-    """Return the fields of a slot as texts."""
     values = slots.get(name, ())
     return [str(each) for each in values] if isinstance(values, tuple) else []

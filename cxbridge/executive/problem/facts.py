@@ -1,4 +1,4 @@
-"""Objects, domain facts and values of functions in an environment: the world model of the CX core."""
+"""Objects, domain facts and function values in an environment, the world model of the CX core."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Slots = Mapping[str, Value]
 
 
 def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
-    """Return the objects with their types that an environment has."""
+    """Return the objects of an environment with their types."""
     return [(str(name), str(kind)) for name, kind in env.columns(INSTANCE, "name", "type")]
 
 
 def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
-    """Return the domain facts of some predicates that an environment has."""
+    """Return the domain facts of some predicates."""
     return [
         (str(name), tuple(map(str, values)))
         for name, values in env.columns(PREDICATE, "name", "param-values")
@@ -32,7 +32,7 @@ def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
 
 
 def put_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
-    """Assert the value of a function, in place of its old value."""
+    """Set the value of a function."""
     for index, _, slots in list(env.facts(FUNCTION)):
         if ground_in(slots) == ground:
             env.retract(index)
@@ -40,7 +40,7 @@ def put_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
 
 
 def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
-    """Return the values of functions that an environment has."""
+    """Return the function values of an environment."""
     found = {}
     for _, _, slots in env.facts(FUNCTION):
         value = slots["value"]
@@ -49,11 +49,11 @@ def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
 
 
 def slots_of(ground: Ground) -> dict[str, Value]:
-    """Return the slots of a fact or of the value of a function."""
+    """Return the slots of a fact or function value."""
     return {"name": Symbol(ground[0]), "param-values": tuple(map(clips_scalar, ground[1]))}
 
 
 def ground_in(slots: Slots) -> Ground:
-    """Return the fact or function that slots are of."""
+    """Return the fact or function of slots."""
     values = slots["param-values"]
     return str(slots["name"]), tuple(map(str, values)) if isinstance(values, tuple) else (str(values),)

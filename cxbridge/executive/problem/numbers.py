@@ -1,4 +1,4 @@
-"""Numbers of PDDL domains in the core: what comparisons say, and what effects change."""
+"""Numbers of PDDL domains in the core: comparisons and effects."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _NEEDED: Final = ("grounded-pddl-comparison", "domain-numbers-due")
 
 
 def load_functions(env: ClipsEnvironment) -> None:
-    """Load the template of values of functions, unless another feature has."""
+    """Load the template of function values once."""
     if not env.has_template(FUNCTION):
         env.load(_FUNCTIONS)
 
 
 class PddlNumbers:
-    """Computes with the values of functions that an environment has as facts.
+    """Computes with function values that are facts.
 
-    :param domain_of: returns the domain that the environment parsed last.
-    :param error: writes to the log.
+    :param domain_of: returns the last domain parsed in the environment.
+    :param error: logs an error.
     """
 
     def __init__(
@@ -44,13 +44,13 @@ class PddlNumbers:
         env.define("domain-numbers-change", self.change, 4, types="*;sy;m;m;ld")
 
     def follow(self, domain: Domain) -> None:
-        """Load the core's rules for numbers, when a domain has functions and the core has such conditions."""
+        """Load the core's rules for numbers if the domain has functions and the core supports them."""
         if domain.functions and not self._loaded and all(map(self._env.has_template, _NEEDED)):
             self._loaded = True
             self._env.load(_RULES)
 
     def holds(self, text: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> Value:
-        """Return whether a comparison of numbers is true, as TRUE or FALSE."""
+        """Return TRUE or FALSE for a numeric comparison."""
         from cxbridge.executive.pddl import parse_formula  # noqa: PLC0415 - only domains with numbers pay
         from cxbridge.executive.problem.truth import KnownState  # noqa: PLC0415
 
@@ -62,7 +62,7 @@ class PddlNumbers:
     def change(
         self, operator: str, names: tuple[Value, ...], values: tuple[Value, ...], duration: float
     ) -> None:
-        """Change numbers as the effects of an action do, all from the values before."""
+        """Apply the numeric effects of an action, all based on the old values."""
         from cxbridge.executive.planning.validation.formulas import numbers_after  # noqa: PLC0415
 
         domain = self._domain_of()

@@ -1,4 +1,4 @@
-"""Plans that are checked again while they are executed: the facts `plan-valid` of the feature `planner`."""
+"""Validation of plans during their execution: the facts ``plan-valid`` of the feature ``planner``."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from cxbridge.executive.planning.validation.world import Objects
 
 FACT: Final = "plan-valid"
-# The templates of the facts that a plan depends on.
+# templates of the facts that a plan depends on
 _DEPENDS_ON: Final = (PREDICATE, INSTANCE, FUNCTION, "plan-action")
 
 _NOT_BEGUN: Final = frozenset({"FORMULATED", "PENDING", "WAITING"})
-# States of actions whose effects are about to be applied: the facts say only half of the world.
+# states in which an action's effects are not applied yet, so the facts are inconsistent
 _SETTLING: Final = frozenset({"EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD"})
 
 _OVER: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
@@ -32,13 +32,13 @@ _OVER: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
 
 @dataclass(slots=True)
 class _Watched:
-    """A plan that is checked.
+    """A checked plan.
 
-    :param problem: its problem; the goal counts, the facts of the moment replace the initial state.
-    :param only: the objects of the problem, when it has not all.
-    :param seen: how often the facts had changed when it was last checked.
-    :param failure: why it did not hold then; empty: it held.
-    :param objects: the objects when the facts of objects had changed so often.
+    :param problem: the problem; only its goal counts, since present facts replace the initial state.
+    :param only: the objects of a partial problem; None: all.
+    :param seen: the count of changes at the last check.
+    :param failure: the failure of the last check; empty if the plan was valid.
+    :param objects: the objects, with the count of object changes they are valid for.
     """
 
     domain: Domain
@@ -52,7 +52,7 @@ class _Watched:
 class PlanChecks:
     """Checks plans of an environment against its facts.
 
-    :param warn: writes to the log.
+    :param warn: logs a warning.
     """
 
     def __init__(self, env: ClipsEnvironment, warn: Callable[[str], None]) -> None:
@@ -65,18 +65,18 @@ class PlanChecks:
     def failure_now(
         self, request: PlanRequest, actions: tuple[PlannedAction, ...], only: Collection[str] | None
     ) -> str:
-        """Return why a new plan does not hold in the present world; empty: it holds."""
+        """Return why a new plan fails in the present state; empty if it is valid."""
         return self._failure(_Watched(request.domain, request.problem, only), actions, ())
 
     def watch(self, plan_id: str, goal_id: str, request: PlanRequest, only: Collection[str] | None) -> None:
-        """Check a plan from now on, and tell rules so."""
+        """Start checking a plan, and assert its fact."""
         self._listen()
         self._watched[plan_id] = _Watched(request.domain, request.problem, only, self._changes.total())
         slots: dict[str, Value] = {"plan-id": Symbol(plan_id), "goal-id": Symbol(goal_id)}
         self._env.assert_fact(FACT, slots)
 
     def refresh(self) -> None:
-        """Check the plans whose world has changed; forget those that are gone."""
+        """Check the plans whose facts have changed; drop plans without ``plan-valid`` fact."""
         if not self._watched:
             return
         facts = {str(plan) for (plan,) in self._env.columns(FACT, "plan-id")}
@@ -87,7 +87,7 @@ class PlanChecks:
                 del self._watched[plan_id]
 
     def check(self, plan_id: str) -> Value:
-        """Check the remaining actions of a plan, and note in the plan's fact whether the plan holds."""
+        """Check the remaining actions of a plan and update its fact."""
         watched = self._watched.get(plan_id)
         if watched is None:
             self._warn(f"plan '{plan_id}' is not one that is checked")
@@ -101,14 +101,14 @@ class PlanChecks:
         return FALSE if watched.failure else TRUE
 
     def _listen(self) -> None:
-        """Count the changes of the facts that plans depend on, from the first plan on."""
+        """Start counting changes of facts, at the first plan."""
         if not self._listens:
             self._listens = True
             for template in _DEPENDS_ON:
                 self._env.watcher.on_change(template, partial(self._changes.update, (template,)))
 
     def _actions(self, plan_id: str) -> tuple[list[PlannedAction], list[PlannedAction], bool]:
-        """Return the actions that run, those that have not begun, and whether the facts tell all."""
+        """Return running actions, pending actions, and whether the facts are consistent."""
         begun, rest, settled = [], [], True
         rows = [slots for _, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id]
         for slots in sorted(rows, key=_number):
@@ -141,7 +141,7 @@ class PlanChecks:
         return found.failure
 
     def _objects(self, watched: _Watched) -> Objects:
-        """Return the objects that there are now, made again when facts of objects have changed."""
+        """Return the present objects, cached until their facts change."""
         from msgspec.structs import replace  # noqa: PLC0415 - only agents that plan pay
 
         from cxbridge.executive.pddl.ast import TypedNames, names_of  # noqa: PLC0415

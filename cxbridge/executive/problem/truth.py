@@ -1,4 +1,4 @@
-"""The facts of a moment, as ``Formula.holds`` reads them; and which parts make a condition false."""
+"""Truth of conditions in a known state, and the parts that make a condition false."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from cxbridge.executive.pddl.ast import (
 )
 
 MOST_STEPS: Final = 200_000
-"""Parts of a formula that are looked at, each for each choice of objects: a second of work at most."""
+"""The maximum number of evaluated parts of a formula, about a second of work."""
 
 InstancesOf = Callable[[tuple[str, ...]], Collection[str]]
-"""Returns the instances of some types; of no types: all."""
+"""Returns the instances of some types; without types all instances."""
 
 _COMPARE: Final[Mapping[str, Callable[[float, float], bool]]] = {
     "=": operator.eq,
@@ -48,14 +48,14 @@ _COMPUTE: Final[Mapping[str, Callable[[float, float], float]]] = {
 _SAME: Final = 1e-9
 
 DURATION: Final = "duration"
-"""The variable that stands for how long a durative action takes."""
+"""The variable of the time that a durative action takes."""
 
 
 class KnownState:
-    """A state of which the facts, the values of functions and the objects are known.
+    """A completely known state of facts, function values and objects.
 
     :param predicates: the facts.
-    :param functions: the values of functions.
+    :param functions: the function values.
     :param duration: the value of ``?duration``, within a durative action.
     """
 
@@ -73,9 +73,9 @@ class KnownState:
         self._steps = 0
 
     def look(self) -> None:
-        """Count a formula that is looked at.
+        """Count an evaluated formula.
 
-        :raises PddlError: when quantified variables make too many cases.
+        :raises PddlError: if quantified variables cause too many cases.
         """
         self._steps += 1
         if self._steps > MOST_STEPS:
@@ -85,11 +85,11 @@ class KnownState:
             )
 
     def has(self, predicate: str, terms: tuple[Term, ...], bound: Bound) -> bool:
-        """Whether a fact is true."""
+        """Return whether a fact is true."""
         return self._ground(predicate, terms, bound) in self._predicates
 
     def compares(self, operator: str, left: Term, right: Term, bound: Bound) -> bool:
-        """Whether two terms compare so. A comparison with a function that has no value is false."""
+        """Return the result of a comparison, false if a function has no value."""
         if operator == "=" and not (self._is_number(left) or self._is_number(right)):
             name = _object(left, bound)
             return name is not None and name == _object(right, bound)
@@ -104,14 +104,14 @@ class KnownState:
         return name, tuple(str(_object(term, bound)) for term in terms)
 
     def bindings(self, variables: TypedList, bound: Bound) -> Iterator[Bound]:
-        """Yield ``bound`` with a choice of objects for some variables more, for each choice."""
+        """Yield ``bound`` extended by each choice of objects for the variables."""
         names = [name for group in variables for name in group.names]
         each = [self._instances_of(group.types) for group in variables for _ in group.names]
         for values in product(*each):
             yield {**bound, **dict(zip(names, values, strict=True))}
 
     def number(self, term: Term, bound: Bound) -> float | None:
-        """Return the number that a term stands for; None for an object, and a function without a value."""
+        """Return the number of a term; None for an object or a function without value."""
         match term:
             case Variable(name=name):
                 return self._duration if name == DURATION else None
@@ -125,7 +125,7 @@ class KnownState:
 
 
 def _object(term: Term, bound: Bound) -> str | None:
-    """Return the object that a term stands for; None for a number, and a variable without a value."""
+    """Return the object of a term; None for a number or an unbound variable."""
     match term:
         case Variable(name=name):
             return bound.get(name)
@@ -157,9 +157,9 @@ def _compare(sign: str, first: float | None, second: float | None) -> bool:
 
 
 class Blamed(NamedTuple):
-    """A part of a condition that is not as it must be.
+    """A part of a condition with the wrong truth value.
 
-    :param wanted: the wanted truth.
+    :param wanted: the required truth value.
     """
 
     formula: Formula
@@ -170,11 +170,11 @@ class Blamed(NamedTuple):
 def to_blame(
     formula: Formula, state: State, bound: Bound, *, wanted: bool = True, whole: bool = False
 ) -> Iterator[Blamed]:
-    """Yield the smallest parts that keep a condition from being true, or false.
+    """Yield the smallest parts that keep a condition from the required truth value.
 
-    Of a conjunction that is false the false parts are to blame; of a disjunction that is false all parts are.
+    A false conjunction is blamed on its false parts, a false disjunction on all its parts.
 
-    :param whole: leave disjunctions and negations whole.
+    :param whole: do not descend into disjunctions and negations.
     """
     if formula.holds(state, bound) == wanted:
         return

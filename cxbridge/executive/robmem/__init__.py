@@ -1,5 +1,5 @@
-"""The robot memory: documents in collections, changes as events, mutexes.
+"""The robot memory: documents in collections, change events, mutexes.
 
-`memory` is the entry of an application; `store` is the interface of stores, `embedded` the one in this
-process, `mongodb` the one on MongoDB (the extra `mongodb`). See docs/robot-memory.md.
+:mod:`memory` is the entry point of applications, :mod:`store` the interface of stores. :mod:`embedded` is the
+    store in this process, :mod:`mongodb` the store on MongoDB (extra ``mongodb``). See docs/robot-memory.md.
 """

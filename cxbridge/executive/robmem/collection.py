@@ -1,4 +1,4 @@
-"""The documents of one collection of the embedded store, and its indexes."""
+"""A collection of the embedded store, with its indexes."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
 from cxbridge.executive.robmem.query import compile_query, equalities, leaves, needs_mongodb, order_of
 from cxbridge.executive.robmem.values import MISSING, Document, Key, key, to_ms
 
-# So few documents are faster looked through than looked up.
+# A scan of this many documents is faster than an index.
 _SCANNED = 32
 
-# Indexes that queries made by themselves; each costs a little at every write.
+# Limit of automatic indexes, because each index slows down writes.
 _MOST_INDEXES = 16
 
 
 @dataclass(frozen=True, slots=True)
 class IndexSpec:
-    """An index of :meth:`.store.Store.create_index`.
+    """An index, see :meth:`.store.Store.create_index`.
 
-    :param keys: paths, with 1 or -1.
-    :param unique: refuse documents that have the same values there.
-    :param expire_after_s: remove documents when the time in that one field is older.
+    :param keys: paths with 1 or -1.
+    :param unique: refuse documents with equal values.
+    :param expire_after_s: remove documents whose time at the single path is older.
     """
 
     keys: tuple[tuple[str, int], ...]
@@ -37,7 +37,7 @@ class IndexSpec:
     ) -> IndexSpec:
         """Read the arguments of ``create_index``.
 
-        :raises QueryError: when it is none, or not supported here.
+        :raises QueryError: if the arguments are invalid or unsupported.
         """
         if expire_after_s is not None and (len(keys) != 1 or not 0 <= expire_after_s < 2**31):
             raise QueryError("documents expire by one field, after 0 seconds at least")
@@ -47,29 +47,25 @@ class IndexSpec:
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """The paths alone."""
         return tuple(path for path, _ in self.keys)
 
 
 @dataclass
 class _Unique:
-    """A unique index: which document has which values."""
+    """The values of a unique index with their documents."""
 
     paths: tuple[str, ...]
     owners: dict[Hashable, Hashable] = field(default_factory=dict)
 
     def keys(self, document: Document) -> set[tuple[Key, ...]]:
-        """Return the values of a document in the index."""
+        """Return a document's values in the index."""
         return {tuple(key(_single(document, path)) for path in self.paths)}
 
 
 class Collection:
-    """Documents in the order of their insertion.
+    """Documents in insertion order."""
 
-    Queries that want a path equal make an index on it when the collection has more than a few documents:
-    what agents ask for is the same again and again.
-    """
-
+    # agents repeat the same queries, so a query for equality indexes its path automatically
     def __init__(self) -> None:
         self._documents: dict[Hashable, Document] = {}
         self._indexes: dict[str, dict[Hashable, dict[Hashable, None]]] = {}
@@ -80,23 +76,23 @@ class Collection:
         return len(self._documents)
 
     def all(self) -> Iterable[Document]:
-        """Return the documents themselves, not copies."""
+        """Return the stored documents, not copies."""
         return self._documents.values()
 
     def get(self, identity: Any) -> Document | None:
-        """Return the document with this `_id`."""
+        """Return the document with an ``_id``, or None."""
         return self._documents.get(key(identity))
 
     def find(self, query: Mapping[str, Any]) -> Iterator[Document]:
-        """Yield the documents themselves that fit; the collection must not change during the iteration.
+        """Yield the matching stored documents. The collection must not change during the iteration.
 
-        :raises QueryError: when the query is not one.
+        :raises QueryError: if the query is invalid.
         """
         fits = compile_query(query)
         return (document for document in self._candidates(query) if fits(document))
 
     def _candidates(self, query: Mapping[str, Any]) -> Iterable[Document]:
-        """Return the documents that can fit at all, in the order of their insertion."""
+        """Return a superset of the matching documents, in insertion order."""
         if not query:
             return self._documents.values()
         wanted = list(equalities(query))
@@ -118,7 +114,7 @@ class Collection:
         return (self._documents[identity] for identity in best)
 
     def _index(self, path: str) -> dict[Hashable, dict[Hashable, None]] | None:
-        """Return the index on a path, made when there is none; None when there are too many."""
+        """Return the index of a path, made if necessary; None if there are too many indexes."""
         index = self._indexes.get(path)
         if index is None and len(self._indexes) < _MOST_INDEXES:
             index = self._indexes[path] = {}
@@ -127,10 +123,8 @@ class Collection:
                     index.setdefault(each, {})[identity] = None
         return index
 
-    # --- changes ------------------------------------------------------------------------------------------
-
     def check(self, document: Document, replaced: Document | None = None) -> None:
-        """Raise :class:`DuplicateKeyError` when another document has the same unique values."""
+        """Raise :class:`DuplicateKeyError` if another document has the same unique values."""
         identity = key(document["_id"])
         if replaced is None and identity in self._documents:
             raise DuplicateKeyError(f"there is a document with the _id {document['_id']!r} already")
@@ -140,7 +134,7 @@ class Collection:
                     raise DuplicateKeyError(f"another document has the same {', '.join(unique.paths)}")
 
     def put(self, document: Document, replaced: Document | None = None) -> None:
-        """Add a document, or put it where another with its `_id` was. It must have been checked."""
+        """Add or replace a document after :meth:`check`."""
         identity = key(document["_id"])
         for path, index in self._indexes.items():
             now = _leaf_keys(document, path)
@@ -160,7 +154,6 @@ class Collection:
         self._documents[identity] = document
 
     def delete(self, document: Document) -> None:
-        """Take a document away."""
         identity = key(document["_id"])
         for path, index in self._indexes.items():
             _forget(index, _leaf_keys(document, path), identity)
@@ -170,10 +163,10 @@ class Collection:
         del self._documents[identity]
 
     def add_index(self, spec: IndexSpec) -> bool:
-        """Have an index from now on; whether it is a new one.
+        """Add an index; return whether it is new.
 
-        :raises DuplicateKeyError: when it is unique, and documents have the same values.
-        :raises QueryError: when there is another one on these keys.
+        :raises DuplicateKeyError: if documents violate a unique index.
+        :raises QueryError: if the keys have another index.
         """
         if self._check_index(spec):
             return False
@@ -188,9 +181,9 @@ class Collection:
         return True
 
     def _check_index(self, spec: IndexSpec) -> bool:
-        """Whether there is this index already.
+        """Return whether the index exists.
 
-        :raises QueryError: when there is another one on these keys.
+        :raises QueryError: if the keys have another index.
         """
         known = self._specs.get(spec.keys)
         if known not in (None, spec):
@@ -198,7 +191,7 @@ class Collection:
         return known is not None
 
     def expired(self, now_ms: int) -> list[Document]:
-        """Return the documents whose time is over; of several times in an array the first counts."""
+        """Return the expired documents. In an array of times, the first counts."""
         found: dict[Hashable, Document] = {}
         for spec in self._specs.values():
             if spec.expire_after_s is None:
@@ -216,7 +209,7 @@ class Collection:
 def _single(document: Document, path: str) -> Any:
     """Return the value at a path.
 
-    :raises QueryError: when there is an array on the way.
+    :raises QueryError: if the path leads through an array.
     """
     value: Any = document
     for part in path.split("."):
@@ -227,7 +220,7 @@ def _single(document: Document, path: str) -> Any:
 
 
 def _leaf_keys(document: Document, path: str) -> set[Hashable]:
-    """Return the keys of all values at a path that a query compares."""
+    """Return the keys of all values that a query compares at a path."""
     return set(map(key, leaves(path)(document)))
 
 

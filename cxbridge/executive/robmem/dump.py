@@ -1,4 +1,4 @@
-"""Collections in files as mongodump lays them out: ``DIR/DATABASE/COLLECTION.bson``, one after another."""
+"""Dumps of collections in mongodump's layout: ``DIR/DATABASE/COLLECTION.bson``, concatenated documents."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from cxbridge.file_access import replacing
 
 
 def dump_collection(store: Store, collection: str, folder: Path) -> Path:
-    """Write the documents of a collection, all or none; returns the file.
+    """Write all documents of a collection atomically; return the file.
 
-    :raises RobotMemoryError: when it cannot be written.
+    :raises RobotMemoryError: if the file cannot be written.
     """
     file = _file(collection, folder)
     data = _bsonvalues(file).dumped(store.find(collection))
@@ -36,13 +36,12 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
 
 
 def restore_collection(store: Store, collection: str, folder: Path, target: str = "") -> int:
-    """Replace a collection by a dump; returns the number of documents.
+    """Replace a collection by a dump; return the number of documents.
 
-    The file is read before anything is removed.
-
-    :param target: the collection to replace, if not ``collection``.
-    :raises RobotMemoryError: when the file cannot be read, or is not a dump.
+    :param target: the replaced collection, by default ``collection``.
+    :raises RobotMemoryError: if the file cannot be read or is not a dump.
     """
+    # read and check the file before removing any document
     file = _file(collection, folder)
     try:
         data = file.read_bytes()

@@ -1,4 +1,4 @@
-"""The store in this process: documents in memory, in a file as well when asked to."""
+"""The store in this process: documents in memory, optionally persistent in a file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cxbridge.executive.robmem.store import Change, OnChange, Store, Watch, spli
 from cxbridge.executive.robmem.update import Changed, Update
 from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms
 
-# How often documents are looked for whose time is over; MongoDB's own period.
+# the period of removing expired documents, as in MongoDB
 _SWEEP_US = 60_000_000
 
 
@@ -34,11 +34,12 @@ class _LocalWatch(Watch):
 
 
 class EmbeddedStore(Store):
-    """Documents in this process. Several executives of one process may share one.
+    """Documents in this process. Several executives may share one store.
 
-    :param clock: dates, ``_id`` made here and ``clusterTime`` are its: on a virtual clock runs repeat.
-    :param file: where the documents survive; None: nowhere.
-    :raises RobotMemoryError: when the file cannot be used.
+    :param clock: the source of dates, ``_id`` and ``clusterTime``, which makes runs on a virtual clock
+        reproducible.
+    :param file: the file of a persistent store; None: memory only.
+    :raises RobotMemoryError: if the file cannot be used.
     """
 
     is_local = True
@@ -60,8 +61,6 @@ class EmbeddedStore(Store):
                 for collection, spec in self._journal.read_indexes():
                     self._of(collection).add_index(spec)
 
-    # --- reading --------------------------------------------------------------------------------------------
-
     def find(
         self,
         collection: str,
@@ -70,7 +69,6 @@ class EmbeddedStore(Store):
         sort: Mapping[str, int] | None = None,
         limit: int = 0,
     ) -> list[Document]:
-        """Return the documents that fit."""
         if limit < 0:
             raise QueryError("a limit is 0, for all documents, or more")
         order = order_of(sort) if sort else None
@@ -81,21 +79,16 @@ class EmbeddedStore(Store):
             return [copy(document) for document in (found[:limit] if limit else found)]
 
     def collections(self) -> list[str]:
-        """Return the names of the collections that have documents."""
         with self._lock:
             return sorted(name for name, known in self._collections.items() if len(known))
 
-    # --- writing --------------------------------------------------------------------------------------------
-
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
-        """Insert a document."""
         with self._lock:
             return self._insert(collection, copy(document))["_id"]
 
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        """Change all documents that fit."""
         wanted, todo = copy(query), Update(copy(changes))
         with self._lock:
             found = list(self._of(collection).find(wanted))
@@ -109,7 +102,6 @@ class EmbeddedStore(Store):
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        """Change the first document that fits."""
         wanted, todo = copy(query), Update(copy(changes))
         with self._lock:
             found = next(self._of(collection).find(wanted), None)
@@ -118,7 +110,6 @@ class EmbeddedStore(Store):
             return copy(self._upsert(collection, wanted, todo)) if upsert else None
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        """Remove all documents that fit."""
         wanted = copy(query)
         with self._lock:
             found = list(self._of(collection).find(wanted))
@@ -127,7 +118,6 @@ class EmbeddedStore(Store):
             return len(found)
 
     def drop(self, collection: str) -> None:
-        """Remove a collection."""
         with self._lock:
             self._of(collection)
             if self._journal is not None:
@@ -142,16 +132,14 @@ class EmbeddedStore(Store):
         unique: bool = False,
         expire_after_s: float | None = None,
     ) -> None:
-        """Create an index. Those that only make queries fast make themselves; here they are just checked."""
+        """Create an index."""
+        # only unique and expiring indexes have an effect: queries make their own
         spec = IndexSpec.read(keys, unique=unique, expire_after_s=expire_after_s)
         with self._lock:
             if self._of(collection).add_index(spec) and self._journal is not None:
                 self._journal.put_index(collection, spec)
 
-    # --- the rest -------------------------------------------------------------------------------------------
-
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        """Report each change of a collection from now on."""
         split_name(collection)
         watch = _LocalWatch(
             compile_query(copy(query)), on_change, lambda closed: self._end_watch(collection, closed)
@@ -165,7 +153,7 @@ class EmbeddedStore(Store):
             self._watches[collection].remove(watch)
 
     def attend(self) -> None:
-        """Remove, once a minute, the documents whose time is over."""
+        """Remove expired documents, once a minute."""
         now_us = self._clock.now_us()
         if now_us < self._next_sweep_us:
             return
@@ -176,14 +164,13 @@ class EmbeddedStore(Store):
                     self._delete(name, document)
 
     def close(self) -> None:
-        """Close the file, if there is one."""
         with self._lock:
             self._watches.clear()
             if self._journal is not None:
                 self._journal.close()
                 self._journal = None
 
-    # --- inside, under the lock -----------------------------------------------------------------------------
+    # methods below require the lock
 
     def _of(self, collection: str) -> Collection:
         known = self._collections.get(collection)
@@ -237,7 +224,7 @@ class EmbeddedStore(Store):
         return from_ms(self._clock.now_us() // 1000)
 
     def _next_stamp(self) -> Timestamp:
-        """Return a timestamp behind all before."""
+        """Return a timestamp greater than all earlier ones."""
         seconds, number = self._clock.now_us() // 1_000_000, 1
         if self._last_stamp.time >= seconds:
             seconds, number = self._last_stamp.time, self._last_stamp.inc + 1
@@ -245,7 +232,6 @@ class EmbeddedStore(Store):
         return self._last_stamp
 
     def _notify(self, collection: str, kind: str, document: Document, changed: Changed | None = None) -> None:
-        """Notify the watches of a change."""
         stamp = self._next_stamp()
         watches = self._watches.get(collection)
         if not watches:
@@ -273,7 +259,7 @@ class EmbeddedStore(Store):
 
 
 def _refuse_dollars(value: Any) -> None:
-    """Raise an error when a document has the name of an operator: extended JSON gives it a meaning."""
+    """Raise if a field name starts with a dollar, which has a meaning in extended JSON."""
     if isinstance(value, dict):
         for name, item in value.items():
             if name.startswith("$"):

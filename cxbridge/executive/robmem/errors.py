@@ -1,4 +1,4 @@
-"""The errors of the robot memory."""
+"""Errors of the robot memory."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from cxbridge.errors import ExecutiveError
 
 
 class RobotMemoryError(ExecutiveError):
-    """The robot memory refuses an operation, or cannot do it."""
+    """The robot memory refused an operation, or it failed."""
 
 
 class QueryError(RobotMemoryError):
-    """A query or an update is not written as MongoDB reads it, or needs a MongoDB."""
+    """A query or update is invalid, or needs a MongoDB."""
 
 
 class DuplicateKeyError(RobotMemoryError):
-    """There is a document with this `_id`, or with this value of a unique index."""
+    """A document with this ``_id``, or this value in a unique index, exists."""
 
 
 class AwayError(RobotMemoryError):
-    """The database cannot be reached now; it may come back."""
+    """The database is unreachable, perhaps temporarily."""

@@ -1,8 +1,8 @@
-"""A file that the embedded store survives in: an SQLite database, each change there whole or not at all.
+"""The file of a persistent embedded store: an SQLite database with atomic changes.
 
-Two tables: collection, ``_id`` and document as extended JSON, whose ``rowid`` keeps the order of insertion;
-and the indexes of :meth:`.store.Store.create_index`. One process at a time: SQLite's exclusive lock sees
-to it.
+The table of documents has collection, ``_id`` and extended JSON; its ``rowid`` keeps the insertion order.
+Another table has the indexes of :meth:`.store.Store.create_index`. SQLite's exclusive lock permits one
+process at a time.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ CREATE TABLE IF NOT EXISTS indexes (
 );
 """
 _APPLICATION = 0x43585242
-# Of the layout; 0 had BSON in place of JSON.
+# version of the layout; version 0 had BSON instead of JSON
 _VERSION = 2
 
 
 class Journal:
-    """Keeps the changes of a store in a file.
+    """Stores the changes of a store in a file.
 
-    :raises RobotMemoryError: when the file cannot be used: it is something else, or another process has it.
+    :raises RobotMemoryError: if the file has other content or another process uses it.
     """
 
     def __init__(self, file: Path) -> None:
@@ -48,7 +48,8 @@ class Journal:
         try:
             self._db.execute("PRAGMA locking_mode = EXCLUSIVE")
             self._db.execute("PRAGMA journal_mode = WAL")
-            # a change survives the process; after a power failure the file is whole, if not the latest
+            # a change survives a crash of the process; after a power failure the file is consistent, but
+            # perhaps not up to date
             self._db.execute("PRAGMA synchronous = NORMAL")
             self._check_owner()
             self._db.executescript(
@@ -81,9 +82,9 @@ class Journal:
         return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
 
     def read(self) -> Iterator[tuple[str, Document]]:
-        """Yield collection and document of all that is kept, in the order of their insertion.
+        """Yield collection and document of all stored documents in insertion order.
 
-        :raises RobotMemoryError: when the file is damaged.
+        :raises RobotMemoryError: if the file is damaged.
         """
         query = "SELECT collection, id, document FROM documents ORDER BY rowid"
         for collection, identity, data in self._select(query):
@@ -94,9 +95,9 @@ class Journal:
             yield collection, document
 
     def read_indexes(self) -> Iterator[tuple[str, IndexSpec]]:
-        """Yield collection and index of all that are kept.
+        """Yield collection and index of all stored indexes.
 
-        :raises RobotMemoryError: when the file is damaged.
+        :raises RobotMemoryError: if the file is damaged.
         """
         for collection, data in self._select("SELECT collection, spec FROM indexes ORDER BY rowid"):
             spec = _decode(data)
@@ -107,7 +108,7 @@ class Journal:
 
     @contextmanager
     def reading(self) -> Iterator[None]:
-        """Make one error of whatever shows that the file is damaged, and close it then."""
+        """Convert all signs of a damaged file to one error, and close the file."""
         try:
             (found,) = self._db.execute("PRAGMA quick_check(1)").fetchone()
             if found != "ok":
@@ -130,7 +131,7 @@ class Journal:
         )
 
     def put_index(self, collection: str, spec: IndexSpec) -> None:
-        """Keep an index.
+        """Store an index.
 
         :raises RobotMemoryError: as in :meth:`put`.
         """
@@ -138,9 +139,9 @@ class Journal:
         self._write("INSERT INTO indexes (collection, spec) VALUES (?, ?)", (collection, _encode(kept)))
 
     def put(self, collection: str, document: Document) -> None:
-        """Keep a document, in place of one with its `_id`.
+        """Store or replace a document.
 
-        :raises RobotMemoryError: when it cannot be written, e.g. on a full disk.
+        :raises RobotMemoryError: if writing fails, e.g. on a full disk.
         """
         self._write(
             "INSERT INTO documents (collection, id, document) VALUES (?, ?, ?) "
@@ -149,14 +150,14 @@ class Journal:
         )
 
     def delete(self, collection: str, identity: Any) -> None:
-        """Keep a document no more.
+        """Delete a document.
 
         :raises RobotMemoryError: as in :meth:`put`.
         """
         self._write("DELETE FROM documents WHERE collection = ? AND id = ?", (collection, _id(identity)))
 
     def drop(self, collection: str) -> None:
-        """Keep nothing of a collection any more.
+        """Delete a collection.
 
         :raises RobotMemoryError: as in :meth:`put`.
         """
@@ -170,7 +171,7 @@ class Journal:
             raise RobotMemoryError(f"cannot write the robot memory: {error}", file=self._file) from None
 
     def close(self) -> None:
-        """Close the file. A second call does nothing."""
+        """Close the file. Further calls do nothing."""
         self._db.close()
 
 
@@ -178,7 +179,7 @@ def _id(identity: Any) -> bytes:
     return _encode({"_id": identity})
 
 
-# strings of CLIPS may have bytes that are no UTF-8
+# strings of CLIPS may contain bytes other than UTF-8
 def _encode(document: Document) -> bytes:
     return to_text(document).encode(errors="surrogatepass")
 

@@ -1,4 +1,4 @@
-"""Documents as text: MongoDB's extended JSON, which the file of the embedded store has, too."""
+"""Documents as MongoDB's extended JSON, also used in the embedded store's file."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _MONGODB_ONLY = {
 
 
 def parse(text: str) -> Document:
-    """Return the document that a text describes.
+    """Return the document of a JSON text.
 
-    :raises QueryError: when it describes none.
+    :raises QueryError: if the text is not a document.
     """
     try:
         document = json.loads(text, object_hook=_value)
@@ -39,7 +39,7 @@ def parse(text: str) -> Document:
 
 
 def _value(fields: dict[str, Any]) -> Any:
-    """Return the value that an object stands for; the object itself, when it stands for none."""
+    """Return the value of an extended JSON object, or the object itself."""
     name = next(iter(fields), "")
     if not name.startswith("$"):
         return fields
@@ -81,7 +81,7 @@ _READERS: dict[str, Callable[[Any], Any]] = {
 
 
 def to_text(value: Any) -> str:
-    """Return a document as Fawkes prints it: extended JSON with blanks around braces and colons."""
+    """Return a document in Fawkes' format: extended JSON with blanks around braces and colons."""
     if isinstance(value, dict):
         fields = ", ".join(f"{_quoted(name)} : {to_text(item)}" for name, item in value.items())
         return f"{{ {fields} }}" if fields else "{ }"

@@ -1,7 +1,7 @@
-"""The robot memory of an application: the store that the configuration asks for, and how it stands.
+"""The robot memory of an application: its configured store and status.
 
-Configuration keys are Fawkes' (``/plugins/robot-memory``), the keys of cxbridge are below
-``/cxbridge/robot-memory``: see docs/robot-memory.md.
+Fawkes' configuration keys are below ``/plugins/robot-memory``, cxbridge's keys below
+``/cxbridge/robot-memory``; see docs/robot-memory.md.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ INTERFACE = "MongoDBManagedReplicaSetInterface"
 
 
 class RobotMemory:
-    """The robot memory of one application, opened at the first use.
+    """The robot memory of one application, opened on first use.
 
-    :param config: the configuration; read when it is opened.
-    :param board: the interfaces that describe the replica sets are written here.
-    :param store: a store that other applications use, too, and close; None: a new one.
-    :param embedded: makes the embedded store; None: one without anything shared.
+    :param config: the configuration, read when the memory opens.
+    :param board: receives the interfaces about replica sets.
+    :param store: a store shared with other applications, which close it; None: a new store.
+    :param embedded: makes the embedded store; None: an unshared one.
     """
 
     def __init__(
@@ -59,9 +59,9 @@ class RobotMemory:
 
     @property
     def settings(self) -> Settings:
-        """The settings in the configuration.
+        """The settings of the configuration.
 
-        :raises ConfigError: when it is wrong.
+        :raises ConfigError: if the configuration is wrong.
         """
         if self._settings is None:
             self._settings = Settings.read(self._config)
@@ -69,14 +69,13 @@ class RobotMemory:
 
     @property
     def clock(self) -> Clock:
-        """The clock of the run."""
         return self._clock
 
     @property
     def store(self) -> Store:
-        """The store, opened at the first access.
+        """The store, opened on first access.
 
-        :raises CxbridgeError: when it cannot be opened.
+        :raises CxbridgeError: if the store cannot be opened.
         """
         with self._lock:
             if self._store is None:
@@ -86,13 +85,12 @@ class RobotMemory:
 
     @property
     def is_open(self) -> bool:
-        """Whether the store is open."""
         return self._store is not None
 
     def open(self) -> None:
-        """Open the store and write the interfaces of the replica sets. A second call does nothing.
+        """Open the store, and write the interfaces of replica sets. Further calls do nothing.
 
-        :raises CxbridgeError: when the configuration is wrong, or the store cannot be opened.
+        :raises CxbridgeError: if the configuration is wrong or the store cannot be opened.
         """
         with self._lock:
             if self._store is not None:
@@ -104,7 +102,7 @@ class RobotMemory:
                 self._sets.append(SetKeeper(interface, self._store))
 
     def _open_store(self) -> Store:
-        # pymongo takes a second to import
+        # imported on use: pymongo takes a second
         settings = self.settings
         if settings.backend == "embedded":
             if self._embedded is not None:
@@ -128,7 +126,7 @@ class RobotMemory:
         return MongoStore(settings.uri, settings.distributed_uri, settings.distributed, warn=self.log.warn)
 
     def attend(self) -> None:
-        """Let the store expire documents, write the interfaces: called once a loop."""
+        """Expire documents and update the interfaces. To be called once per loop."""
         if self._store is not None:
             try:
                 self._store.attend()
@@ -138,7 +136,7 @@ class RobotMemory:
             keeper.write()
 
     def close(self) -> None:
-        """Close the store and the interfaces. A second call does nothing."""
+        """Close store and interfaces. Further calls do nothing."""
         with self._lock:
             for keeper in self._sets:
                 keeper.close()

@@ -1,6 +1,6 @@
-"""Queries of the embedded store: compiled once, then asked of documents.
+"""Queries of the embedded store, compiled to functions.
 
-Each operator here does what MongoDB documents; every other one is refused by its name.
+Operators follow MongoDB's documentation. Unsupported operators are refused by name.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.values import EMPTY_ARRAY, MISSING, NAN, Document, Key, Regex, key
 
 Test = Callable[[Any], bool]
-"""Asks something of a value, or of a document."""
+"""A test of a value or a document."""
 
 Order = list[tuple[str, int]]
-"""Paths, with 1 for ascending and -1 for descending."""
+"""Paths with 1 for ascending or -1 for descending."""
 
 _COMPARISONS = {"$gt": operator.gt, "$gte": operator.ge, "$lt": operator.lt, "$lte": operator.le}
 _FLAGS = {"i": re.IGNORECASE, "m": re.MULTILINE, "s": re.DOTALL, "x": re.VERBOSE}
-# Of one match of a regular expression, at worst; `re` takes a third of a second for them.
+# maximum number of steps of a match in the worst case; `re` takes a third of a second for them
 _MOST_STEPS = 20_000_000
 
 _TOKENS = re.compile(r"\\.|\[\^?\]?(?:\\.|[^\]\\])*\]|\)[*+{?]?|\(\?P=|\(\??|[*+{|?]")
 
 
 def needs_mongodb(name: str) -> QueryError:
-    """Return the error for an operation that the embedded store lacks."""
+    """Return the error about an operation that the embedded store lacks."""
     return QueryError(
         f"{name} needs a MongoDB",
         hint="/cxbridge/robot-memory/backend: mongodb, with pip install 'cxbridge[mongodb]'; "
@@ -38,14 +38,14 @@ def needs_mongodb(name: str) -> QueryError:
 
 
 def has_operators(wanted: Any) -> bool:
-    """Whether a document is one of operators; the first field decides."""
+    """Return whether a document consists of operators. The first field decides."""
     return isinstance(wanted, Mapping) and next(iter(wanted), "").startswith("$")
 
 
 def compile_query(query: Mapping[str, Any]) -> Test:
-    """Return the test whether a document fits the query.
+    """Return the test of a query.
 
-    :raises QueryError: when the query is not one, or needs a MongoDB.
+    :raises QueryError: if the query is invalid or needs a MongoDB.
     """
     tests = [_part(name, wanted) for name, wanted in query.items()]
     if len(tests) == 1:
@@ -66,9 +66,9 @@ def _part(name: str, wanted: Any) -> Test:
 
 
 def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield path and value of each equality that the query demands: for indexes and for upserts.
+    """Yield path and value of each required equality, for indexes and upserts.
 
-    :param query: one that was compiled before.
+    :param query: a query that has compiled before.
     """
     for name, wanted in query.items():
         if name == "$and" or (name == "$or" and len(wanted) == 1):
@@ -82,9 +82,6 @@ def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield name, wanted["$eq"]
         elif len(wanted.get("$in", ())) == 1 and not isinstance(wanted["$in"][0], Regex):
             yield name, wanted["$in"][0]
-
-
-# --- the conditions of one field --------------------------------------------------------------------------
 
 
 def _condition(path: str, wanted: Any) -> Test:
@@ -145,7 +142,7 @@ def _refuse_regex(name: str, operand: Any) -> None:
 
 
 def _compares(name: str, operand: Any) -> Test:
-    """Compare with a value; only values of its type fit."""
+    """Compare with a value. Only values of the same type match."""
     _refuse_regex(name, operand)
     target, holds = key(operand), _COMPARISONS[name]
     if target == NAN:
@@ -178,17 +175,14 @@ def _regex(operand: Any, options: Any) -> Regex:
     return Regex(operand, options)
 
 
-# --- regular expressions ----------------------------------------------------------------------------------
-
-
 def compile_regex(regex: Regex) -> Test:
-    """Return the test whether a value is a text with a match in it, or the same regular expression.
+    """Return a test that searches a text for a match, or finds the same regular expression.
 
-    The language is that of Python's `re`, which has no bound: expressions whose steps grow faster than a
-    power of the text's length are refused, and so are texts on which one may take too many steps.
-
-    :raises QueryError: when it is none, or needs a MongoDB; the test raises it for a text that is too long.
+    :raises QueryError: if the expression is invalid or needs a MongoDB. The test raises it for a text that is
+        too long.
     """
+    # Python's `re` has no time limit: expressions with exponential steps are refused, and texts that may
+    # cause too many steps
     unknown = regex.options.strip("imsx")
     if unknown:
         raise QueryError(f"regular expressions have no option '{unknown[0]}'", hint="known are i, m, s and x")
@@ -210,11 +204,11 @@ def compile_regex(regex: Regex) -> Test:
 
 
 def _growth(regex: Regex) -> tuple[int, int]:
-    """Return power and factor of the steps that a match takes at worst, by the length of the text.
+    """Return exponent and factor of a match's steps in the worst case, by the length of the text.
 
-    :raises QueryError: when they may grow faster: a repeated group.
+    :raises QueryError: if a repeated group may cause faster growth.
     """
-    # an expression without a start is tried at each place
+    # without an anchor, a match is attempted at each position
     power = int(not regex.pattern.startswith("^") or "m" in regex.options or "|" in regex.pattern)
     total, ways, depth, before = 0, 1, 0, ""
     for token in _TOKENS.findall(regex.pattern):
@@ -233,11 +227,8 @@ def _growth(regex: Regex) -> tuple[int, int]:
     return power, total + ways
 
 
-# --- paths ------------------------------------------------------------------------------------------------
-
-
 def array_index(part: str) -> int | None:
-    """Return a part of a path as the index of an array's element; None when it is none."""
+    """Return a path component as an array index; None if it is not an index."""
     if part.isascii() and part.isdigit() and (part == "0" or part[0] != "0"):
         return int(part)
     return None
@@ -245,10 +236,10 @@ def array_index(part: str) -> int | None:
 
 @lru_cache(maxsize=256)
 def leaves(path: str) -> Callable[[Any], Iterable[Any]]:
-    """Return the reader of the values that a query compares: an array's elements, and the array.
+    """Return a reader of the values that a query compares: an array's elements and the array itself.
 
-    :data:`MISSING` stands for each way that ends early; an array on the way that has no documents is no way.
-    An array that the path names by its index is one value.
+    The reader yields :data:`MISSING` for each path that ends early. An array without documents on the path
+    yields nothing. An array named by index counts as one value.
     """
     if "." not in path:
         return lambda document: _expanded(document.get(path, MISSING))
@@ -288,14 +279,11 @@ def _in_array(items: list[Any], parts: list[str], at: int) -> Iterator[Any]:
             yield from _in_array(item, parts, at + 1)
 
 
-# --- order ------------------------------------------------------------------------------------------------
-
-
 def order_of(order: Mapping[str, Any], where: str = "sort") -> Order:
-    """Return an order that was asked for.
+    """Check a requested order.
 
-    :param where: for the error: the operation.
-    :raises QueryError: when it is none.
+    :param where: the operation, for the error.
+    :raises QueryError: if the order is invalid.
     """
     if not order:
         raise QueryError(f"{where} takes one path at least")
@@ -310,9 +298,9 @@ def order_of(order: Mapping[str, Any], where: str = "sort") -> Order:
 
 
 def sort_documents(documents: list[Document], order: Order) -> list[Document]:
-    """Return documents sorted. Equals keep their order; an array stands where its first element does.
+    """Return documents in a stable order. An array sorts by its first element in that order.
 
-    :raises QueryError: when several paths lead to arrays: that needs a MongoDB.
+    :raises QueryError: if several paths lead to arrays, which needs a MongoDB.
     """
     for path, direction in reversed(order):
         first = min if direction == 1 else max
@@ -329,7 +317,7 @@ def sort_documents(documents: list[Document], order: Order) -> list[Document]:
 
 def _sort_keys(document: Document, path: str) -> list[Key]:
     found = [*leaves(path)(document)]
-    if found and isinstance(found[-1], list):  # the array behind its elements
+    if found and isinstance(found[-1], list):  # the array follows its elements
         found.pop()
         return [*map(key, found)] or [EMPTY_ARRAY]
     return [*map(key, found)] or [key(None)]

@@ -1,4 +1,4 @@
-"""The settings of the robot memory: Fawkes' keys, and ours (``/cxbridge/robot-memory``)."""
+"""Settings of the robot memory: Fawkes' keys, and cxbridge's below ``/cxbridge/robot-memory``."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _DEFAULT_SETS = ("robot-memory-distributed", "robot-memory-local")
 
 
 class Settings(Struct, frozen=True):
-    """The settings of the robot memory.
+    """Settings of the robot memory.
 
     :param backend: ``embedded`` or ``mongodb``.
-    :param file: where the embedded store survives; None: nowhere.
-    :param uri: of the MongoDB of this robot.
-    :param distributed_uri: of the one that robots share; empty: the same.
-    :param database: the database of everything that is not distributed.
-    :param distributed: databases of the set that robots share.
+    :param file: the file of a persistent embedded store; None: memory only.
+    :param uri: the URI of this robot's MongoDB.
+    :param distributed_uri: the URI of the shared MongoDB; empty: the same.
+    :param database: the database of undistributed documents.
+    :param distributed: databases in the shared set.
     :param mutexes: the collection of mutexes.
-    :param sets: ids of the interfaces that describe replica sets.
+    :param sets: ids of the interfaces about replica sets.
     """
 
     backend: str = "embedded"
@@ -41,10 +41,10 @@ class Settings(Struct, frozen=True):
 
     @property
     def place(self) -> str:
-        """Where the documents are, in words."""
+        """A description of the location of the documents."""
         if self.backend == "embedded":
             return f"in this process and in {self.file}" if self.file else "in this process only"
-        # a password may precede the @
+        # leave out the user and password before the @
         places = [
             uri.rpartition("@")[2].removeprefix("mongodb://") for uri in (self.uri, self.distributed_uri)
         ]
@@ -52,9 +52,9 @@ class Settings(Struct, frozen=True):
 
     @classmethod
     def read(cls, config: Configuration) -> Settings:
-        """Read them.
+        """Read the settings.
 
-        :raises ConfigError: when a value is of another type, or none of those it can be.
+        :raises ConfigError: if a value is wrong.
         """
         backend = config.get_str(f"{_OURS}/backend", default="embedded")
         if backend not in BACKENDS:
@@ -83,9 +83,9 @@ class Settings(Struct, frozen=True):
 
 
 def client_uri(config: Configuration, name: str) -> str:
-    """Return the URI of one of Fawkes' MongoDB clients; that of the default port when it is not configured.
+    """Return the URI of a configured MongoDB client, by default at the default port.
 
-    :raises ConfigError: when a value is of another type.
+    :raises ConfigError: if a value has the wrong type.
     """
     client = f"{_CLIENTS}/{name}"
     if config.get_str(f"{client}/mode", default="connection") == "replica_set":

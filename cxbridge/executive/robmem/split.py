@@ -1,4 +1,4 @@
-"""A store in two parts: databases of one agent, and databases that all agents of the process share."""
+"""A store in two parts: databases of one agent, and databases shared by all agents of the process."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from cxbridge.executive.robmem.values import Document
 
 
 class SplitStore(Store):
-    """Hands each call to the store that has the database.
+    """Passes each call to the store of the database.
 
-    :param own: closed with this one.
-    :param common: the store that agents share; it is not closed here.
-    :param shared: the databases in the common store.
+    :param own: the agent's store, closed with this one.
+    :param common: the shared store, which stays open.
+    :param shared: the databases in the shared store.
     """
 
     is_local = True
@@ -28,19 +28,16 @@ class SplitStore(Store):
         return self._common if split_name(collection)[0] in self._shared else self._own
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
-        """Insert a document."""
         return self._of(collection).insert(collection, document)
 
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        """Change all documents that fit."""
         return self._of(collection).update(collection, query, changes, upsert=upsert)
 
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        """Change the first document that fits."""
         return self._of(collection).find_one_and_update(collection, query, changes, upsert=upsert)
 
     def find(
@@ -51,15 +48,12 @@ class SplitStore(Store):
         sort: Mapping[str, int] | None = None,
         limit: int = 0,
     ) -> list[Document]:
-        """Return the documents that fit."""
         return self._of(collection).find(collection, query, sort=sort, limit=limit)
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        """Remove all documents that fit."""
         return self._of(collection).remove(collection, query)
 
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        """Report each change of a collection from now on."""
         return self._of(collection).watch(collection, query, on_change)
 
     def create_index(
@@ -70,22 +64,18 @@ class SplitStore(Store):
         unique: bool = False,
         expire_after_s: float | None = None,
     ) -> None:
-        """Create an index."""
         self._of(collection).create_index(collection, keys, unique=unique, expire_after_s=expire_after_s)
 
     def drop(self, collection: str) -> None:
-        """Remove a collection."""
         self._of(collection).drop(collection)
 
     def collections(self) -> list[str]:
-        """Return the names of the collections that have documents."""
         return sorted({*self._own.collections(), *self._common.collections()})
 
     def attend(self) -> None:
-        """Expire documents in both stores."""
         self._own.attend()
         self._common.attend()
 
     def close(self) -> None:
-        """Close the agent's own store."""
+        """Close the agent's store."""
         self._own.close()

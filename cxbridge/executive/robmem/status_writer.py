@@ -1,4 +1,4 @@
-"""Writes how a replica set stands into its interface."""
+"""Writes the status of a replica set to its interface."""
 
 from __future__ import annotations
 
@@ -16,13 +16,12 @@ _LONGEST_TEXT = 1023
 
 
 class SetKeeper:
-    """Asks again and again how a set stands; the interface is written by who calls :meth:`write`.
+    """Polls the status of a replica set. The owner calls :meth:`write`.
 
-    A store in this process is asked once. A database may keep silent for seconds: it is asked in a thread.
-
-    :param interface: a MongoDBManagedReplicaSetInterface, open for writing; its id is the set's name.
+    :param interface: a MongoDBManagedReplicaSetInterface for writing; its id is the set's name.
     """
 
+    # a thread polls a database, which may take seconds to reply; a local store is polled once
     def __init__(self, interface: Interface, store: Store) -> None:
         self._interface = interface
         self._store = store
@@ -43,7 +42,7 @@ class SetKeeper:
             self._end.wait(_PERIOD_S)
 
     def write(self) -> None:
-        """Write the interface, if there is anything new."""
+        """Write the interface after changes."""
         status = self._status
         if status == self._written:
             return
@@ -54,13 +53,13 @@ class SetKeeper:
         self._interface.write()
 
     def _set(self, name: str, item: str) -> None:
-        """Set a field to an item of its enum."""
+        """Set a field to an enum item."""
         (enum,) = (field.enum for field in self._interface.SCHEMA.fields if field.name == name)
         assert enum is not None
         self._interface.set(name, next(each.value for each in enum.items if each.name == item))
 
     def close(self) -> None:
-        """Ask no more, and close the interface."""
+        """Stop polling and close the interface."""
         self._end.set()
         if self._thread is not None:
             self._thread.join()

@@ -1,6 +1,6 @@
-"""The interface of stores of documents; `embedded` and `mongodb` implement it.
+"""The interface of document stores, implemented by :mod:`embedded` and :mod:`mongodb`.
 
-Collections are named as in Fawkes: ``DATABASE.COLLECTION``. Documents go in and come out as copies.
+Collections are named ``DATABASE.COLLECTION``, as in Fawkes. Arguments and results are copies.
 """
 
 from __future__ import annotations
@@ -15,19 +15,22 @@ from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.values import Document
 
 Change = Document
-"""An event of a change stream: ``operationType`` (insert, update, replace, delete), ``ns``, ``documentKey``,
-``fullDocument`` (not of delete), ``updateDescription`` (of update), ``clusterTime``, ``wallTime``."""
+"""An event of a change stream.
+
+The fields are ``operationType`` (insert, update, replace, delete), ``ns``, ``documentKey``, ``fullDocument``
+(except for delete), ``updateDescription`` (for update), ``clusterTime``, ``wallTime``.
+"""
 
 OnChange = Callable[[Change], object]
 
 MAX_NAME = 120
-"""Characters in a collection's name, database included."""
+"""The maximum length of a collection's name, including the database."""
 
 
 def split_name(collection: str) -> tuple[str, str]:
-    """Split ``DATABASE.COLLECTION``; the first dot parts them.
+    """Split ``DATABASE.COLLECTION`` at the first dot.
 
-    :raises QueryError: when it is not such a name.
+    :raises QueryError: if the name is invalid.
     """
     database, dot, name = collection.partition(".")
     if not dot or not database or not name or len(collection) > MAX_NAME or "\0" in collection or "$" in name:
@@ -38,11 +41,11 @@ def split_name(collection: str) -> tuple[str, str]:
 
 
 class SetStatus(Struct, frozen=True):
-    """How a replica set stands, in the words of MongoDBManagedReplicaSetInterface.
+    """The status of a replica set, in the terms of MongoDBManagedReplicaSetInterface.
 
-    :param member: the role of the server in use.
-    :param primary: whether there is one that can be written to.
-    :param error: the problem, in words; empty: none.
+    :param member: the role of the used server.
+    :param primary: whether a writable server exists.
+    :param error: the problem; empty if there is none.
     """
 
     member: str
@@ -51,38 +54,41 @@ class SetStatus(Struct, frozen=True):
 
 
 class Watch(ABC):
-    """Changes of a collection are reported until this is closed."""
+    """A subscription to changes of a collection."""
 
     @abstractmethod
     def close(self) -> None:
-        """Stop reporting. A second call does nothing."""
+        """End the subscription. Further calls do nothing."""
 
 
 class Store(ABC):
     """Documents in collections.
 
-    All methods may be called from any thread. All of them raise :class:`QueryError` for a document, query,
-    or update that is not one, and :class:`AwayError` when the database cannot be reached.
+    Methods may be called from any thread. They raise :class:`QueryError` for an invalid document, query or
+    update, and :class:`AwayError` if the database is unreachable.
     """
 
     is_local: bool
-    """Whether it is in this process: it answers at once, and reports changes before a write returns."""
+    """Whether the store is in this process.
+
+    A local store replies immediately, and reports changes before a write returns.
+    """
 
     @abstractmethod
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
-        """Insert a document; returns its ``_id``, which is made when it has none.
+        """Insert a document; return its ``_id``, generated if missing.
 
-        :raises DuplicateKeyError: when there is one with this ``_id``, or this value of a unique index.
+        :raises DuplicateKeyError: if the ``_id`` or a unique value exists.
         """
 
     @abstractmethod
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        """Change all documents that fit; returns how many fit, 1 for one that was inserted.
+        """Change all matching documents; return their number, 1 after an insertion.
 
-        :param changes: operators (``{"$set": {...}}``), or plain fields, which are set.
-        :param upsert: insert a document when none fits: the query's equalities, then the changes.
+        :param changes: operators (``{"$set": {...}}``), or plain fields to set.
+        :param upsert: without a match, insert a document with the query's equalities and the changes.
         :raises DuplicateKeyError: as in :meth:`insert`.
         """
 
@@ -90,7 +96,7 @@ class Store(ABC):
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        """Change the first document that fits, atomically; returns the new document, None when none fits.
+        """Change the first matching document atomically; return the new document, or None.
 
         :raises DuplicateKeyError: as in :meth:`update`.
         """
@@ -104,24 +110,24 @@ class Store(ABC):
         sort: Mapping[str, int] | None = None,
         limit: int = 0,
     ) -> list[Document]:
-        """Return the documents that fit; all without a query.
+        """Return the matching documents; without query, all.
 
-        :param sort: paths with 1 (ascending) or -1; without it in no order to rely on.
-        :param limit: how many at most; 0 for all.
+        :param sort: paths with 1 (ascending) or -1; without it the order is unspecified.
+        :param limit: the maximum number; 0: all.
         """
 
     @abstractmethod
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        """Remove all documents that fit; returns how many."""
+        """Remove all matching documents; return their number."""
 
     @abstractmethod
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        """Report each change of a collection from now on, in the order of the changes.
+        """Report each change of a collection, in order.
 
-        :param query: what events have to fit; empty for all. E.g. ``{"operationType": "insert"}``.
-        :param on_change: called with a copy of the event: by the embedded store in the thread that changes
-            something, before its call returns; by MongoDB's in another thread. It must be quick, must
-            not change the store and not raise.
+        :param query: a query on events, e.g. ``{"operationType": "insert"}``; empty: all events.
+        :param on_change: called with a copy of the event. The embedded store calls it in the writing thread
+            before the write returns, MongoDB's in a separate thread. It must be quick, not change the store,
+            and not raise.
         """
 
     @abstractmethod
@@ -135,26 +141,26 @@ class Store(ABC):
     ) -> None:
         """Create an index.
 
-        :param unique: refuse documents that have the same values there.
-        :param expire_after_s: remove documents when the time in that one field is older, within a minute.
-        :raises DuplicateKeyError: when it is unique, and documents have the same values.
+        :param unique: refuse documents with equal values.
+        :param expire_after_s: remove documents whose time at the single path is older, within a minute.
+        :raises DuplicateKeyError: if documents violate a unique index.
         """
 
     @abstractmethod
     def drop(self, collection: str) -> None:
-        """Remove a collection with its documents and indexes. Not reported as changes of documents."""
+        """Remove a collection with documents and indexes, without reporting changes."""
 
     @abstractmethod
     def collections(self) -> list[str]:
-        """Return the names of the collections that have documents, sorted."""
+        """Return the collections with documents, sorted."""
 
     def set_status(self, _name: str) -> SetStatus:
-        """Return how a replica set stands; may take its time. A store in this process is always there."""
+        """Return the status of a replica set. May block."""
         return SetStatus("PRIMARY", "HAVE_PRIMARY", "")
 
-    def attend(self) -> None:  # noqa: B027  a database does this by itself
-        """Expire documents: called once a loop."""
+    def attend(self) -> None:  # noqa: B027  a database expires documents by itself
+        """Expire documents. To be called once per loop."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of everything. A second call does nothing."""
+        """Release all resources. Further calls do nothing."""

@@ -1,6 +1,6 @@
-"""Updates of the embedded store: operators on paths with dots, compiled once, then applied to documents.
+"""Updates of the embedded store: operators on dotted paths, compiled to functions.
 
-Each operator here does what MongoDB documents; every other one is refused by its name.
+Operators follow MongoDB's documentation. Unsupported operators are refused by name.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.query import array_index, equalities, has_operators, needs_mongodb
 from cxbridge.executive.robmem.values import MISSING, Document, copy, same
 
-# Where names stand among indexes: behind them.
+# the sort position of names, behind all indexes
 _NAMES = sys.maxsize
 
 Modify = Callable[[Any, datetime], Any]
-"""Returns the new value for the old one and the time; either may be :data:`MISSING`."""
+"""Returns the new value for the old value and the time. Both values may be :data:`MISSING`."""
 
 
 @dataclass
 class Changed:
-    """What an update did to a document.
+    """The result of an update.
 
-    :param document: the new one; the old one is not changed.
+    :param document: the new document; the old one stays unchanged.
     :param fields: new values by path.
-    :param removed: the paths that are gone.
+    :param removed: removed paths.
     """
 
     document: Document
@@ -37,7 +37,6 @@ class Changed:
 
     @property
     def anything(self) -> bool:
-        """Whether the document is another one now."""
         return bool(self.fields or self.removed)
 
 
@@ -50,7 +49,7 @@ class _UpdateStep(NamedTuple):
 
 
 def as_operators(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an update as operators: plain fields become ``$set``."""
+    """Return an update as operators. Plain fields become ``$set``."""
     if any(name.startswith("$") for name in changes):
         return dict(changes)
     return {"$set": dict(changes)}
@@ -59,34 +58,34 @@ def as_operators(changes: Mapping[str, Any]) -> dict[str, Any]:
 class Update:
     """An update.
 
-    :param changes: operators, or plain fields, which are set.
-    :raises QueryError: when an operator needs a MongoDB, its operand is none of its, or paths conflict.
+    :param changes: operators, or plain fields to set.
+    :raises QueryError: if an operator needs a MongoDB, an operand is invalid, or paths conflict.
     """
 
     def __init__(self, changes: Mapping[str, Any]) -> None:
         steps = [step for name, fields in as_operators(changes).items() for step in _steps(name, fields)]
         _refuse_conflicts(steps)
-        # new fields come in the order of their names, whatever the order of the update is
+        # as in MongoDB, new fields are added in the order of their names
         self._steps = sorted(steps, key=_place)
 
     def apply(self, document: Document, now: datetime) -> Changed:
         """Apply the update to a copy of a document.
 
-        :raises QueryError: when the document does not fit it.
+        :raises QueryError: if the update does not suit the document.
         """
         result = Changed(copy(document))
         for step in self._steps:
-            _take(step, result, now)
+            _apply_step(step, result, now)
         if any("." in step.path for step in self._steps):
-            copy(result.document)  # refuses one that has become too deep
+            copy(result.document)  # refuses a document that has become too deep
         if "_id" in document and not same(document["_id"], result.document.get("_id", MISSING)):
             raise QueryError("an update cannot change the '_id' of a document")
         return result
 
     def new_document(self, query: Mapping[str, Any], now: datetime) -> Document:
-        """Return the document of an upsert: the values that the query wants equal, then the update.
+        """Return the document of an upsert: the query's equalities, then the update.
 
-        :raises QueryError: when the query wants two values at one place.
+        :raises QueryError: if the query requires two values at one path.
         """
         wanted: dict[str, Any] = {}
         for path, value in equalities(query):
@@ -98,9 +97,6 @@ class Update:
         for path in sorted(wanted):
             _put(base, path.split("."), wanted[path], path)
         return self.apply(base, now).document
-
-
-# --- the operators ----------------------------------------------------------------------------------------
 
 
 def _set(_path: str, operand: Any) -> Modify:
@@ -178,7 +174,7 @@ def _steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
 
 
 def _refuse_conflicts(steps: list[_UpdateStep]) -> None:
-    """Raise an error when two steps change the same place, or one a place within another's."""
+    """Raise if the paths of two steps are equal or contain each other."""
     ends: set[str] = set()
     ways: set[str] = set()
     for step in steps:
@@ -191,16 +187,13 @@ def _refuse_conflicts(steps: list[_UpdateStep]) -> None:
 
 
 def _place(step: _UpdateStep) -> list[tuple[int, str]]:
-    """Return the place of a step in the order of steps: indexes as numbers, names as text."""
+    """Return a sort key for steps: indexes as numbers, names as text."""
     indexes = [(part, array_index(part)) for part in step.path.split(".")]
     return [(_NAMES, part) if index is None else (index, "") for part, index in indexes]
 
 
-# --- applying it ------------------------------------------------------------------------------------------
-
-
-def _take(step: _UpdateStep, result: Changed, now: datetime) -> None:
-    """Do one step, and note its changes."""
+def _apply_step(step: _UpdateStep, result: Changed, now: datetime) -> None:
+    """Apply one step and record its changes."""
     parts = step.path.split(".")
     old = _get(result.document, parts)
     new = step.modify(old, now)
@@ -209,7 +202,7 @@ def _take(step: _UpdateStep, result: Changed, now: datetime) -> None:
             _remove(result, parts, step.path)
         return
     if step.operator != "$currentDate" and old is not MISSING and same(old, new):
-        return  # two updates differ, also where a virtual clock stands still
+        return  # a second change to the same time would look like no update on a virtual clock
     _put(result.document, parts, new, step.path)
     if step.operator == "$push" and len(new) > 1:
         result.fields[f"{step.path}.{len(new) - 1}"] = new[-1]
@@ -229,9 +222,9 @@ def _get(value: Any, parts: list[str]) -> Any:
 
 
 def _put(document: Document, parts: list[str], new: Any, path: str) -> None:
-    """Set a value; documents on the way are made.
+    """Set a value, creating documents on the path.
 
-    :raises QueryError: when the way leads through a single value, or behind the end of an array.
+    :raises QueryError: if the path leads through a scalar, or behind the end of an array.
     """
     at: Any = document
     for part, is_last in zip(parts, [*[False] * (len(parts) - 1), True], strict=True):
@@ -254,7 +247,7 @@ def _put(document: Document, parts: list[str], new: Any, path: str) -> None:
 
 
 def _remove(result: Changed, parts: list[str], path: str) -> None:
-    """Take a value away; an element of an array becomes null: the elements behind it keep their places."""
+    """Remove a value. An element of an array becomes null, so that later elements keep their indexes."""
     at = _get(result.document, parts[:-1])
     if isinstance(at, dict):
         del at[parts[-1]]

@@ -1,1 +1,1 @@
-"""Facts of an environment: made, copied, edited and modified."""
+"""Facts of an environment: creation, copies, edits and modification."""

@@ -1,10 +1,9 @@
-"""Facts and values of constants only: CLIPS text from clients that must not run programs.
+"""Facts and values made of constants only, for clients that must not run programs.
 
-CLIPS evaluates function calls in a fact: ``(battery (level (system "...")))``. So such a text is
-read here, and the text for CLIPS is written from the result: a name, slots, constants. There is no
-parenthesis in it but that of the fact and those of slots that its deftemplate has: in the fact of a relation
-without slots CLIPS would call the function in parentheses. A filter of forbidden words would have to know
-each way to call one, in deffunctions and by name, too.
+CLIPS evaluates function calls within a fact: ``(battery (level (system "...")))``. Therefore the text is
+parsed here, and CLIPS gets a text written from the result: a name, slots, constants. Its only parentheses are
+those of the fact and of slots that the deftemplate has. In a relation without slots, CLIPS would call a
+function named in parentheses. A list of forbidden words would miss calls through deffunctions and by name.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from cxbridge.executive.host.facts.copying import template_of
 from cxbridge.executive.host.values import FALSE, FactAddress, Value
 
 DATA_FUNCTION = "cx-assert-data"
-"""As CLIPS' `assert-string`, for text of clients: it takes constants only."""
+"""The variant of CLIPS' `assert-string` for texts of clients: constants only."""
 
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _SYMBOL: Final = re.compile(r"(?![?$=:])[^\s()&|~<;\"\0`\[\]]+|<|<=|<>|=|=>|>=|:")
@@ -34,7 +33,7 @@ _ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
 def constant_values(text: str) -> str:
     """Return values as CLIPS text, written from their types.
 
-    :raises ClipsError: when they are not constants.
+    :raises ClipsError: if a value is not a constant.
     """
     return " ".join(_constants(list(_tokens(text)), text))
 
@@ -42,8 +41,8 @@ def constant_values(text: str) -> str:
 class ConstantFact(Struct, frozen=True):
     """A fact of constants.
 
-    :param slots: their names; empty: it has none, but fields.
-    :param text: of CLIPS, written by us. Safe only if the deftemplate has these slots.
+    :param slots: the names of the slots; empty for an ordered fact.
+    :param text: the fact as CLIPS text. Safe only if the deftemplate has these slots.
     """
 
     template: str
@@ -52,9 +51,9 @@ class ConstantFact(Struct, frozen=True):
 
 
 def constant_fact(text: str) -> ConstantFact:
-    """Read a fact.
+    """Parse a fact.
 
-    :raises ClipsError: when it is none, or has something else than constants.
+    :raises ClipsError: if the text is not a fact of constants.
     """
     tokens = list(_tokens(text))
     if len(tokens) < 3 or tokens[0] != "(" or tokens[-1] != ")" or not _SYMBOL.fullmatch(tokens[1]):  # noqa: PLR2004
@@ -102,18 +101,18 @@ def _no_constant(text: str) -> ClipsError:
 
 
 def assert_data(env: CData, text: str) -> Value:
-    """Assert a fact that came as data: nothing in it is evaluated. FALSE when CLIPS refuses it.
+    """Assert a fact given as data, without evaluating any part of it. FALSE if CLIPS refuses it.
 
-    :raises ClipsError: when there is more than constants in it.
+    :raises ClipsError: if the fact contains anything except constants.
     """
     fact = lib.AssertString(env, encode(constant_text(env, text)))
     return FALSE if fact == NULL else FactAddress(fact)
 
 
 def constant_text(env: CData, text: str) -> str:
-    """Return a fact of constants only, written by us, in which CLIPS can take nothing for a call.
+    """Return a fact of constants as text in which CLIPS finds no function call.
 
-    :raises ClipsError: when it is none.
+    :raises ClipsError: if the text is not a fact of constants.
     """
     fact = constant_fact(text)
     if fact.slots:

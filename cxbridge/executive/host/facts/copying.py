@@ -1,7 +1,7 @@
-"""Copies of many facts that do not stop the rules for long: they are made in pieces, and fast.
+"""Copies of many facts in small pieces, so that rules do not wait long.
 
-Slot values are read from the facts' memory, not by ``GetFactSlot``: with 10,000 facts that is the difference
-between a glance and a pause.
+Slot values are read from the facts' memory: ``GetFactSlot`` would make copies of 10,000 facts noticeably
+slow.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cxbridge.executive.host.facts.making import contents_offset
 from cxbridge.executive.host.values import FactAddress, Value, to_python
 
 PIECE: Final = 100
-"""Facts that are looked at before the caller can stop for a while."""
+"""The number of facts in a piece, after which the caller may pause."""
 
 _MULTIFIELD: Final = 4
 _WORDS: Final = ffi.typeof("intptr_t *")
@@ -30,7 +30,7 @@ _POINTER: Final = ffi.typeof("void *")
 class FactTemplate(Struct, frozen=True):
     """A deftemplate.
 
-    :param slots: names, and whether many values fit; None for ordered facts.
+    :param slots: names, and whether each is a multislot; None for ordered facts.
     """
 
     name: str
@@ -38,18 +38,18 @@ class FactTemplate(Struct, frozen=True):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The slots' names; that of an ordered fact's only one is ``implied``."""
+        """The names of the slots; ``implied`` for an ordered fact."""
         return (IMPLIED,) if self.slots is None else tuple(name for name, _ in self.slots)
 
     def slots_of(self, row: FactRow) -> dict[str, Value]:
-        """Return the values of a fact by the names of their slots."""
+        """Return the values of a fact by slot."""
         return dict(zip(self.names, row.values, strict=True))
 
 
 class FactRow(Struct, frozen=True):
     """A fact.
 
-    :param values: of its slots in their order; an ordered fact has one, a tuple.
+    :param values: the slot values in order; an ordered fact has a single tuple.
     """
 
     index: int
@@ -58,9 +58,9 @@ class FactRow(Struct, frozen=True):
 
 
 class FactCopy(Struct):
-    """Facts in the order of CLIPS' list, and their deftemplates.
+    """Facts in the order of CLIPS' list, with their deftemplates.
 
-    :param total: how many there are, those too that were not to be copied.
+    :param total: the number of facts, including those that were not copied.
     """
 
     templates: dict[str, FactTemplate] = field(default_factory=dict)
@@ -68,14 +68,13 @@ class FactCopy(Struct):
     total: int = 0
 
     def of(self, template: str) -> Iterator[Mapping[str, Value]]:
-        """Yield the slots of the facts of a deftemplate, by name."""
+        """Yield the slots of a deftemplate's facts."""
         for row in self.rows:
             if row.template == template:
                 yield self.templates[template].slots_of(row)
 
 
 def template_of(pointer: CData) -> FactTemplate:
-    """Return the description of a deftemplate."""
     value = ffi.new("CLIPSValue *")
     lib.DeftemplateSlotNames(pointer, value)
     names = [str(name) for name in to_python(value)]
@@ -84,15 +83,15 @@ def template_of(pointer: CData) -> FactTemplate:
 
 
 class FactCopier:
-    """Copies facts piece by piece. Between two pieces rules may run: a fact has its old or new slots.
+    """Copies facts in pieces. Rules may run between two pieces, so a fact has its old or new slots.
 
-    A fact that exists at the end is in the copy, and a fact that is gone by then is not.
+    The copy contains each fact that exists at the end, and no retracted fact.
 
     :param env: the environment's pointer.
-    :param wanted: whether those of a deftemplate are, by its name.
-    :param begin: how many of these are skipped.
-    :param end: up to which they are copied; None: all.
-    :param piece: facts that are looked at before the caller can stop for a while.
+    :param wanted: returns whether a deftemplate's facts are copied.
+    :param begin: the number of wanted facts to skip.
+    :param end: the number of wanted facts to stop at; None: all.
+    :param piece: the number of facts in a piece.
     """
 
     def __init__(
@@ -116,7 +115,7 @@ class FactCopier:
         """The facts copied so far."""
 
     def pieces(self) -> Iterator[None]:
-        """Copy a piece before each ``yield``. To be advanced with the lock of a living environment held."""
+        """Copy a piece before each ``yield``. To be advanced with a living environment locked."""
         env = self._env
         done: set[int] = set()
         fact = lib.GetNextFact(env, NULL)
@@ -128,7 +127,7 @@ class FactCopier:
                 self.add(fact)
             looked += 1
             if looked % self._piece == 0:
-                lib.RetainFact(fact)  # or its memory may be another's
+                lib.RetainFact(fact)  # otherwise CLIPS could reuse the fact's memory
                 yield
                 self._forget()
                 there = lib.FactExistp(fact)
@@ -141,12 +140,12 @@ class FactCopier:
             self._drop_gone()
 
     def _forget(self) -> None:
-        """Forget what may have changed its meaning while rules ran."""
+        """Clear caches that rules may have invalidated."""
         self._seen.clear()
         self._known.clear()
 
     def add(self, fact: CData) -> None:
-        """Copy a fact, if those of its deftemplate are wanted."""
+        """Copy a fact if its deftemplate is wanted."""
         deftemplate = lib.FactDeftemplate(fact)
         if deftemplate not in self._known:
             found = template_of(deftemplate)
@@ -164,7 +163,7 @@ class FactCopier:
             self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
 
     def _words(self, words: CData, count: int) -> tuple[Value, ...]:
-        """Return the values behind this many pointers."""
+        """Return the values behind ``count`` pointers."""
         seen, values = self._seen, []
         for word in ffi.unpack(words, count):
             value = seen.get(word, seen)
@@ -184,7 +183,7 @@ class FactCopier:
         return value
 
     def _drop_gone(self) -> None:
-        """Leave out facts that were retracted since they were copied."""
+        """Remove facts that were retracted after they had been copied."""
         there = set()
         fact = lib.GetNextFact(self._env, NULL)
         while fact != NULL:

@@ -1,4 +1,4 @@
-"""Facts as people see and change them: as CLIPS text, by their indices."""
+"""Display and edit facts as CLIPS text, by index."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _BAD_SLOT: Final = re.compile(r"[Ii]nvalid slot '([^']+)'")
 
 
 def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int, str]]:
-    """Yield index and text of all facts, or of those of a deftemplate.
+    """Yield index and text of all facts, or of one deftemplate's facts.
 
-    :raises ClipsError: when there is no such deftemplate.
+    :raises ClipsError: if the deftemplate is unknown.
     """
     if template and not env.has_template(template):
         raise unknown_template(env, template)
@@ -41,13 +41,13 @@ def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int,
 def find_facts(
     env: ClipsEnvironment, words: str, after: int, most: int, seconds: float
 ) -> tuple[list[tuple[int, str]], int | None]:
-    """Look for facts by their text, for a bounded time.
+    """Search facts by text, in bounded time.
 
-    :param words: part of the text, capital or not; empty: all facts.
-    :param after: only facts with a greater index.
-    :param most: the number of facts at most.
-    :param seconds: look no longer than this.
-    :returns: index and text of the facts, and the index to continue after; None after the last fact.
+    :param words: a part of the text, ignoring case; empty: all facts.
+    :param after: skip facts up to this index.
+    :param most: the maximum number of results.
+    :param seconds: the maximum duration.
+    :returns: index and text of the facts, and the index to continue from; None at the end.
     """
     found: list[tuple[int, str]] = []
     wanted, until = words.lower(), perf_counter() + seconds
@@ -66,7 +66,6 @@ def find_facts(
 
 
 def count_facts(env: ClipsEnvironment) -> int:
-    """Return how many facts there are, without a look at them."""
     fact, count = lib.GetNextFact(env.env, NULL), 0
     while fact != NULL:
         fact, count = lib.GetNextFact(env.env, fact), count + 1
@@ -74,10 +73,10 @@ def count_facts(env: ClipsEnvironment) -> int:
 
 
 def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> int:
-    """Assert a fact; returns its index, or that of an equal fact.
+    """Assert a fact; return its index, or that of an equal fact.
 
-    :param constant: take constants only, nothing that CLIPS evaluates.
-    :raises ClipsError: when CLIPS refuses it.
+    :param constant: accept constants only.
+    :raises ClipsError: if CLIPS refuses the fact.
     """
     text = constant_text(env.env, text) if constant else text
     check_excess(text)
@@ -95,7 +94,7 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
 
 
 def _meant(env: ClipsEnvironment, text: str, said: str, known: Iterable[str]) -> str | None:
-    """Return which deftemplate or slot was probably meant in a fact that CLIPS refuses."""
+    """Return a hint with the most similar deftemplate or slot."""
     relation = template_name(text)
     if relation not in known:
         return did_you_mean(relation, known) or None
@@ -114,7 +113,7 @@ def _meant_slot(name: str, template: FactTemplate) -> str:
 def retract_fact(env: ClipsEnvironment, index: int) -> None:
     """Retract a fact.
 
-    :raises ClipsError: when there is none of that index.
+    :raises ClipsError: if the fact does not exist.
     """
     if not env.retract(index):
         raise ClipsError(f"there is no fact f-{index}")
@@ -123,11 +122,11 @@ def retract_fact(env: ClipsEnvironment, index: int) -> None:
 def modify_fact(
     env: ClipsEnvironment, index: int, slots: Mapping[str, str], *, constant: bool = False
 ) -> int:
-    """Give slots of a fact other values; returns the index of the new fact.
+    """Modify slots of a fact; return the index of the new fact.
 
-    :param slots: by name; CLIPS text: ``FINISHED``, ``"a text"``, ``a b c`` for a multislot, ``(+ 1 2)``.
-    :param constant: take constants only, nothing that CLIPS evaluates.
-    :raises ClipsError: when there is no such fact or slot, or it cannot have the value.
+    :param slots: values as CLIPS text: ``FINISHED``, ``"a text"``, ``a b c`` for a multislot, ``(+ 1 2)``.
+    :param constant: accept constants only.
+    :raises ClipsError: if the fact or a slot does not exist, or the slot cannot have the value.
     """
     fact = env.maker.find(index)
     if fact == NULL:

@@ -1,7 +1,7 @@
-"""`fact-existp` by index, without a walk through all facts.
+"""A fast `fact-existp` by index.
 
-Fawkes' core keeps facts' indices in slots, and asks in conditions whether they exist, for each goal and in
-each loop. CLIPS looks for an index in the list of all facts. Here the facts that were found once are held.
+Fawkes' core stores fact indices in slots and checks them in conditions, for each goal and loop. CLIPS
+searches its list of all facts for an index. This version retains the facts that were found once.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from clips._clips import ffi, lib
 from cxbridge.executive.host.capi import EXTRA, NULL, CData, callback
 
 EXISTS_FUNCTION: Final = "fact-existp"
-"""The built-in that this replaces."""
+"""The name of the replaced function."""
 
 _INTEGER: Final = 1
 _FACT_ADDRESS: Final = 6
 _ALL_BITS: Final = (1 << 10) - 1
-# Facts that are held.
+# the maximum number of retained facts
 _MOST: Final = 4096
 
 
 class FactsByIndex:
-    """The facts of an environment whose indices were requested.
+    """The facts whose indices were queried.
 
     :param env: the environment's pointer.
     """
@@ -34,10 +34,10 @@ class FactsByIndex:
         self._argument = ffi.new("UDFValue *")
         self._true, self._false = lib.TrueSymbol(env), lib.FalseSymbol(env)
         self.function = callback("void(Environment *, UDFContext *, UDFValue *)", self._answer)
-        """What CLIPS calls for `fact-existp`."""
+        """The C implementation of `fact-existp`."""
 
     def exists(self, index: int) -> bool:
-        """Whether there is a fact with this index."""
+        """Return whether a fact with this index exists."""
         fact = self._held.get(index)
         if fact is not None:
             if lib.FactExistp(fact):
@@ -53,7 +53,7 @@ class FactsByIndex:
         return True
 
     def forget(self) -> None:
-        """Let go of all facts."""
+        """Release all facts."""
         while self._held:
             lib.ReleaseFact(self._held.popitem()[1])
 
@@ -65,7 +65,7 @@ class FactsByIndex:
         kind = argument.header.type
         if kind == _FACT_ADDRESS:
             there = lib.FactExistp(argument.factValue)
-        else:  # for a value that is no index, CLIPS reports a missing fact
+        else:  # CLIPS reports a missing fact for a value that is not an index
             there = kind == _INTEGER and self.exists(argument.integerValue.contents)
         if there:
             result.lexemeValue = self._true

@@ -1,6 +1,6 @@
-"""Facts that the host has made and will retract.
+"""Facts that the host asserts and later retracts.
 
-By their handles: to look for a fact by its index means to walk through all facts.
+The host keeps their pointers, because CLIPS finds a fact by index only by searching all facts.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from cxbridge.executive.host.values import Value
 
 
 class HeldFact:
-    """A fact, also after rules have retracted it: CLIPS keeps its memory until it is let go."""
+    """A retained fact. Its memory stays valid after rules have retracted it, until it is released."""
 
     __slots__ = ("_fact",)
 
@@ -26,21 +26,21 @@ class HeldFact:
 
     @classmethod
     def make(cls, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> Self | None:
-        """Assert a fact and hold it; None when CLIPS refuses it.
+        """Assert and retain a fact; None if CLIPS refuses it.
 
-        :raises ClipsError: for an unknown deftemplate or slot.
+        :raises ClipsError: if the deftemplate or a slot is unknown.
         """
         fact = env.add_fact(template, slots)
         return None if fact == NULL else cls(fact)
 
     def retract(self) -> None:
-        """Retract the fact, unless that was done, and let go of it. To be called once."""
+        """Retract the fact if it still exists, and release it. To be called once."""
         fact, self._fact = self._fact, NULL
         if lib.FactExistp(fact):
             lib.Retract(fact)
         lib.ReleaseFact(fact)
 
     def release(self) -> None:
-        """Let go of the fact, and leave it where it is."""
+        """Release the fact without retracting it."""
         fact, self._fact = self._fact, NULL
         lib.ReleaseFact(fact)

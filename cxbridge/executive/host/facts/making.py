@@ -1,8 +1,8 @@
 """Facts made from C values, without the checks of clipspy's builders.
 
-CLIPS checks types and allowed values when it parses a construct, not when a rule puts a value into a slot:
-rules do store an integer in a SYMBOL slot, and it works. The C API's ``PutFactSlot`` checks, so a value that
-it refuses is written into the fact's proposition itself, as CLIPS' own `modify` does.
+CLIPS checks types and allowed values when it parses a construct, but not when a rule sets a slot: rules do
+store an integer in a SYMBOL slot. ``PutFactSlot`` of the C API checks, so refused values are written directly
+into the fact's proposition, as CLIPS' own `modify` does.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ _SEARCHED_BYTES = 512
 
 @cache
 def contents_offset() -> int:
-    """Return where a ``Fact`` keeps its slot values, in bytes: looked up in one whose values are known."""
+    """Return the offset of the slot values in a ``Fact``, in bytes."""
+    # found by searching a fact with known values: the offset depends on the build of CLIPS
     env = lib.CreateEnvironment()
     try:
         lib.Build(env, b"(deftemplate probe (slot a) (slot b))")
@@ -51,13 +52,13 @@ class FactMaker:
         self._env = env
         self._positions: dict[CData, dict[bytes, int]] = {}
         self.replaces = False
-        """Whether a ``modify`` retracts a fact just now, to assert it with other slots."""
+        """Whether a ``modify`` is replacing a fact: it retracts one and asserts another."""
 
     def copy(self, fact: CData, changes: list[tuple[bytes, CData]]) -> CData:
-        """Make a fact like ``fact`` with other slot values; it is not asserted yet.
+        """Make a modified copy of a fact without asserting it.
 
-        :param changes: slot name and pointer to a CLIPSValue (a multifield for multislots).
-        :raises KeyError: for a slot that the deftemplate does not have, or many values for a single slot.
+        :param changes: slot names and pointers to CLIPSValues (a multifield for multislots).
+        :raises KeyError: if the deftemplate lacks a slot, or a single slot would get several values.
         """
         new = EXTRA.CreateFact(lib.FactDeftemplate(fact))
         EXTRA.CopyFactSlotValues(self._env, new, fact)
@@ -65,7 +66,7 @@ class FactMaker:
         return new
 
     def new(self, deftemplate: CData, values: list[tuple[bytes, CData]]) -> CData:
-        """Make a fact with these slot values and the defaults of the rest; it is not asserted yet.
+        """Make a fact with default values for missing slots, without asserting it.
 
         :param values: slot names and pointers to CLIPSValues; NULL names the fields of an ordered fact.
         :raises KeyError: as in :meth:`copy`.
@@ -76,7 +77,7 @@ class FactMaker:
         return new
 
     def add(self, new: CData) -> CData:
-        """Assert what :meth:`copy` or :meth:`new` made; NULL when CLIPS refuses."""
+        """Assert a fact from :meth:`copy` or :meth:`new`; NULL if CLIPS refuses it."""
         return EXTRA.Assert(new)
 
     def find(self, index: int) -> CData:
@@ -84,7 +85,7 @@ class FactMaker:
         return EXTRA.FindIndexedFact(self._env, index)
 
     def forget(self) -> None:
-        """Forget the slots of deftemplates: some may be redefined."""
+        """Clear the cached slots, because deftemplates may be redefined."""
         self._positions.clear()
 
     def _fill(self, new: CData, values: list[tuple[bytes, CData]]) -> None:
@@ -94,7 +95,7 @@ class FactMaker:
                 raise KeyError("" if slot == NULL else slot.decode())
 
     def _force(self, new: CData, slot: bytes, value: CData) -> bool:
-        """Write a value that the slot's constraints forbid; False when the slot cannot hold it at all."""
+        """Write a value that the slot's constraints forbid; False if the slot cannot hold it."""
         if slot == NULL:
             return False
         deftemplate = lib.FactDeftemplate(new)
@@ -126,10 +127,10 @@ class FactMaker:
 
 
 class NumberFact:
-    """Asserts ordered facts of numbers, e.g. ``(time 1 2)``, at little cost: it is done in every loop.
+    """Asserts ordered facts of numbers, e.g. ``(time 1 2)``. Fast, because each loop does it.
 
     :param env: the environment's pointer.
-    :param relation: the relation; some construct must have named it before the first call.
+    :param relation: the relation, which some construct must name before the first call.
     """
 
     def __init__(self, env: CData, relation: str) -> None:
@@ -140,7 +141,7 @@ class NumberFact:
         self._fields = ffi.new("CLIPSValue *")
 
     def add(self, *numbers: float) -> bool:
-        """Assert a fact of these numbers; False when CLIPS refuses, or knows no such ordered relation."""
+        """Assert a fact of these numbers; False if CLIPS refuses it or the relation is unknown."""
         env, item, builder = self._env, self._item, self._builder
         deftemplate = lib.FindDeftemplate(env, self._relation)
         if deftemplate == NULL:
@@ -149,7 +150,7 @@ class NumberFact:
             make = lib.CreateInteger if isinstance(number, int) else lib.CreateFloat
             item.value = make(env, number)
             lib.MBAppend(builder, item)
-        self._fields.value = lib.MBCreate(builder)  # and the builder is empty again
+        self._fields.value = lib.MBCreate(builder)  # MBCreate also empties the builder
         new = EXTRA.CreateFact(deftemplate)
         if not EXTRA.PutFactSlot(new, NULL, self._fields):
             EXTRA.ReturnFact(env, new)
@@ -157,7 +158,7 @@ class NumberFact:
         return bool(EXTRA.Assert(new))
 
     def dispose(self) -> None:
-        """Free its memory, before the environment is destroyed. A second call does nothing."""
+        """Free the memory before the environment is destroyed. Further calls do nothing."""
         if self._builder is not None:
             lib.MBDispose(self._builder)
             self._builder = None

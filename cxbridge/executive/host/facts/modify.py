@@ -1,9 +1,9 @@
-"""`modify` and `duplicate` as CLIPS 6.30 does them, for users' files on CLIPS 6.4.
+"""`modify` and `duplicate` of CLIPS 6.30 for users' files.
 
-`modify` retracts a fact and asserts a new one with a new index. The values are all evaluated before the old
-fact goes, as in 6.30; a modify that changes nothing still makes a new fact, for which rules fire again.
-`duplicate` of 6.4 ends the process when many values come for a single slot; here that is an error.
-:mod:`cxbridge.executive.host.source` turns each call in a user's file into a call of these functions.
+`modify` retracts a fact and asserts a new one with a new index. As in 6.30, all values are evaluated first,
+and a modify without changes still makes a new fact, for which rules fire again. 6.4's `duplicate` ends the
+process if a single slot gets several values; here this is an error. :mod:`cxbridge.executive.host.source`
+rewrites calls in users' files to these functions.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ Complain = Callable[[str], None]
 
 
 class Modify:
-    """The function behind ``(cx-modify FACT slot (create$ value...) ...)``.
+    """The implementation of ``(cx-modify FACT slot (create$ value...) ...)``.
 
-    :cvar name: the called name.
-    :cvar retracts: whether the old fact goes.
+    :cvar name: the name in messages.
+    :cvar retracts: whether the old fact is retracted.
     :param env: the environment's pointer.
-    :param complain: called, with CLIPS' words, when a modify cannot be done; the right-hand side then ends.
+    :param complain: receives CLIPS' message about an impossible modify. The right-hand side then ends.
     """
 
     name: ClassVar = "modify"
@@ -43,13 +43,13 @@ class Modify:
         self._multislots: dict[tuple[str, str], bool] = {}
 
     def __call__(self, fact: Value, *changes: Value) -> Value:
-        """Do it; returns the new fact, or FALSE when there is no old one, or one like the new one."""
+        """Return the new fact; FALSE without an old fact, or if a fact like the new one exists."""
         old = self._find(fact)
         if old is None:
             return FALSE
         deftemplate = lib.FactDeftemplate(old)
         if self._is_ordered(deftemplate):
-            return FALSE  # as in 6.30, without a word
+            return FALSE  # silently, as in 6.30
         slots: list[tuple[bytes, CData]] = []
         for slot, values in zip(changes[::2], changes[1::2], strict=True):
             value = self._slot_value(deftemplate, slot, values)
@@ -60,7 +60,7 @@ class Modify:
         if not self.retracts:
             asserted = self._facts.add(new)
         else:
-            lib.RetainFact(old)  # its values are the new one's, too: they must outlive the retraction
+            lib.RetainFact(old)  # the new fact shares its values, which must outlive the retraction
             self._facts.replaces = True
             lib.Retract(old)
             self._facts.replaces = False
@@ -70,7 +70,7 @@ class Modify:
         return FactAddress(asserted) if asserted == new else FALSE
 
     def _find(self, fact: Value) -> CData | None:
-        """Return the fact that the first argument names, or None after a complaint."""
+        """Return the fact of the first argument; None after a complaint."""
         if isinstance(fact, FactAddress):
             if lib.FactExistp(fact.pointer):
                 return fact.pointer
@@ -81,9 +81,7 @@ class Modify:
         if isinstance(fact, int):
             found = self._facts.find(fact)
             if found == NULL:
-                self._complain(
-                    f"Unable to find fact f-{fact}."
-                )  # and the right-hand side continues, as in 6.30
+                self._complain(f"Unable to find fact f-{fact}.")  # the right-hand side continues, as in 6.30
                 return None
             return found
         if fact != FALSE:
@@ -91,7 +89,7 @@ class Modify:
         return None
 
     def _is_ordered(self, deftemplate: CData) -> bool:
-        """Whether its facts have no slots that can be named."""
+        """Return whether facts of a deftemplate are ordered."""
         template = decode(lib.DeftemplateName(deftemplate))
         if template not in self._ordered:
             names = ffi.new("CLIPSValue *")
@@ -100,7 +98,7 @@ class Modify:
         return self._ordered[template]
 
     def _slot_value(self, deftemplate: CData, slot: Symbol, values: tuple[Value, ...]) -> CData | None:
-        """Return the value for the slot, or None after a complaint."""
+        """Return a slot's value; None after a complaint."""
         template = decode(lib.DeftemplateName(deftemplate))
         key = (template, slot)
         if key not in self._multislots:
@@ -121,7 +119,7 @@ class Modify:
 
 
 class Duplicate(Modify):
-    """The function behind ``(cx-duplicate FACT slot (create$ value...) ...)``."""
+    """The implementation of ``(cx-duplicate FACT slot (create$ value...) ...)``."""
 
     name = "duplicate"
     retracts = False

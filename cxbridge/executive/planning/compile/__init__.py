@@ -1,1 +1,1 @@
-"""From domain and problem to STRIPS: variables bound, and all that simple planners lack compiled away."""
+"""Compilation to STRIPS: bind variables and remove features that simple planners lack."""

@@ -1,7 +1,7 @@
-"""Conditions with their variables bound, as alternatives of literals (disjunctive normal form).
+"""Ground conditions as alternatives of literals (disjunctive normal form).
 
-Unchangeable parts are decided here: equalities, quantifiers (over the existing objects), predicates that no
-action changes. The remaining facts must be true or must be false.
+Static parts are evaluated: equalities, quantifiers over the existing objects, and predicates that no action
+changes. The remaining facts are required to be true or false.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from cxbridge.executive.planning.compile.objects import ObjectTable, domains_of
 from cxbridge.executive.planning.errors import PlanningError
 
 MAX_ALTERNATIVES: Final = 4096
-"""Alternatives that one condition may become."""
+"""The maximum number of alternatives of a condition."""
 
 Binding = Mapping[str, str]
-"""The objects that variables stand for."""
+"""Variables with their objects."""
 
 
 class Fact(NamedTuple):
@@ -42,29 +42,29 @@ class Fact(NamedTuple):
 
 
 class Conjunction(NamedTuple):
-    """Facts that must be true, and facts that must be false."""
+    """Facts required to be true, and facts required to be false."""
 
     positive: frozenset[Fact] = frozenset()
     negative: frozenset[Fact] = frozenset()
 
     def joined(self, other: Conjunction) -> Conjunction | None:
-        """Return both at once; None when they contradict each other."""
+        """Return the union; None if it is contradictory."""
         positive, negative = self.positive | other.positive, self.negative | other.negative
         return None if positive & negative else Conjunction(positive, negative)
 
 
 Alternatives = tuple[Conjunction, ...]
-"""One of them must hold: none is false, an empty conjunction is true."""
+"""A disjunction: no alternative is false, an empty conjunction is true."""
 
 FALSE: Final[Alternatives] = ()
 TRUE: Final[Alternatives] = (Conjunction(),)
 
 
 class Evaluator:
-    """Turns formulas into alternatives.
+    """Converts formulas to alternatives.
 
     :param objects: the values of quantified variables.
-    :param known: the truth of a fact that can never change; None for the rest.
+    :param known: returns the truth of a static fact; None for other facts.
     """
 
     def __init__(self, objects: ObjectTable, known: Callable[[Fact], bool | None]) -> None:
@@ -74,9 +74,9 @@ class Evaluator:
     def alternatives(  # noqa: PLR0911  a case for each kind of formula
         self, formula: Formula | None, binding: Binding, *, negated: bool = False
     ) -> Alternatives:
-        """Return a condition's alternatives; those of its negation if ``negated``.
+        """Return the alternatives of a condition, or of its negation.
 
-        :raises PlanningError: for too many alternatives.
+        :raises PlanningError: if there are too many alternatives.
         """
         match formula:
             case None:
@@ -102,7 +102,7 @@ class Evaluator:
         raise PlanningError(f"a condition cannot hold {type(formula).__name__}")
 
     def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
-        """Yield a binding with these variables for each choice of objects."""
+        """Yield the binding extended by each choice of objects for the variables."""
         names, objects = zip(*domains_of(variables, self._objects), strict=True) if variables else ((), ())
         for choice in product(*objects):
             yield {**binding, **dict(zip(names, choice, strict=True))}
@@ -117,14 +117,14 @@ class Evaluator:
 
 
 def bound(term: Term, binding: Binding) -> str:
-    """Return the object that a term stands for."""
+    """Return the object of a term."""
     if isinstance(term, FunctionTerm):
         raise PlanningError(f"({term.function} ...) is a number, not an object")
     return binding[term.name] if isinstance(term, Variable) else term.name
 
 
 def fact_of(atom: Atom, binding: Binding) -> Fact:
-    """Return the fact that an atom stands for."""
+    """Return the fact of an atom."""
     return Fact(atom.predicate, tuple(bound(argument, binding) for argument in atom.arguments))
 
 

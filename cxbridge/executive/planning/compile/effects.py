@@ -1,4 +1,4 @@
-"""The effects of an action with its variables bound: one case per outcome of its conditional effects."""
+"""The effects of a ground action: one case per combination of its conditional effects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cxbridge.executive.planning.compile.conditions import (
 from cxbridge.executive.planning.errors import PlanningError
 
 MAX_CONDITIONS: Final = 8
-"""Conditions of the conditional effects of one bound action: each may double the number of its cases."""
+"""The maximum number of conditional effects. Each may double the number of cases."""
 
 
 class Change(NamedTuple):
@@ -32,7 +32,7 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """When the condition holds, these are the changes."""
+    """A condition and its changes."""
 
     condition: Conjunction
     changes: frozenset[Change]
@@ -52,9 +52,9 @@ def changed_predicates(effect: Formula | None) -> Iterator[str]:
 def cases(
     evaluator: Evaluator, condition: Conjunction, effect: Formula | None, binding: Binding
 ) -> Iterator[Case]:
-    """Yield the cases of an action whose precondition is ``condition``.
+    """Yield the cases of an action with a precondition.
 
-    :raises PlanningError: for too many conditional effects, or one that cannot be.
+    :raises PlanningError: if there are too many conditional effects, or an unsupported one.
     """
     always: set[Change] = set()
     conditional: dict[tuple[Alternatives, Alternatives], set[Change]] = {}
@@ -76,7 +76,7 @@ def cases(
 def _split(
     case: Case, conditional: list[tuple[tuple[Alternatives, Alternatives], set[Change]]]
 ) -> Iterator[Case]:
-    """Yield a case for each way in which the conditions can hold and fail."""
+    """Yield a case for each combination of true and false conditions."""
     if not conditional:
         yield case
         return
@@ -91,7 +91,7 @@ def _split(
 def _changes(
     evaluator: Evaluator, effect: Formula | None, when: Formula | None, binding: Binding
 ) -> Iterator[tuple[Formula | None, Binding, Change]]:
-    """Yield each change with its condition and the values of that condition's variables."""
+    """Yield each change with its condition and the binding of that condition."""
     match effect:
         case None | NumericChange():
             return

@@ -1,14 +1,14 @@
-"""From domain and problem to STRIPS: variables bound, and all that simple planners lack compiled away.
+"""Grounding of domain and problem to STRIPS, without features that simple planners lack.
 
-An action is bound in as many ways as can be reached when nothing is ever deleted: facts are taken one by one,
-each is joined with those before it to choices of objects that satisfy the action's plain atoms. Then:
+Reachable actions are ground, where deletions are ignored: each new fact is joined with earlier facts
+to the choices of objects that satisfy the plain atoms of an action. Then these features are compiled:
 
 ==================  ==========================================================================
-negative condition  a fact that stands for the falsehood, kept in step by the effects
-``or``, ``imply``   one operator for each alternative
-quantifiers         all objects, one after the other
-``when``            one operator for each outcome of the conditions
-``=``               decided while binding
+negative condition  a fact for the falsehood, which the effects keep consistent
+``or``, ``imply``   one operator per alternative
+quantifiers         all objects
+``when``            one operator per combination of the conditions
+``=``               evaluated while grounding
 ==================  ==========================================================================
 """
 
@@ -27,39 +27,37 @@ from cxbridge.executive.planning.compile.strips import GroundAction, Operator, S
 from cxbridge.executive.planning.errors import PlanningError
 
 MAX_OPERATORS: Final = 200_000
-"""Bound actions that are kept in memory."""
+"""The maximum number of ground actions in memory."""
 
 _GOAL: Final = Fact("goal reached", ())
 
 
 class _Bound(NamedTuple):
-    """A case of a bound action, or of the goal (no action)."""
+    """A case of a ground action, or of the goal (without action)."""
 
     action: GroundAction | None
     case: Case
 
 
 def ground(domain: Domain, problem: Problem) -> StripsTask:
-    """Return the STRIPS task of a problem.
+    """Return the STRIPS task of a problem without numbers.
 
-    Numbers are left out: neither domain nor problem may need them.
-
-    :raises PlanningError: when it grows beyond all bounds.
+    :raises PlanningError: if the task becomes too large.
     """
     return _Grounder(domain, problem).task()
 
 
 def reachable(domain: Domain, problem: Problem, most: int) -> frozenset[Fact]:
-    """Return the facts that can become true when nothing is ever deleted, those at the start included.
+    """Return the facts reachable without deletions, including the initial facts.
 
-    :param most: bound actions that are looked at.
-    :raises PlanningError: when there are more.
+    :param most: the maximum number of ground actions.
+    :raises PlanningError: if the maximum is exceeded.
     """
     return _Grounder(domain, problem, most).reachable()
 
 
 def _plain_atoms(condition: Formula | None) -> Iterator[Atom]:
-    """Yield the atoms that must be true whatever else."""
+    """Yield the atoms that are required in any case."""
     if isinstance(condition, Atom):
         yield condition
     elif isinstance(condition, And):
@@ -87,15 +85,13 @@ class _Grounder:
         self._queue: deque[Fact] = deque()
         self._propagated: set[Fact] = set()
         self._seen: set[tuple[int, tuple[str, ...]]] = set()
-        # Who waits for a fact: its number in `_bound`, and how many facts are missing.
+        # By fact, the waiting cases: the index in `_bound`, and the number of missing facts.
         self._waiting: dict[Fact, list[list[int]]] = {}
         self._bound: list[_Bound] = []
         self._usable: list[_Bound] = []
 
     def _known(self, fact: Fact) -> bool | None:
         return None if fact.predicate in self._changing else fact in self._initial
-
-    # ---- what can be reached
 
     def task(self) -> StripsTask:
         self._explore()
@@ -131,7 +127,7 @@ class _Grounder:
                     self._use(self._bound[counter[0]])
 
     def _users(self) -> dict[str, list[tuple[int, int]]]:
-        """Return the plain atoms, as numbers of schema and atom, by predicate."""
+        """Return indices of schema and atom of the plain atoms, by predicate."""
         users: dict[str, list[tuple[int, int]]] = {}
         for number, schema in enumerate(self._schemas):
             for position, atom in enumerate(schema.atoms):
@@ -158,7 +154,7 @@ class _Grounder:
                 self._add(_Bound(GroundAction(action.name, choice), case))
 
     def _add(self, bound: _Bound) -> None:
-        """Wait for the facts that must be true; those that must be false are not an obstacle here."""
+        """Add a case that waits for its positive facts. Negative facts never block here."""
         if len(self._bound) >= self._most:
             raise PlanningError(
                 f"the problem has more than {self._most} bound actions",
@@ -175,8 +171,6 @@ class _Grounder:
     def _use(self, bound: _Bound) -> None:
         self._usable.append(bound)
         self._reach(change.fact for change in bound.case.changes if change.to)
-
-    # ---- the task
 
     def _strips(self) -> StripsTask:
         numbers: dict[Fact, int] = {}

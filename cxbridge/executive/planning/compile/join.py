@@ -1,4 +1,4 @@
-"""The bindings that satisfy all atoms of a condition: a join over the facts known so far."""
+"""A join over known facts: the bindings that satisfy all atoms of a condition."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from cxbridge.executive.planning.compile.conditions import Fact
 
 
 class FactIndex:
-    """Facts, found by predicate and by an argument at a position."""
+    """Facts indexed by predicate, and by argument and position."""
 
     def __init__(self) -> None:
         self._all: dict[str, list[tuple[str, ...]]] = {}
         self._by_argument: dict[tuple[str, int, str], list[tuple[str, ...]]] = {}
 
     def add(self, fact: Fact) -> None:
-        """Add a fact that is not in yet."""
+        """Add a new fact."""
         self._all.setdefault(fact.predicate, []).append(fact.arguments)
         for position, argument in enumerate(fact.arguments):
             self._by_argument.setdefault((fact.predicate, position, argument), []).append(fact.arguments)
 
     def candidates(self, atom: Atom, binding: dict[str, str]) -> Sequence[tuple[str, ...]]:
-        """Return arguments among which all that match the atom are: the shortest list there is."""
+        """Return the shortest indexed list that contains all matches of an atom."""
         best: Sequence[tuple[str, ...]] = self._all.get(atom.predicate, ())
         for position, term in enumerate(atom.arguments):
             value = binding.get(term.name) if isinstance(term, Variable) else _name(term)
@@ -35,10 +35,10 @@ class FactIndex:
 
 
 class Schema:
-    """An action to be bound: its parameters and the atoms that must hold.
+    """An action to ground: parameters and required atoms.
 
-    :param parameters: each with the objects that it may stand for.
-    :param atoms: the atoms that stand alone in the condition, not below ``or``, ``not`` ...
+    :param parameters: names with their permitted objects.
+    :param atoms: the atoms outside of ``or``, ``not`` ...
     """
 
     def __init__(self, parameters: list[tuple[str, dict[str, None]]], atoms: Sequence[Atom]) -> None:
@@ -49,9 +49,9 @@ class Schema:
     def matches(
         self, index: FactIndex, first: int | None = None, fact: Fact | None = None
     ) -> Iterator[tuple[str, ...]]:
-        """Yield the objects of the parameters, in order, for each way to satisfy the atoms.
+        """Yield the parameters' objects for each way to satisfy the atoms.
 
-        :param first: the atom, by its number, that ``fact`` must be; None: no such wish.
+        :param first: the index of the atom that must match ``fact``.
         """
         binding: dict[str, str] = {}
         rest = list(self.atoms)
@@ -80,7 +80,7 @@ class Schema:
     def _unify(
         self, atom: Atom, arguments: tuple[str, ...], binding: dict[str, str]
     ) -> dict[str, str] | None:
-        """Bind the atom's variables so that it is the fact of these arguments; None when it cannot be."""
+        """Extend the binding so that an atom matches the arguments; None if impossible."""
         for term, value in zip(atom.arguments, arguments, strict=True):
             if not isinstance(term, Variable):
                 if _name(term) != value:

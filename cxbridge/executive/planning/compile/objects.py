@@ -1,4 +1,4 @@
-"""The objects of a problem by their types."""
+"""The objects of a problem by type."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from cxbridge.executive.pddl.ast import ROOT_TYPE, Domain, Problem, TypedList, p
 
 
 class ObjectTable:
-    """The objects of a problem, with the constants of its domain, by type.
+    """The objects of a problem and the constants of its domain, by type.
 
-    An object is of its type and of all types above that; everything is an ``object``.
+    An object belongs to its type and all supertypes. ``object`` includes all.
     """
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
@@ -21,7 +21,7 @@ class ObjectTable:
                 self._of.setdefault(each, {})[name] = None
 
     def of(self, types: tuple[str, ...]) -> dict[str, None]:
-        """Return the objects of any of these types, in order of declaration; no type: all objects."""
+        """Return the objects of any of these types, in order of declaration; without types all objects."""
         if len(types) == 1:
             return self._of.get(types[0], {})
         found: dict[str, None] = {}
@@ -42,5 +42,5 @@ def _with_supers(type_: str, supers: dict[str, set[str]]) -> set[str]:
 
 
 def domains_of(parameters: TypedList, objects: ObjectTable) -> list[tuple[str, dict[str, None]]]:
-    """Return each variable of a typed list with the objects it may stand for."""
+    """Return each variable of a typed list with its possible objects."""
     return [(name, objects.of(group.types)) for group in parameters for name in group.names]

@@ -1,7 +1,6 @@
-"""Why there is no plan: the parts of the goal that no relaxed plan reaches.
+"""Explanation of missing plans: goal parts that no relaxed plan reaches.
 
-A relaxed plan never deletes a fact; numbers and times count for nothing. A part of a goal that even such a
-plan does not reach has no plan.
+A relaxed plan ignores deletions, numbers and times. A goal part that it does not reach is unreachable.
 """
 
 from __future__ import annotations
@@ -39,9 +38,9 @@ _MOST_NAMES: Final = 4
 
 
 def unreached(domain: Domain, problem: Problem) -> list[str]:
-    """Return a line for each part of the goal that no relaxed plan reaches; none when all are reached.
+    """Return a line for each unreachable goal part.
 
-    :raises PlanningError: when the problem is too large.
+    :raises PlanningError: if the problem is too large.
     """
     actions = tuple(_relaxed_action(action) for action in domain.actions)
     relaxed = replace(domain, actions=actions)
@@ -57,7 +56,7 @@ def unreached(domain: Domain, problem: Problem) -> list[str]:
 
 
 def why_none(domain: Domain, problem: Problem) -> str:
-    """Return the lines of :func:`unreached` as the end of a message; empty when there is no reason."""
+    """Return the lines of :func:`unreached` as the end of a message; empty without a reason."""
     try:
         reasons = unreached(domain, problem)
     except PlanningError:
@@ -75,7 +74,7 @@ def _relaxed_action(action: ActionSchema) -> ActionSchema:
 def _relaxed(formula: Formula, own: Collection[str] = ()) -> Formula:
     """Return a formula without times and numbers.
 
-    :param own: the predicates that the action itself changes: it may reach what must hold later.
+    :param own: predicates changed by the same action, which may satisfy its later conditions.
     """
 
     def relax(part: Formula) -> Formula:
@@ -87,7 +86,7 @@ def _relaxed(formula: Formula, own: Collection[str] = ()) -> Formula:
             case TermComparison(left=left, right=right) if _is_number(left) or _is_number(right):
                 return And(())
             case Not(part=And(parts=())) | NumericChange():
-                return And(())  # a comparison that must not hold
+                return And(())  # a negated comparison
             case _:
                 return part
 
@@ -103,7 +102,7 @@ def _is_number(term: object) -> bool:
 
 
 def _lasting(domain: Domain, problem: Problem) -> frozenset[Fact]:
-    """Return the facts that hold at the start and that no action can delete."""
+    """Return the initial facts that no action can delete."""
     deleting = {
         part.part.predicate
         for action in domain.actions
@@ -121,7 +120,7 @@ def _name(term: object) -> str:
 def _missing(
     conjunction: Conjunction, found: frozenset[Fact], lasting: frozenset[Fact]
 ) -> list[tuple[Fact, bool]]:
-    """Return the facts that never come to be as a conjunction wants them, and how it wants them."""
+    """Return the facts that prevent a conjunction, with the required truth values."""
     absent = ((fact, True) for fact in sorted(conjunction.positive - found))
     present = ((fact, False) for fact in sorted(conjunction.negative & lasting))
     return [*absent, *present]
@@ -141,7 +140,7 @@ def _line(domain: Domain, fact: Fact, *, to: bool) -> str:
 
 
 def _achieves(action: ActionSchema, fact: Fact) -> bool:
-    """Whether an effect of an action makes a fact true for some objects."""
+    """Return whether an effect of the action can make the fact true."""
     parameters = set(names_of(action.parameters))
     return any(
         isinstance(part, Atom) and part.predicate == fact.predicate and _fits(part, fact, parameters)
@@ -150,7 +149,7 @@ def _achieves(action: ActionSchema, fact: Fact) -> bool:
 
 
 def _positive(effect: Formula | None) -> Iterator[Formula]:
-    """Yield the parts of an effect that are not below a negation."""
+    """Yield the parts of an effect outside of negations."""
     if effect is None or isinstance(effect, Not):
         return
     yield effect

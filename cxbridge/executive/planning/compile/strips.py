@@ -1,4 +1,4 @@
-"""Tasks in STRIPS: numbered facts, operators with positive preconditions; what simple planners understand."""
+"""STRIPS tasks: numbered facts, and operators with positive preconditions."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class GroundAction(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Operator:
-    """A way to do an action; deletes come before adds.
+    """A variant of a ground action. Deletions precede additions.
 
-    :param action: None for steps that stand for nothing: they only say that a goal is reached.
+    :param action: None for an auxiliary operator that only reaches the goal.
     """
 
     action: GroundAction | None
@@ -30,12 +30,11 @@ class Operator:
 
 @dataclass(frozen=True, slots=True)
 class StripsTask:
-    """A task.
+    """A planning task.
 
-    :param facts: the meanings of the numbers; facts that stand for the falsehood of another are named ``not
-        NAME``.
-    :param initial: what holds at the start.
-    :param goal: the facts that must hold at the end.
+    :param facts: facts by number; the falsehood of a fact is named ``not NAME``.
+    :param initial: the facts of the initial state.
+    :param goal: the required facts.
     """
 
     facts: tuple[Fact, ...]
@@ -45,7 +44,7 @@ class StripsTask:
 
 
 def without_irrelevant(task: StripsTask) -> StripsTask:
-    """Return the task without useless operators, and without effects that no condition needs."""
+    """Return the task without useless operators and effects."""
     adding: dict[int, list[Operator]] = {}
     for operator in task.operators:
         for fact in operator.adds:

@@ -1,1 +1,1 @@
-"""Whether a plan holds: its steps done one after the other, in the semantics of PDDL."""
+"""Validation of plans: execution of their steps in the semantics of PDDL."""

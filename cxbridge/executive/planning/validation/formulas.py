@@ -1,4 +1,4 @@
-"""Conditions and effects of one action with its objects: true and false facts, and changes."""
+"""Conditions and effects of a ground action."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _CHANGE: Final[Mapping[str, Callable[[float, float], float]]] = {
 
 
 class Written(NamedTuple):
-    """An effect at its moment: a literal or a change of a number, with the objects of its variables."""
+    """A literal or numeric effect at its moment, with its binding."""
 
     effect: Atom | NumericChange
     bound: Bound
@@ -51,10 +51,10 @@ class Written(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A state that an action looks at and changes.
+    """A state that an action reads and changes.
 
-    :param duration: how long the action takes; None when that is of no concern.
-    :param start: the moment of the action's start, for conditions ``at start`` of effects ``at end``.
+    :param duration: the duration of the action; None if irrelevant.
+    :param start: the moment of the action's start, for ``at start`` conditions of ``at end`` effects.
     """
 
     state: WorldState
@@ -63,12 +63,12 @@ class Moment:
     start: Moment | None = None
 
     def truth(self, state: WorldState | None = None) -> KnownState:
-        """Return the truth of formulas now, or in another state."""
+        """Return the evaluation of formulas in this state, or in another one."""
         now = state or self.state
         return KnownState(now.facts, now.numbers, self.objects.of, self.duration)
 
     def read_by(self, formulas: list[Formula], bound: Bound) -> tuple[set[Ground], set[Ground]]:
-        """Return the facts that conditions find true, and the other facts and functions that they read."""
+        """Return the facts that conditions read as true, and all other facts and functions that they read."""
         facts, numbers = FactsRead(self.state.facts), NumbersRead(self.state.numbers)
         truth = KnownState(facts, numbers, self.objects.of, self.duration)
         for formula in formulas:
@@ -77,10 +77,8 @@ class Moment:
 
 
 def parts_at(formula: Formula | None, moment: str) -> Iterator[Formula]:
-    """Yield the parts of a condition that must hold at a moment, :data:`AT_START` or another.
-
-    A part that names no moment must hold at the start.
-    """
+    """Yield the parts of a condition that must hold at a moment, e.g. :data:`AT_START`."""
+    # a part without time must hold at the start
     match formula:
         case None:
             return
@@ -110,7 +108,7 @@ def _is_timed(formula: Formula) -> bool:
 
 
 def false_part(formula: Formula, bound: Bound, moment: Moment) -> str:
-    """Return the smallest part that makes a formula false, with its objects, as text; empty: it is true."""
+    """Return the smallest false part of a formula, with its objects, as text; empty if it is true."""
     truth = moment.truth()
     blamed = next(to_blame(formula, truth, bound, whole=True), None)
     if blamed is None:
@@ -123,7 +121,7 @@ def false_part(formula: Formula, bound: Bound, moment: Moment) -> str:
 
 
 def _values(term: Term, bound: Bound, truth: KnownState) -> list[str]:
-    """Return the functions of a term."""
+    """Return the function values of a term as text."""
     if not isinstance(term, FunctionTerm):
         return []
     value = truth.number(term, bound)
@@ -145,14 +143,11 @@ def _bind_term(term: Term, bound: Bound) -> Term:
             return term
 
 
-# ---- effects
-
-
 def changes_of(effect: Formula | None, bound: Bound, moment: Moment, when: str) -> Changes:
-    """Return what an effect changes.
+    """Return the changes of an effect.
 
-    :param when: :data:`AT_START` or :data:`AT_END`; effects that name no moment are of the end.
-    :raises PlanningError: for a number without a value, and an effect over time.
+    :param when: :data:`AT_START` or :data:`AT_END`, which includes effects without time.
+    :raises PlanningError: if a number has no value, or the effect is continuous.
     """
     changes = Changes()
     truth = moment.truth()
@@ -170,9 +165,9 @@ def changes_of(effect: Formula | None, bound: Bound, moment: Moment, when: str) 
 def numbers_after(
     effect: Formula | None, bound: Bound, numbers: Mapping[Ground, float], duration: float
 ) -> dict[Ground, float]:
-    """Return the numbers that an action changes, start and end at once, with their new values.
+    """Return the numbers that an action changes at start and end, with their new values.
 
-    :raises PlanningError: for a number without a value.
+    :raises PlanningError: if a number has no value.
     """
     changes = Changes()
     truth = KnownState((), numbers, lambda _types: (), duration)
@@ -193,7 +188,7 @@ def _change_number(change: NumericChange, bound: Bound, truth: KnownState, chang
     assert isinstance(target, FunctionTerm)
     ground = (target.function, tuple(_object(term, bound) for term in target.arguments))
     amount = truth.number(change.amount, bound)
-    # several changes of one number at once add up
+    # several changes of a number at the same time add up
     old = changes.numbers.get(ground, truth.number(target, bound))
     if old is None:
         old = 0.0 if target.function == TOTAL_COST or change.operator == "assign" else None
@@ -206,9 +201,9 @@ def _change_number(change: NumericChange, bound: Bound, truth: KnownState, chang
 def _effects(
     effect: Formula | None, bound: Bound, moment: Moment, time: str, wanted: str
 ) -> Iterator[Written]:
-    """Yield the effects of a moment whose conditions hold.
+    """Yield the effects of a moment whose conditions are true.
 
-    :param time: the moment of what names none.
+    :param time: the time of parts without one.
     """
     match effect:
         case And(parts=parts):
@@ -232,7 +227,7 @@ def _effects(
 
 
 def _condition_holds(condition: Formula, bound: Bound, moment: Moment) -> bool:
-    """Whether the condition of an effect holds; its parts ``at start`` held then."""
+    """Return whether the condition of an effect is true. Its ``at start`` parts refer to the start."""
     if not _is_timed(condition):
         return condition.holds(moment.truth(), bound)
     if any(True for _ in parts_at(condition, OVER_ALL)):

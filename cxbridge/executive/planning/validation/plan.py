@@ -1,7 +1,7 @@
-"""Checks a plan: each step's condition in the state that the steps before it have made, then the goal.
+"""Execution of a plan step by step: conditions, effects, and finally the goal.
 
-A durative action has two moments, its start and its end. Moments at the same time look at the same state, and
-none may change what another one of them looks at or changes otherwise (PDDL 2.1: no moving targets).
+A durative action has two moments, start and end. Simultaneous moments read the same state, and none may
+change a fact that another one reads or changes differently (PDDL 2.1: no moving targets).
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ from cxbridge.executive.planning.validation.world import Changes, Objects, World
 from cxbridge.executive.problem.truth import DURATION
 
 SAME_TIME_S: Final = 1e-7
-"""Moments that are not further apart are at the same time."""
+"""The maximum time between simultaneous moments in seconds."""
 
 TOLERANCE_S: Final = 0.001
-"""How much a duration may differ: plans in files have three decimals."""
+"""The tolerance of durations in seconds, because plan files have three decimals."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanMoment:
-    """The part of a step at one time: all of it, or its start, or its end.
+    """A step of a plan at one time: the whole step, its start or its end.
 
     :param step: the number of the step, from 1.
-    :param part: ``start`` or ``end`` of a durative action; empty: all of it.
-    :param needs: the facts that its conditions found true.
-    :param after: the state after all that happens at this time.
+    :param part: ``start`` or ``end`` of a durative action; else empty.
+    :param needs: the facts that its conditions read as true.
+    :param after: the state after all simultaneous moments.
     """
 
     time: float
@@ -65,11 +65,11 @@ class PlanMoment:
 class PlanCheck:
     """The result of checking a plan.
 
-    :param failure: why it does not hold; empty when it does.
-    :param step: the number of the first step that cannot be done, from 1; 0: the goal is not reached.
-    :param unchecked: why the check cannot decide; empty when it can.
-    :param moments: what happened up to there.
-    :param goal_needs: the facts that the goal found true.
+    :param failure: why the plan is invalid; else empty.
+    :param step: the number of the first impossible step, from 1; 0: the goal is not reached.
+    :param unchecked: why the check is inconclusive; else empty.
+    :param moments: the moments before the failure.
+    :param goal_needs: the facts that the goal reads as true.
     """
 
     failure: str = ""
@@ -81,17 +81,17 @@ class PlanCheck:
 
     @property
     def holds(self) -> bool:
-        """Whether nothing speaks against the plan."""
+        """Whether the check found no failure."""
         return not self.failure
 
     @property
     def end(self) -> WorldState:
-        """The state after the plan, or before the step that cannot be done."""
+        """The state after the plan, or before the failed step."""
         return self.moments[-1].after if self.moments else self.begin
 
 
 class _StepError(Exception):
-    """A step that cannot be done."""
+    """An impossible step."""
 
     def __init__(self, step: int, reason: str) -> None:
         super().__init__(reason)
@@ -100,9 +100,9 @@ class _StepError(Exception):
 
 @dataclass(slots=True)
 class _Step:
-    """A step with its action found.
+    """A step with its action.
 
-    :param running: whether it was started before the check.
+    :param running: whether the action started before the check.
     """
 
     number: int
@@ -136,9 +136,9 @@ def check_plan(
 ) -> PlanCheck:
     """Check a plan against a problem.
 
-    :param state: the state that it begins with, when not the problem's.
-    :param running: actions that have been started before; their ``start`` may be negative.
-    :param objects: the objects, when not the problem's.
+    :param state: the initial state, by default the problem's.
+    :param running: actions that have started; their ``start`` may be negative.
+    :param objects: by default the problem's objects.
     """
     begin = state or WorldState.of_problem(problem)
     checker = _Checker(domain, problem.goal, begin, objects or Objects(domain, problem))
@@ -178,17 +178,15 @@ class _Checker:
         true, _ = moment.read_by([self._goal], {})
         return replace(self._result(), goal_needs=frozenset(true))
 
-    # ---- steps
-
     def _step(self, number: int, planned: PlannedAction, *, running: bool = False) -> _Step:
         action = self._actions.get(planned.name)
         if action is None:
-            raise _StepError(number, f"step {number}, {_said(planned)}: there is no such action")
+            raise _StepError(number, f"step {number}, {_action_text(planned)}: there is no such action")
         names = names_of(action.parameters)
         if len(names) != len(planned.arguments):
             raise _StepError(
                 number,
-                f"step {number}, {_said(planned)}: {action.name} takes {len(names)} objects, "
+                f"step {number}, {_action_text(planned)}: {action.name} takes {len(names)} objects, "
                 f"not {len(planned.arguments)}",
             )
         values = iter(planned.arguments)
@@ -198,13 +196,13 @@ class _Checker:
                 if value not in allowed:
                     kind = " or ".join(group.types) or "object"
                     reason = f"{value} is no {kind}, which ?{name} wants"
-                    raise _StepError(number, f"step {number}, {_said(planned)}: {reason}")
+                    raise _StepError(number, f"step {number}, {_action_text(planned)}: {reason}")
         start, took = planned.start or 0.0, planned.duration or 0.0
         bound = dict(zip(names, planned.arguments, strict=True))
         return _Step(number, planned, action, bound, start, start + took, running=running)
 
     def _events(self, steps: Sequence[_Step]) -> Iterator[_Event]:
-        """Yield the moments of the steps; without times each step begins when the one before is done."""
+        """Yield the moments of the steps. Without times, the steps are consecutive."""
         timed = any(step.planned.start is not None for step in steps)
         now = 0.0
         for step in steps:
@@ -217,10 +215,8 @@ class _Checker:
             yield _Event(step.start, step, "start")
             yield _Event(step.end, step, "end")
 
-    # ---- moments
-
     def _happen(self, events: Sequence[_Event]) -> None:
-        """Do what happens at one time."""
+        """Execute simultaneous moments."""
         before = self._state
         done = [(event, *self._act(event, before)) for event in events]
         if len(done) > 1:
@@ -244,21 +240,21 @@ class _Checker:
             self._require(step, list(parts_at(step.action.condition, OVER_ALL)), self._state)
 
     def _act(self, event: _Event, state: WorldState) -> tuple[set[Ground], set[Ground], Changes]:
-        """Return the facts that a moment finds true, the further ones that it reads, and its changes."""
+        """Return the facts that a moment reads as true, further facts that it reads, and its changes."""
         step, action = event.step, event.step.action
         moment = Moment(state, self._objects, step.duration, step.begun)
         when = AT_END if event.part == "end" else AT_START
         conditions = list(parts_at(action.condition, when))
         if event.part == "start":
             step.begun = moment
-        if step.running and event.part != "end":  # its conditions held when it was started
+        if step.running and event.part != "end":  # conditions of a running action held at its start
             when = AT_START if event.part else AT_END
             return set(), set(), changes_of(action.effect, step.bound, moment, when)
         self._require(step, conditions, state)
         if event.part == "start" and action.duration is not None and step.planned.duration is not None:
             _check_duration(step, action.duration, moment)
         needs, looked = moment.read_by(conditions, step.bound)
-        if event.part == "start":  # what must hold from here on is a reason for the step before
+        if event.part == "start":  # conditions that must hold from here on make the preceding step necessary
             held = list(parts_at(action.condition, OVER_ALL))
             needs |= moment.read_by(held, step.bound)[0]
         changes = changes_of(action.effect, step.bound, moment, AT_START if event.part == "start" else AT_END)
@@ -298,13 +294,14 @@ def _refuse_interference(done: Sequence[tuple[_Event, set[Ground], Changes]]) ->
                 name, arguments = min(clash)
                 raise _StepError(
                     other.step.number,
-                    f"{_step_text(other.step)}: at {other.time:g} s it and {_said(event.step.planned)} "
+                    f"{_step_text(other.step)}: at {other.time:g} s it and "
+                    f"{_action_text(event.step.planned)} "
                     f"both concern ({' '.join((name, *arguments))}); let one begin later",
                 )
 
 
 def _check_duration(step: _Step, wanted: Formula, moment: Moment) -> None:
-    """Check the constraint on ``?duration``, with the tolerance that plans in files need."""
+    """Check the constraint on ``?duration`` within the tolerance."""
     duration = step.duration or 0.0
     for part in (*parts_at(wanted, AT_START), *parts_at(wanted, AT_END)):
         bound = _bound_of(part, moment, step.bound)
@@ -320,7 +317,7 @@ def _check_duration(step: _Step, wanted: Formula, moment: Moment) -> None:
 
 
 def _bound_of(part: Formula, moment: Moment, bound: dict[str, str]) -> float | None:
-    """Return the number with which ``?duration`` is compared; None for another condition."""
+    """Return the number compared with ``?duration``; None for other conditions."""
     match part:
         case TermComparison(left=Variable(name=name), right=right) if name == DURATION:
             return moment.truth().number(right, bound)
@@ -328,11 +325,13 @@ def _bound_of(part: Formula, moment: Moment, bound: dict[str, str]) -> float | N
             return None
 
 
-def _said(planned: PlannedAction) -> str:
+def _action_text(planned: PlannedAction) -> str:
     return f"({' '.join((planned.name, *planned.arguments))})"
 
 
 def _step_text(step: _Step) -> str:
     return (
-        f"step {step.number}, {_said(step.planned)}" if step.number > 0 else f"{_said(step.planned)}, running"
+        f"step {step.number}, {_action_text(step.planned)}"
+        if step.number > 0
+        else f"{_action_text(step.planned)}, running"
     )

@@ -1,4 +1,4 @@
-"""A state of the world, with its reads and changes."""
+"""World states, their reads and changes."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from cxbridge.executive.planning.compile.objects import ObjectTable
 
 
 def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
-    """Return an atom, or the term of a function, whose arguments are constants."""
+    """Return the ground form of an atom or function term."""
     return name, tuple(each.name for each in term.arguments if isinstance(each, Constant))
 
 
 @dataclass(frozen=True, slots=True)
 class WorldState:
-    """The facts, and the values of functions."""
+    """Facts and function values."""
 
     facts: frozenset[Ground]
     numbers: Mapping[Ground, float]
 
     @classmethod
     def of_problem(cls, problem: Problem) -> WorldState:
-        """Return the state that a problem begins with."""
+        """Return the initial state of a problem."""
         return cls(
             frozenset(ground_of(atom.predicate, atom) for atom in problem.init),
             {ground_of(call.function, call): value for call, value in problem.numbers},
         )
 
     def after(self, changes: Changes) -> WorldState:
-        """Return the state after some changes: deletions come first."""
+        """Return the state after changes. Deletions precede additions."""
         if not changes:
             return self
         numbers = {**self.numbers, **changes.numbers} if changes.numbers else self.numbers
@@ -39,7 +39,7 @@ class WorldState:
 
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """What happens to a state at one moment."""
+    """The changes of a state at one moment."""
 
     adds: set[Ground] = field(default_factory=set)
     deletes: set[Ground] = field(default_factory=set)
@@ -50,12 +50,12 @@ class Changes:
 
     @property
     def written(self) -> set[Ground]:
-        """The facts and functions that change."""
+        """The changed facts and functions."""
         return self.adds | self.deletes | self.numbers.keys()
 
 
 class FactsRead(Collection[Ground]):
-    """Facts that note which of them were asked for."""
+    """Facts that record the queried ones."""
 
     def __init__(self, facts: Collection[Ground]) -> None:
         self._facts = facts
@@ -76,7 +76,7 @@ class FactsRead(Collection[Ground]):
 
 
 class NumbersRead(Mapping[Ground, float]):
-    """Values of functions that note which of them were asked for."""
+    """Function values that record the queried ones."""
 
     def __init__(self, numbers: Mapping[Ground, float]) -> None:
         self._numbers = numbers
@@ -94,11 +94,11 @@ class NumbersRead(Mapping[Ground, float]):
 
 
 class Objects:
-    """The objects of a problem with their types, as formulas ask for them."""
+    """The objects of a problem by type, for formulas."""
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
         self._table = ObjectTable(domain, problem)
 
     def of(self, types: tuple[str, ...]) -> Collection[str]:
-        """Return the objects of some types; of no types: all."""
+        """Return the objects of some types; without types all objects."""
         return self._table.of(types).keys()

@@ -1,1 +1,1 @@
-"""The robot memory on MongoDB, with change streams and the state of its replica set."""
+"""The store on MongoDB, with change streams and replica set status."""

@@ -1,4 +1,4 @@
-"""Values of documents as the package `bson` of pymongo has them, and back; files of mongodump."""
+"""Conversion of values to pymongo's package ``bson`` and back, and mongodump files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LETTERS = {re.IGNORECASE: "i", re.MULTILINE: "m", re.DOTALL: "s", re.VERBOSE: "
 
 
 def to_bson(value: Any) -> Any:
-    """Return a value for the driver. Values of MongoDB's other types are not changed."""
+    """Return a value for the driver. Types specific to MongoDB stay unchanged."""
     match value:
         case Mapping():
             return {name: to_bson(item) for name, item in value.items()}
@@ -34,7 +34,7 @@ def to_bson(value: Any) -> Any:
 
 
 def from_bson(value: Any) -> Any:  # noqa: PLR0911 - a type a line
-    """Return a value of the driver for a document. Values of MongoDB's other types are not changed."""
+    """Return a document's value for a value of the driver. Types specific to MongoDB stay unchanged."""
     match value:
         case dict():
             return {name: from_bson(item) for name, item in value.items()}
@@ -53,9 +53,9 @@ def from_bson(value: Any) -> Any:  # noqa: PLR0911 - a type a line
 
 
 def dumped(documents: list[Document]) -> bytes:
-    """Return documents as mongodump writes them: one behind another.
+    """Return documents in mongodump's format.
 
-    :raises QueryError: when one is none.
+    :raises QueryError: if a value is not a document.
     """
     try:
         return b"".join(bson.encode(to_bson(document), codec_options=CODEC) for document in documents)
@@ -66,7 +66,7 @@ def dumped(documents: list[Document]) -> bytes:
 def restored(data: bytes) -> list[Document]:
     """Return the documents of a dump.
 
-    :raises QueryError: when it is none.
+    :raises QueryError: if the data is not a dump.
     """
     try:
         return [from_bson(document) for document in bson.decode_all(data, codec_options=CODEC)]

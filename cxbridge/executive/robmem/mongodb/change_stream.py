@@ -1,4 +1,4 @@
-"""A change stream that continues when the database comes back."""
+"""Change streams that survive disconnections."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _TOLD = {"insert", "update", "replace", "delete"}
 
 
 class MongoWatch(Watch):
-    """Reports changes of a collection in its own thread.
+    """Reports changes of a collection in a separate thread.
 
-    :param pipeline: what events go through.
-    :param warn: called when the database is lost, and when it is back.
-    :param closed: called when this is closed.
-    :raises PyMongoError: when the stream cannot be opened now.
+    :param pipeline: the aggregation pipeline of events.
+    :param warn: called on disconnection and reconnection.
+    :param closed: called when the watch is closed.
+    :raises PyMongoError: if the stream cannot be opened now.
     """
 
     def __init__(
@@ -50,7 +50,6 @@ class MongoWatch(Watch):
         self._thread.start()
 
     def close(self) -> None:
-        """Stop reporting."""
         self._end.set()
         if self._thread is not threading.current_thread():
             self._thread.join()
@@ -58,7 +57,7 @@ class MongoWatch(Watch):
 
     def _open(self) -> CollectionChangeStream[Document]:
         """Open the stream after the last reported event."""
-        # start_after also continues behind the end of a stream that a dropped collection causes
+        # unlike resume_after, start_after continues after a dropped collection has ended the stream
         return self._collection.watch(
             self._pipeline,
             full_document="updateLookup",
@@ -82,14 +81,14 @@ class MongoWatch(Watch):
                 if isinstance(error, OperationFailure) and not error.has_error_label(
                     "ResumableChangeStreamError"
                 ):
-                    self._token = None  # its event is gone
+                    self._token = None  # the oplog no longer contains the event of the token
                 self._end.wait(_RETRY_S)
             stream = None if stream is None or not stream.alive else stream
         if stream is not None:
             stream.close()
 
     def _notify(self, stream: CollectionChangeStream[Document]) -> None:
-        """Report new events; waits a moment when there are none."""
+        """Report new events; waits briefly if there are none."""
         while not self._end.is_set():
             change = stream.try_next()
             self._token = stream.resume_token or self._token

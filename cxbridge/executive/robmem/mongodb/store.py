@@ -1,4 +1,4 @@
-"""The store on MongoDB: for robots that share a memory. Change streams need a replica set."""
+"""The store on MongoDB, for robots that share a memory. Change streams need a replica set."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ Client = MongoClient[Document]
 
 _SELECTION_MS = 2000
 _SOCKET_MS = 10_000
-# Seconds after a failure in which calls fail at once: rules must not stand still at every call.
+# Seconds in which calls fail immediately after a failure, so that rules do not wait at every call.
 _PAUSE_S = 1.0
 
 _SYSTEM = {"admin", "local", "config"}
 
 
 def connect(uri: str) -> Client:
-    """Make a client; the connection is made when it is needed.
+    """Make a client, which connects on first use.
 
-    :raises ConfigError: when the URI is none.
+    :raises ConfigError: if the URI is invalid.
     """
     try:
         return MongoClient(
@@ -62,11 +62,11 @@ def connect(uri: str) -> Client:
 class MongoStore(Store):
     """Documents in one or two MongoDB replica sets.
 
-    :param local: the URI of the robot's own set.
-    :param distributed: the URI of the set that robots share; empty: the same.
-    :param shared: the databases that are in the shared one.
-    :param warn: called when a watch loses the database, and when it has it again.
-    :raises ConfigError: when a URI is none.
+    :param local: the URI of the robot's set.
+    :param distributed: the URI of the set shared by robots; empty: the same set.
+    :param shared: the databases in the shared set.
+    :param warn: called when a watch is disconnected or reconnected.
+    :raises ConfigError: if a URI is invalid.
     """
 
     is_local = False
@@ -87,10 +87,7 @@ class MongoStore(Store):
         self._watches: set[MongoWatch] = set()
         self._lock = threading.Lock()
 
-    # --- documents ------------------------------------------------------------------------------------------
-
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
-        """Insert a document."""
         fresh = to_bson(document)
         with self._use(collection) as known:
             return from_bson(known.insert_one(fresh).inserted_id)
@@ -98,7 +95,6 @@ class MongoStore(Store):
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        """Change all documents that fit."""
         wanted, todo = to_bson(query), to_bson(as_operators(changes))
         with self._use(collection) as known:
             result = known.update_many(wanted, todo, upsert=upsert)
@@ -107,7 +103,6 @@ class MongoStore(Store):
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        """Change the first document that fits."""
         wanted, todo = to_bson(query), to_bson(as_operators(changes))
         with self._use(collection) as known:
             found: Document | None = known.find_one_and_update(
@@ -123,13 +118,11 @@ class MongoStore(Store):
         sort: Mapping[str, int] | None = None,
         limit: int = 0,
     ) -> list[Document]:
-        """Return the documents that fit."""
         order = list(sort.items()) if sort else None
         with self._use(collection) as known:
             return [from_bson(each) for each in known.find(to_bson(query or {}), sort=order, limit=limit)]
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        """Remove all documents that fit."""
         with self._use(collection) as known:
             return known.delete_many(to_bson(query)).deleted_count
 
@@ -141,7 +134,6 @@ class MongoStore(Store):
         unique: bool = False,
         expire_after_s: float | None = None,
     ) -> None:
-        """Create an index."""
         options: dict[str, Any] = {"unique": True} if unique else {}
         if expire_after_s is not None:
             options["expireAfterSeconds"] = int(expire_after_s)
@@ -151,12 +143,10 @@ class MongoStore(Store):
             known.create_index(list(keys.items()), **options)
 
     def drop(self, collection: str) -> None:
-        """Remove a collection."""
         with self._use(collection) as known:
             known.drop()
 
     def collections(self) -> list[str]:
-        """Return the names of the collections."""
         names: set[str] = set()
         for client in {self._local, self._distributed}:
             with self._guarded(client):
@@ -165,20 +155,15 @@ class MongoStore(Store):
                         names |= {f"{database}.{name}" for name in client[database].list_collection_names()}
         return sorted(names)
 
-    # --- changes --------------------------------------------------------------------------------------------
-
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        """Report each change of a collection from now on."""
         pipeline = [{"$match": to_bson(query)}] if query else []
         with self._use(collection) as known:
             watch = MongoWatch(known, pipeline, on_change, self._warn, self._watches.discard)
         self._watches.add(watch)
         return watch
 
-    # --- the sets -------------------------------------------------------------------------------------------
-
     def set_status(self, name: str) -> SetStatus:
-        """Return how a replica set stands, as the server that answers first sees it."""
+        """Return the status of a replica set from the first server that replies."""
         client = self._distributed if name.endswith("distributed") else self._local
         try:
             hello = client.admin.command("hello", read_preference=ReadPreference.NEAREST)
@@ -198,20 +183,17 @@ class MongoStore(Store):
         return SetStatus(member, "HAVE_PRIMARY" if hello.get("primary") else "NO_PRIMARY", "")
 
     def close(self) -> None:
-        """Close the connections."""
         for watch in tuple(self._watches):
             watch.close()
         self._local.close()
         self._distributed.close()
-
-    # --- inside ---------------------------------------------------------------------------------------------
 
     def _client(self, database: str) -> Client:
         return self._distributed if database in self._shared else self._local
 
     @contextmanager
     def _use(self, collection: str) -> Iterator[Collection[Document]]:
-        """Give the collection; errors of the driver become errors of cxbridge."""
+        """Provide a collection; convert errors of the driver."""
         database, name = split_name(collection)
         client = self._client(database)
         with self._guarded(client):
@@ -233,7 +215,7 @@ class MongoStore(Store):
 
 
 def _translate(error: pymongo.errors.PyMongoError) -> RobotMemoryError:
-    """Return an error of the driver as one of ours."""
+    """Convert an error of the driver."""
     if isinstance(error, mongo_errors.DuplicateKeyError):
         return DuplicateKeyError(str(error))
     if isinstance(error, mongo_errors.OperationFailure) and error.code == 11000:  # noqa: PLR2004
