@@ -1,4 +1,4 @@
-"""The Skiller: exclusive control, skill strings, the Lua engine, speech, a simulator, and the action mapping.
+"""The Skiller: exclusive control, skill strings, Lua engine, speech, simulator, and action mapping.
 
-Everything here meets the rest of a run only on the blackboard; see ``docs/skiller.md``.
+All parts communicate with the rest of a run only over the blackboard; see ``docs/skiller.md``.
 """

@@ -1,4 +1,4 @@
-"""The interface of Skillers for the rest of a run: each serves a SkillerInterface, one step a loop."""
+"""The common interface of Skillers: each serves a SkillerInterface, one step per loop."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import Final, Literal
 from cxbridge.closing import Closing
 
 DEFAULT_SKILLER: Final = "Skiller"
-"""Id of the SkillerInterface that a Skiller serves unless its settings say otherwise."""
+"""The default id of a Skiller's interface."""
 
 INSTANCES: Final = "/skiller/instances"
-"""Where several Skillers are configured, by name."""
+"""The configuration of several Skillers by name."""
 
 Mode = Literal["strict", "fawkes"]
-"""What to do where Fawkes is odd: the sane thing (``strict``), or exactly what Fawkes does."""
+"""Whether to imitate Fawkes' oddities (``fawkes``) or avoid them (``strict``)."""
 
 
 class SkillerBackend(Closing):
-    """Writes ``SkillerInterface::NAME`` and acts on its messages.
+    """Writes ``SkillerInterface::NAME`` and handles its messages.
 
-    :param name: the interface's id; ``Skiller`` unless there are several.
+    :param name: the interface's id.
     """
 
     def __init__(self, name: str = DEFAULT_SKILLER) -> None:
@@ -28,23 +28,23 @@ class SkillerBackend(Closing):
 
     @property
     def known_skills(self) -> frozenset[str] | None:
-        """The skills that it can execute; None: unknown."""
+        """The executable skills; None: unknown."""
         return None
 
     @property
     @abstractmethod
     def running(self) -> bool:
-        """Whether a skill string is being executed: a run is not over before it is not."""
+        """Whether a skill string is being executed, so that a run must wait."""
 
     @property
     def is_quiet(self) -> bool:
-        """Whether nothing happens until a message comes."""
+        """Whether the Skiller is idle until the next message."""
         return not self.running
 
     @abstractmethod
     def loop(self) -> None:
-        """Take the messages and do one step; to be called once a main loop at the hook ``skill``."""
+        """Handle the messages and execute one step. To be called once per main loop at the hook ``skill``."""
 
     @abstractmethod
     def close(self) -> None:
-        """Close the interfaces; a skill that runs is dropped."""
+        """Close the interfaces and drop a running skill."""

@@ -1,7 +1,7 @@
-"""Exclusive control: who may command a Skiller.
+"""Exclusive control of a Skiller.
 
-The controller is the *source* instance of a message, known by the text of its serial; it is kept in the
-interface's field ``exclusive_controller``, where everybody can see it.
+The controller is the *source* instance of a message, identified by the text of its serial. The interface's
+field ``exclusive_controller`` publishes it.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message
 
 UNKNOWN_SENDER = "Unknown"
-"""Thread name of a sender on another host."""
+"""The thread name of a sender on another host."""
 
 
 def serial_of(message: Message) -> str:
-    """Return the serial of the instance that sent ``message`` first."""
+    """Return the serial of the original sender."""
     return str(message.source_id)
 
 
 def sender_of(message: Message) -> str:
-    """Return the name of the sender for log lines about its actions without control."""
+    """Return the sender's name for log lines."""
     name = message.sender_thread_name
     return "Remote" if name == UNKNOWN_SENDER else name
 
 
 class ReaderWatch(Listener):
-    """Collects the serials of instances that stopped reading an interface, in whatever thread it happens."""
+    """Collects the serials of closed readers of an interface, reported in any thread."""
 
     def __init__(self, board: BlackBoard) -> None:
         self._board = board
@@ -41,29 +41,26 @@ class ReaderWatch(Listener):
         self._gone: deque[str] = deque()
 
     def listen(self, instance: Interface, table: ListenerTable) -> None:
-        """Watch the readers of an interface, for its writer, from before it is open.
-
-        Who asked for control and left before the writer listened had control forever.
-        """
+        """Start watching an interface before its writer opens it."""
+        # a reader that requested control and left before the writer listened would have control forever
         self._instance = instance
         listening(self, EventKind.READER_REMOVED)(instance, table)
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
-        """Note that a reader is gone."""
         self._gone.append(str(serial))
 
     def pop(self) -> str | None:
-        """Return the serial of the next reader that is gone, None when there is none."""
+        """Return the serial of the next closed reader, or None."""
         return self._gone.popleft() if self._gone else None
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         if self._instance is not None:
             self._board.unregister_listener(self, self._instance)
 
 
 class ExclusiveControl:
-    """The controller of a Skiller: acquires, steals, releases and revokes control.
+    """Acquires, steals, releases and revokes control of a Skiller.
 
     :param interface: the writing instance of SkillerInterface.
     """
@@ -74,24 +71,24 @@ class ExclusiveControl:
 
     @property
     def controller(self) -> str:
-        """The serial of the controller, empty when there is none."""
+        """The serial of the controller, or empty."""
         serial: str = self._interface.exclusive_controller
         return serial
 
     def is_held_by(self, message: Message) -> bool:
-        """Whether the sender of ``message`` is the controller."""
+        """Return whether the sender is the controller."""
         return self.controller == serial_of(message)
 
     def may_execute(self, message: Message) -> bool:
-        """Whether the sender of ``message`` is the controller, or there is no controller."""
+        """Return whether the sender is the controller, or there is none."""
         return self.controller in ("", serial_of(message))
 
     def admit(self, message: Any, *, again: bool, running: bool) -> bool:
-        """Decide on an ExecSkillMessage, and log the result.
+        """Decide on an ExecSkillMessage and log the decision.
 
-        :param again: there was another one in this loop, which is ignored.
-        :param running: a skill string runs, which is aborted.
-        :returns: whether the skill string is to be executed.
+        :param again: an earlier message of the same loop is replaced.
+        :param running: a running skill string is aborted.
+        :returns: whether to execute the skill string.
         """
         thread, text = message.sender_thread_name, message.skill_string
         if not self.may_execute(message):
@@ -109,9 +106,9 @@ class ExclusiveControl:
         return True
 
     def acquire(self, message: Any) -> bool:
-        """Act on an AcquireControlMessage.
+        """Handle an AcquireControlMessage.
 
-        :returns: whether the interface is to be written.
+        :returns: whether to write the interface.
         """
         serial, thread = serial_of(message), message.sender_thread_name
         if not self.controller:
@@ -129,9 +126,9 @@ class ExclusiveControl:
         return True
 
     def release(self, message: Message) -> bool:
-        """Act on a ReleaseControlMessage.
+        """Handle a ReleaseControlMessage.
 
-        :returns: whether the interface is to be written.
+        :returns: whether to write the interface.
         """
         thread = message.sender_thread_name
         if self.is_held_by(message):
@@ -143,9 +140,9 @@ class ExclusiveControl:
         return False
 
     def revoke(self, serial: str) -> bool:
-        """Take control away from an instance that is closed; a running skill continues.
+        """Revoke the control of a closed instance. A running skill continues.
 
-        :returns: whether the interface is to be written.
+        :returns: whether to write the interface.
         """
         if not self.controller or self.controller != serial:
             return False

@@ -1,4 +1,4 @@
-"""SkillerDebugInterface: the graph of the running state machine, for viewers."""
+"""SkillerDebugInterface: the graph of the running state machine."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
 
 ACTIVE = "ACTIVE"
-"""Show whatever skill was called first."""
+"""Selects the first called skill."""
 LIST = "LIST"
-"""Show the names of all skills, one a line."""
+"""Selects the names of all skills, one per line."""
 DEPENDENCIES = "SKILL_DEP"
-"""Show which skill uses which."""
+"""Selects the dependencies of skills."""
 
 _DIRECTIONS = {"GD_TOP_BOTTOM": "TB", "GD_BOTTOM_TOP": "BT", "GD_LEFT_RIGHT": "LR", "GD_RIGHT_LEFT": "RL"}
 
@@ -24,11 +24,11 @@ _DIRECTIONS = {"GD_TOP_BOTTOM": "TB", "GD_BOTTOM_TOP": "BT", "GD_LEFT_RIGHT": "L
 class DebugBoard:
     """Writes ``SkillerDebugInterface::NAME`` and its twin ``...Layouted``.
 
-    Fawkes once laid the graph out for the twin; nowadays both hold the same text there, too.
+    Fawkes formerly laid out the graph for the twin. Now both have the same text.
 
-    :param name: of the Skiller.
-    :param mode: ``fawkes`` writes the twin again in every loop of a running skill, as Fawkes does.
-    :param owner: who opens the interfaces.
+    :param name: the name of the Skiller.
+    :param mode: ``fawkes`` writes the twin in every loop of a running skill, as Fawkes does.
+    :param owner: the owner of the interfaces.
     """
 
     def __init__(
@@ -38,19 +38,19 @@ class DebugBoard:
         self._engine = engine
         self._log = log
         self._mode = mode
-        # The fields of the interfaces come from their XML definition: there is no static type for them here.
+        # the classes of the interfaces are made from XML at run time, so they have no static types
         self._main: Any = board.open_for_writing("SkillerDebugInterface", name, owner=owner)
         self._twin: Any = board.open_for_writing("SkillerDebugInterface", f"{name}Layouted", owner=owner)
         self._both: tuple[Any, ...] = (self._main, self._twin)
         self._room = self._main.maxlenof("graph") - 1
-        self._what = ACTIVE
+        self._subject = ACTIVE
         self._direction = "TB"
         self._coloured = True
         self._redraw = False
         self._started = False
 
     def loop(self) -> None:
-        """Write the first values in the first loop; then do what messages ask for."""
+        """Write the initial values in the first loop; then handle messages."""
         if not self._started:
             self._started = True
             for interface in self._both:
@@ -62,7 +62,7 @@ class DebugBoard:
 
     def _process(self, message: Any) -> None:
         if message.type == "SetGraphMessage":
-            self._what = message.graph_fsm
+            self._subject = message.graph_fsm
         elif message.type == "SetGraphDirectionMessage":
             direction = getattr(message.graph_dir, "name", "GD_TOP_BOTTOM")
             self._redraw |= self._direction != _DIRECTIONS[direction]
@@ -74,14 +74,14 @@ class DebugBoard:
         self.publish()
 
     def publish(self) -> None:
-        """Write the graph if it is another one."""
-        is_new = self._what != self._main.graph_fsm
-        if self._what in (LIST, DEPENDENCIES):
+        """Write a changed graph."""
+        is_new = self._subject != self._main.graph_fsm
+        if self._subject in (LIST, DEPENDENCIES):
             if is_new:
-                self._write(self._engine.overview(self._what))
+                self._write(self._engine.overview(self._subject))
             return
         found, graph = self._engine.graph(
-            "" if self._what == ACTIVE else self._what,
+            "" if self._subject == ACTIVE else self._subject,
             self._direction,
             coloured=self._coloured,
             always=is_new or self._redraw,
@@ -89,8 +89,8 @@ class DebugBoard:
         if found:
             self._publish_machine(graph)
         elif is_new:
-            if self._what not in ("", ACTIVE):
-                self._log.warn(f"Could not write FSM graph, FSM for {self._what} not found")
+            if self._subject not in ("", ACTIVE):
+                self._log.warn(f"Could not write FSM graph, FSM for {self._subject} not found")
             self._write("")
         elif self._redraw:
             self._main.write()
@@ -109,7 +109,7 @@ class DebugBoard:
             self._twin.write()
 
     def _write(self, graph: str) -> None:
-        self._main.graph_fsm = self._what
+        self._main.graph_fsm = self._subject
         self._main.graph = graph
         self._main.write()
 

@@ -1,9 +1,8 @@
-"""Regular expressions of C++'s ``std::regex`` (ECMAScript, ignoring case), run by :mod:`re`.
+"""Regular expressions of C++'s ``std::regex`` (ECMAScript, ignoring case), translated to :mod:`re`.
 
-Fawkes' action mapping hands its users' expressions to ``std::regex``. The two dialects agree on nearly
-everything; the differences are translated here, and an invalid ECMAScript expression is refused (libstdc++
-takes repeated repetitions such as ``a**`` all the same).
-Source: ECMA-262 5.1, section 15.10, and the behaviour of libstdc++.
+Fawkes' action mapping passes users' expressions to ``std::regex``. The few differences between the dialects
+are translated, and invalid ECMAScript expressions are refused, including repeated repetitions such as
+``a**``, which libstdc++ accepts. Sources: ECMA-262 5.1, section 15.10, and the behaviour of libstdc++.
 """
 
 from __future__ import annotations
@@ -23,8 +22,8 @@ _POSIX_CLASSES = {
     "upper": "A-Z",
     "xdigit": "0-9A-Fa-f",
 }
+# What means the same after a backslash in both dialects.
 _SHARED_ESCAPES = frozenset("dDsSwWbB123456789tnrfv")
-"""What means the same after a backslash in both dialects."""
 
 _QUANTIFIER = re.compile(r"[*+?]\??|\{\d+(?:,\d*)?\}\??")
 _GROUP_START = re.compile(r"\((?!\?)|\(\?[:=!]")
@@ -32,13 +31,13 @@ _POSIX_CLASS = re.compile(r"\[:(\w+):\]")
 
 
 class EcmaRegexError(ValueError):
-    """A text that is not an ECMAScript expression."""
+    """The text is not an ECMAScript expression."""
 
 
 class _Translator:
-    """Translates one expression, from left to right.
+    """Translates one expression from left to right.
 
-    :param pattern: the expression as the user wrote it.
+    :param pattern: the ECMAScript expression.
     """
 
     def __init__(self, pattern: str) -> None:
@@ -47,7 +46,7 @@ class _Translator:
         self.repeatable = False
 
     def translate(self) -> str:
-        """Return the same expression as :mod:`re` writes it."""
+        """Return the expression in the syntax of :mod:`re`."""
         parts: list[str] = []
         while self.position < len(self.pattern):
             parts.append(self._item())
@@ -65,7 +64,7 @@ class _Translator:
         if char == "(":
             return self._take(_GROUP_START, "a group that ECMAScript does not know")
         self.position += 1
-        # '.' stops at every line end, '$' does not look before a final newline.
+        # in ECMAScript, '.' excludes all line ends, and '$' does not match before a final newline
         return {".": r"[^\n\r]", "$": r"\Z"}.get(char, char)
 
     def _quantifier(self) -> str:
@@ -115,7 +114,7 @@ class _Translator:
                 raise EcmaRegexError(f"the '[' at position {start + 1} is never closed")
             parts.append(self._class_item())
         self.position += 1
-        if not parts:  # [] matches nothing, [^] everything
+        if not parts:  # [] matches nothing, [^] any character
             return r"[\s\S]" if negated else r"(?!)"
         return f"[{'^' if negated else ''}{''.join(parts)}]"
 
@@ -138,7 +137,7 @@ class _Translator:
 def compile_pattern(pattern: str) -> re.Pattern[str]:
     """Compile an ECMAScript expression, ignoring the case of ASCII letters.
 
-    :raises EcmaRegexError: when it is none.
+    :raises EcmaRegexError: if the expression is invalid.
     """
     try:
         return re.compile(_Translator(pattern).translate(), re.IGNORECASE | re.ASCII)
@@ -151,7 +150,7 @@ _Part = str | int | Callable[[re.Match[str], int], str]
 
 @lru_cache(maxsize=256)
 def _replacement_parts(template: str) -> tuple[_Part, ...]:
-    """Split a replacement into texts, numbers of groups, and what depends on the place of the match."""
+    """Split a replacement into texts, group numbers, and functions of the match."""
     parts: list[_Part] = []
     end = 0
     for found in re.finditer(r"\$(?:([$&`'])|([0-9]{1,2}))", template):
@@ -173,11 +172,11 @@ def _replacement_parts(template: str) -> tuple[_Part, ...]:
 
 
 def replace_all(pattern: str, replacement: str, value: str) -> str:
-    """Do what ``std::regex_replace`` does: replace every match of ``pattern`` in ``value``.
+    """Replace every match of ``pattern`` in ``value``, as ``std::regex_replace`` does.
 
-    :param replacement: may hold ``$$``, ``$&``, ``$1`` to ``$99``, ``$``` (from the match before) and ``$'``;
-        a missing group gives nothing.
-    :raises EcmaRegexError: when ``pattern`` is not an ECMAScript expression.
+    :param replacement: may contain ``$$``, ``$&``, ``$1`` to ``$99``, ``$``` (the text since the previous
+        match) and ``$'``. A missing group is empty.
+    :raises EcmaRegexError: if ``pattern`` is not an ECMAScript expression.
     """
     parts = _replacement_parts(replacement)
     previous_end = 0

@@ -1,7 +1,7 @@
-"""Why a skill string failed: one value, made at the place of the failure, with the texts for its readers.
+"""The reason of a failed skill string, with its texts for log and interface.
 
-The field ``error`` of SkillerInterface carries the text to the executive, whose rules take it into the slot
-``error-msg`` of the skill and of the plan-action.
+SkillerInterface's field ``error`` carries the text to the executive, whose rules copy it to the slot
+``error-msg`` of skill and plan-action.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cxbridge.skiller.status import Status
 
 
 class FailureCause(Enum):
-    """What failed, with the beginning of its line in the log; an outcome has none."""
+    """The kind of a failure, with the prefix of its log line."""
 
     SKILL_STRING = "Failed to compile skill string"
     CODE = "Failed to execute skill"
@@ -24,11 +24,11 @@ class FailureCause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SkillFailure:
-    """Why a skill string failed.
+    """A failed skill string.
 
-    :param cause: the skill string cannot be run, the code of a skill raised an error, or a skill ended so.
-    :param text: the reason in words; may be empty.
-    :param place: where the configuration maps an action to the skill string; empty when it is not known.
+    :param cause: an invalid skill string, an error in a skill's code, or the outcome of a skill.
+    :param text: the reason; may be empty.
+    :param place: the place of the action mapping; empty if unknown.
     """
 
     cause: FailureCause
@@ -37,7 +37,7 @@ class SkillFailure:
 
     @classmethod
     def of_string(cls, error: SkillError) -> SkillFailure:
-        """Return the failure of a skill string that cannot be read."""
+        """Return the failure of an invalid skill string."""
         return cls(FailureCause.SKILL_STRING, error.message)
 
     def error(self, skill_string: str) -> str:
@@ -45,13 +45,13 @@ class SkillFailure:
         return f"{skill_string}|{self.text}" if self.cause is FailureCause.CODE else self.text
 
     def line(self, skill_string: str) -> str:
-        """Return the line of the log."""
+        """Return the log line."""
         mapped = f" (mapped at {self.place})" if self.place else ""
         if self.cause is FailureCause.CODE:
             return f"{self.cause.value}{mapped}: {skill_string}|{self.text}"
         return f"{self.cause.value}: {skill_string}|{self.text}{mapped}"
 
     def show(self, interface: Any) -> None:
-        """Set status and error of a SkillerInterface that its Skiller writes."""
+        """Set status and error of a SkillerInterface."""
         interface.status = Status.S_FAILED
         interface.error = self.error(interface.skill_string)

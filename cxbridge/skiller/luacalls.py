@@ -1,11 +1,11 @@
-"""Reads Lua text that is calls with literal arguments, one or more in a row, without running it.
+"""A reader of Lua texts that consist of calls with literal arguments. It evaluates nothing.
 
-The grammar is that of Lua 5.1, as far as it needs no evaluation: ``f{...}``, ``f(...)``, ``f"text"``,
-``f[[text]]``; texts with all escapes and long brackets, numbers with signs, ``true``, ``false``, ``nil``,
-tables of these, comments. Whatever is read here, Lua reads alike: the tests hold it against Lua.
+The grammar is the part of Lua 5.1 without evaluation: ``f{...}``, ``f(...)``, ``f"text"``, ``f[[text]]``;
+texts with all escapes and long brackets, signed numbers, ``true``, ``false``, ``nil``, tables of these,
+comments. The tests compare each result with Lua's.
 
-By hand rather than with a parser generator, because the first skill string must not hold up a loop: to
-import and set up lark takes 150 ms, and then 140 us a text.
+The scanner is hand-written, because the first skill string must not delay a loop: importing lark and making
+its parser takes 150 ms, each text 140 us.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.lua.host import from_lua, to_lua
 
 Value = str | float | int | bool | None | dict[Any, Any]
-"""An argument: text, number, truth value, nil, or a table, whose values without a key count from 1."""
+"""An argument: text, number, boolean, nil, or a table. Values without key count from 1."""
 
 DEEPEST: Final = 50
-"""How deep tables may lie within each other."""
+"""The maximum nesting of tables."""
 
 ONLY_FAWKES: Final = "only /skiller/mode: fawkes evaluates Lua"
-"""The end of each message about something that would have to be evaluated."""
+"""The end of error messages about texts that need evaluation."""
 
 
 class LuaCall(NamedTuple):
     """A call.
 
     :param name: the called skill.
-    :param values: its arguments.
-    :param line: where its name stands, from 1.
-    :param column: in characters, from 1.
+    :param values: the arguments.
+    :param line: the line of the name, from 1.
+    :param column: the column of the name in characters, from 1.
     """
 
     name: str
@@ -69,19 +69,19 @@ _KEYWORDS: Final = frozenset(
     ["and", "break", "do", "else", "elseif", "end", "for", "function", "if", "in", "local", "not"]
 ) | {"or", "repeat", "return", "then", "until", "while"}
 _UNSHOWN: Final = "\N{REPLACEMENT CHARACTER}"
-_FLUSHED: Final = 50  # Lua stores this many values without keys at once
+_FLUSHED: Final = 50  # as in Lua, which stores positional values in blocks of this size
 
 
 def read_calls(text: str) -> list[LuaCall]:
-    """Return the calls in a Lua text, in order; none when it is blank.
+    """Return the calls in a Lua text; empty for a blank text.
 
-    :raises SkillError: for anything else, with its line and column.
+    :raises SkillError: for any other text, with line and column.
     """
     return _LuaCallReader(text).calls()
 
 
 class _LuaCallReader:
-    """One text and how far it is read."""
+    """A text and the reading position."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -96,8 +96,6 @@ class _LuaCallReader:
             if self._next.text == ";" and self._next.kind == "symbol":
                 self._take()
         return found
-
-    # -- errors
 
     def _refuse(self, message: str, at: int) -> NoReturn:
         line, column = _place(self._text, at)
@@ -117,12 +115,10 @@ class _LuaCallReader:
             self._refuse(f"'{shown}' is a variable; {ONLY_FAWKES}", token.at)
         self._refuse(f"'{shown}' stands where {wanted} should be; {ONLY_FAWKES}", token.at)
 
-    # -- tokens
-
     def _scan(self) -> _Token:
         while self._at < len(self._text):
             found = _SCANNER.match(self._text, self._at)
-            assert found is not None  # the last alternative takes any character
+            assert found is not None  # the last alternative matches any character
             start, kind, text = self._at, str(found.lastgroup), found.group()
             self._at = found.end()
             if kind == "long":
@@ -178,7 +174,7 @@ class _LuaCallReader:
             return chr(code)
 
         text = _ESCAPE.sub(unescape, inside)
-        # An escape stands for a byte, not for a character: the bytes of several may be one.
+        # an escape is a byte rather than a character: several escapes may form one character
         return from_lua(_ESCAPE.sub(unescape, to_lua(inside))) if byte_escape else text
 
     def _number(self, text: str, start: int) -> int | float:
@@ -189,8 +185,6 @@ class _LuaCallReader:
             self._refuse(f"'{text[:20]}' is not a number", start)
         number = float(text)
         return int(number) if number.is_integer() and number < 2**53 else number
-
-    # -- the grammar
 
     def _call(self) -> LuaCall:
         name = self._take()
@@ -261,7 +255,7 @@ class _LuaCallReader:
                 self._refuse_token(self._next, "',' or '}'")
         self._take()
         self._depth -= 1
-        # Values without a key come last, as in Lua: they win over the same number as a key.
+        # positional values override equal explicit keys, as in Lua
         return table | pending
 
     def _field(self) -> tuple[str | float | None, Value]:

@@ -1,6 +1,6 @@
-"""The graphs of SkillerDebugInterface as values: states, transitions, the way so far.
+"""Graphs of SkillerDebugInterface as values: states, transitions, and the taken path.
 
-Reads the part of the dot language that Skillers write, ours and Fawkes'.
+Parses the subset of the dot language that Skillers write, cxbridge's and Fawkes'.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _END_COLOURS = {"#6fdd6f": "final", "#ff8080": "failed"}
 class MachineState:
     """A state of a machine.
 
-    :param node: its name in the graph, unique there; its own name is unique in its machine.
-    :param active: whether the machine is in it.
+    :param node: the unique name in the graph; ``name`` is unique only in its machine.
+    :param active: whether the machine is in this state.
     :param kind: ``start``, ``final``, ``failed``, or empty.
-    :param note: a comment of its definition.
+    :param note: the comment of the definition.
     """
 
     name: str
@@ -37,8 +37,8 @@ class MachineState:
 class MachineTransition:
     """A transition between two nodes.
 
-    :param label: its condition.
-    :param steps: when it was taken, counted from 1; empty: not yet.
+    :param label: the condition.
+    :param steps: the numbers of the steps that took it, from 1; empty: none yet.
     """
 
     source: str
@@ -49,7 +49,7 @@ class MachineTransition:
 
 @dataclass(slots=True)
 class StateMachine:
-    """A state machine, or a graph of which skill uses which.
+    """A state machine, or a graph of skill dependencies.
 
     :param inner: machines within its states.
     """
@@ -60,12 +60,12 @@ class StateMachine:
     inner: list[StateMachine] = field(default_factory=list)
 
     def way(self) -> list[MachineTransition]:
-        """Return the transitions that were taken, in order; one that was taken twice comes twice."""
+        """Return the taken transitions in order, with repetitions."""
         taken = [(step, item) for item in self.transitions for step in item.steps]
         return [item for _, item in sorted(taken, key=lambda pair: pair[0])]
 
     def walk(self) -> Iterator[tuple[int, StateMachine]]:
-        """Yield this machine and those within, each with its depth."""
+        """Yield this machine and its inner machines, with their depth."""
         yield 0, self
         for machine in self.inner:
             for depth, within in machine.walk():
@@ -73,9 +73,9 @@ class StateMachine:
 
 
 def parse_graph(text: str) -> StateMachine:
-    """Read a graph.
+    """Parse a graph.
 
-    :raises SkillerError: when it is none, or cut off: the field of the interface has room for 8191 bytes.
+    :raises SkillerError: if the text is not a graph, or truncated to the 8191 bytes of the field.
     """
     reader = _DotReader(text)
     reader.expect("digraph")
@@ -86,7 +86,7 @@ def parse_graph(text: str) -> StateMachine:
 
 
 class _DotReader:
-    """Reads one graph, token by token."""
+    """Parses one graph, token by token."""
 
     def __init__(self, text: str) -> None:
         self._tokens = [
@@ -95,7 +95,7 @@ class _DotReader:
         self._at = 0
 
     def word(self) -> str:
-        """Return the next token, whatever it is."""
+        """Return the next token."""
         if self._at == len(self._tokens):
             raise SkillerError("the graph is cut off", hint="draw it from the skill files, without --connect")
         self._at += 1
@@ -113,9 +113,9 @@ class _DotReader:
         return there
 
     def body(self, machine: StateMachine) -> None:
-        """Read up to the closing brace."""
+        """Parse up to the closing brace."""
         while not self._accept("}"):
-            if self._accept("{"):  # states of one rank: nothing to see
+            if self._accept("{"):  # states of equal rank, only for the layout
                 self.body(StateMachine(""))
                 continue
             name = self.word()

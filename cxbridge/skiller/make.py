@@ -1,4 +1,4 @@
-"""Makes the Lua Skiller and the speech synthesis of a run."""
+"""Construction of the Lua Skiller and the speech synthesis of a run."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
     from cxbridge.space.navgraph import NavGraph
 
 FAWKES_LUA_DIR = Path("src/lua")
-"""Where the Lua files of skills are in a Fawkes checkout."""
+"""The Lua folder in a Fawkes checkout."""
 
 SKILL_SPACE = "/skiller/skillspace"
-"""What names the skill space in the configuration."""
+"""The configuration key of the skill space."""
 
 DEFAULT_SPACE = "test"
-"""The skill space that a Skiller loads when nothing names one."""
+"""The default skill space."""
 
 FAWKES_INTERFACES_DIR = Path("src/libs/interfaces")
-"""Where the definitions of interfaces are in a Fawkes checkout."""
+"""The folder of interface definitions in a Fawkes checkout."""
 
 
 def skill_folders(
     skill_dirs: Sequence[Path] = (), fawkes_dir: Path | None = None, *, shipped: bool = True
 ) -> list[Path]:
-    """Return where to look for skills: the user's folders, a Fawkes checkout, cxbridge's own."""
+    """Return the folders of skills: the user's, a Fawkes checkout's, cxbridge's."""
     folders = list(skill_dirs)
     if fawkes_dir is not None:
         folders.append(fawkes_dir / FAWKES_LUA_DIR)
@@ -48,15 +48,15 @@ def skill_folders(
 
 
 def skills_see_navgraph(config: ConfigReader) -> bool:
-    """Whether ``/skiller/features/navgraph/enable`` is true."""
+    """Return whether ``/skiller/features/navgraph/enable`` is true."""
     enable = "/skiller/features/navgraph/enable"
     return config.exists(enable) and config.get_bool(enable)
 
 
 def load_configured_navgraph(config: ConfigReader, folder: Path) -> NavGraph:
-    """Read the graph file that ``/navgraph/graph_file`` names, seen from a folder.
+    """Read the graph file ``/navgraph/graph_file``, relative to a folder.
 
-    :raises CxbridgeError: when none is named, it cannot be read or is invalid.
+    :raises CxbridgeError: if the file is not configured, unreadable or invalid.
     """
     from cxbridge.space.navgraph import load_navgraph  # noqa: PLC0415 - start-up time is a feature
 
@@ -81,16 +81,16 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     seed: int = 0,
     place_of: Callable[[str], str] = lambda _skill_string: "",
 ) -> Skiller:
-    """Load a skill space and make the Skiller that runs it.
+    """Load a skill space and make its Skiller.
 
-    :param folders: where skills lie, see :func:`skill_folders`; None: those that come with cxbridge.
-    :param config: skills read it; ``/skiller/skillspace`` in it names the space unless ``space`` does.
-    :param name: id of the SkillerInterface.
-    :param navgraph: what skills see as ``navgraph``, see :func:`skills_see_navgraph`.
-    :param watch: says when skill files change; None: made when ``/skiller/watch_files`` is true.
-    :param place_of: returns the source of a skill string, for messages.
-    :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
-    :raises BlackBoardError: when one of the interfaces has another writer.
+    :param folders: see :func:`skill_folders`; None: cxbridge's skills.
+    :param config: the configuration for skills; ``/skiller/skillspace`` is the default of ``space``.
+    :param name: the id of the SkillerInterface.
+    :param navgraph: the graph for ``navgraph``, see :func:`skills_see_navgraph`.
+    :param watch: detects changed skill files; None: made if ``/skiller/watch_files`` is true.
+    :param place_of: returns the place of a skill string's mapping, for messages.
+    :raises SkillError: if the space or a skill cannot be loaded, with file and line.
+    :raises BlackBoardError: if an interface has another writer.
     """
     if space is None:
         known = config is not None and config.exists(SKILL_SPACE)
@@ -135,11 +135,11 @@ def make_speech(
 ) -> SpeechSynthWriter:
     """Make the writer of the SpeechSynthInterface.
 
-    :param speech: ``off``: silent, for as long as it would take; ``on``: to the speaker; else a wav file, or
-        a folder for one file a text.
-    :param greeting: a text to say first, see :data:`cxbridge.skiller.speech.LOADED_TEXT`.
-    :raises SkillerError: when it cannot speak; it says what to install.
-    :raises BlackBoardError: when the interface has another writer.
+    :param speech: ``off``: silent, but with the duration of speech; ``on``: the speaker; else a wav file, or
+        a folder with one file per text.
+    :param greeting: a first text, see :data:`cxbridge.skiller.speech.LOADED_TEXT`.
+    :raises SkillerError: if speech is unavailable; the hint names the missing package.
+    :raises BlackBoardError: if the interface has another writer.
     """
     voice = _voice(clock, speech)
     try:

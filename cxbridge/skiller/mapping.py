@@ -1,9 +1,8 @@
-"""From actions to skill strings, by the templates of the configuration's ``action-mapping``.
+"""Mapping of actions to skill strings by the templates of ``action-mapping``.
 
-Fawkes pastes values into a skill string unchanged; a value with a quote in it ends the string early and
-the rest of it runs as Lua. ``mode='strict'``, the default, keeps the types of values: the two modes differ
-only for values with quotes, backslashes, line ends or NUL (escaped), and for values that stand bare in the
-Lua text and are not a single word or number (refused). See ``docs/action-mapping.md``.
+Fawkes pastes values unchanged, so a quote in a value ends the string early and the rest runs as Lua code.
+``mode='strict'``, the default, preserves values: it escapes quotes, backslashes, line ends and NUL, and
+refuses values outside of quotes that are not a single word or number. See ``docs/action-mapping.md``.
 """
 
 from __future__ import annotations
@@ -19,17 +18,17 @@ from cxbridge.skiller import ecma, numbers, quoting
 from cxbridge.skiller.templates import Doubt, Misfit, Placeholder, find_doubts, parse_template
 
 Message = tuple[Level, str]
-"""A log line about a mapping: a level and a text."""
+"""A log line about a mapping."""
 
 Mode = Literal["strict", "fawkes"]
-"""How values get into skill strings: kept values (``strict``), or pasted as Fawkes does."""
+"""Whether values are preserved (``strict``) or pasted as in Fawkes."""
 
 
 class MappedSkill(Struct, frozen=True):
-    """What an action maps to.
+    """The result of mapping an action.
 
-    :param text: the skill string; empty when it could not be made.
-    :param messages: why it could not, and warnings; errors first.
+    :param text: the skill string; empty after an error.
+    :param messages: errors, then warnings.
     """
 
     text: str
@@ -37,14 +36,14 @@ class MappedSkill(Struct, frozen=True):
 
 
 class _CannotMapError(Exception):
-    """An action cannot be mapped; the message is for the user. Never leaves this module."""
+    """An action cannot be mapped. Never leaves this module."""
 
 
 class ActionSkillMapping:
     """Maps actions to skill strings.
 
-    :param mapping: template by action name.
-    :param mode: ``strict`` or ``fawkes``, see above.
+    :param mapping: templates by action.
+    :param mode: ``strict`` or ``fawkes``.
     """
 
     def __init__(self, mapping: Mapping[str, str], *, mode: Mode = "strict") -> None:
@@ -53,17 +52,16 @@ class ActionSkillMapping:
 
     @property
     def actions(self) -> tuple[str, ...]:
-        """The names of the actions that have a template."""
+        """The actions with a template."""
         return tuple(self._templates)
 
     def has(self, action: str) -> bool:
-        """Whether there is a template for ``action``."""
         return action in self._templates
 
     def require(self, action: str) -> str:
-        """Return the template of ``action``.
+        """Return the template of an action.
 
-        :raises ActionMappingError: when there is none; it names those that exist.
+        :raises ActionMappingError: if there is none; the hint lists the mapped actions.
         """
         try:
             return self._templates[action]
@@ -76,10 +74,8 @@ class ActionSkillMapping:
             ) from None
 
     def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
-        """Return the skill string of ``action`` with the values ``params``.
-
-        An action without a template gives an empty string and no message, as in Fawkes: ask :meth:`has`.
-        """
+        """Return the skill string of an action."""
+        # as in Fawkes, a missing template is not an error: callers check has()
         template = self._templates.get(action)
         if template is None:
             return MappedSkill("")
@@ -99,10 +95,8 @@ class ActionSkillMapping:
         return MappedSkill(text, tuple(messages))
 
     def check(self) -> list[Message]:
-        """Return a warning for each text that looks like a placeholder and is none, and each bad expression.
-
-        Such a text stays in the skill string, so the skill would see it.
-        """
+        """Return warnings about texts that resemble placeholders, and about invalid expressions."""
+        # such a text stays in the skill string, where the skill would get it
         warnings: list[Message] = []
         for action, template in self._templates.items():
             warnings.extend(_describe(action, doubt) for doubt in find_doubts(template))
@@ -112,7 +106,7 @@ class ActionSkillMapping:
         return warnings
 
     def _insert(self, place: Placeholder, value: str, before: str) -> str:
-        """Return the text for ``value`` in the skill string after ``before``."""
+        """Return the text of a value behind a part of the skill string."""
         try:
             if place.kind == "i":
                 return numbers.leading_integer(value)
@@ -129,7 +123,7 @@ class ActionSkillMapping:
         return self._kept(place, value, before)
 
     def _joined(self, action: str, before: str, after: str) -> str:
-        """Return both parts of a skill string as one."""
+        """Return the concatenation of two parts."""
         if self.mode == "strict" and quoting.makes_comment(before, after):
             raise _CannotMapError(
                 f"'{before}' and '{after}' make the comment '--': leave a space between them in the "
@@ -138,7 +132,7 @@ class ActionSkillMapping:
         return before + after
 
     def _kept(self, place: Placeholder, value: str, before: str) -> str:
-        """Return the text of a value behind the Lua text ``before``."""
+        """Return the text of a value behind a Lua text, preserved according to the mode."""
         return _kept(place, value, before) if self.mode == "strict" else value
 
 
@@ -162,7 +156,7 @@ def _apply_steps(place: Placeholder, value: str, messages: list[Message]) -> str
         try:
             value = ecma.replace_all(step.pattern, step.replacement, value)
         except ecma.EcmaRegexError as error:
-            # Fawkes lets the exception fly.
+            # Fawkes does not catch this exception
             raise _CannotMapError(f"Invalid regex '{step.pattern}': {error}") from None
     return value
 
@@ -182,9 +176,9 @@ def _check_steps(action: str, place: Placeholder) -> list[Message]:
 
 
 def _kept(place: Placeholder, value: str, before: str) -> str:
-    """Return the text of a value behind the Lua text ``before``, so that it cannot become code.
+    """Return the text of a value behind a Lua text such that it cannot become code.
 
-    :raises _CannotMapError: when there is no such way.
+    :raises _CannotMapError: if the value does not permit it.
     """
     context = quoting.context_at_end(before)
     if context in (quoting.QuotingContext.DOUBLE_QUOTES, quoting.QuotingContext.SINGLE_QUOTES):
@@ -198,5 +192,5 @@ def _kept(place: Placeholder, value: str, before: str) -> str:
 
 
 def _upper(value: str) -> str:
-    """Upper-case ASCII letters only, as C's ``toupper`` does in its default locale."""
+    """Upper-case only ASCII letters, as C's ``toupper`` does in its default locale."""
     return "".join(char.upper() if char.isascii() else char for char in value)

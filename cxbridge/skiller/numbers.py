@@ -1,4 +1,4 @@
-"""Numbers as C++'s ``std::stol``, ``std::stod`` and ``std::to_string`` read and write them."""
+"""Numbers in the notation of C++'s ``std::stol``, ``std::stod`` and ``std::to_string``."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ _SMALLEST_NORMAL = 2.2250738585072014e-308
 
 
 class NumberError(ValueError):
-    """A text that is not a number, or one that does not fit; the message is what C++ says."""
+    """The text is not a number, or the number is out of range. The message is C++'s."""
 
 
 def leading_integer(text: str) -> str:
-    """Return the integer that ``text`` starts with, in decimal; what follows it is ignored.
+    """Return the integer at the start of a text, in decimal.
 
-    :raises NumberError: ``stol`` when there is none, ``stol: out of range`` when it exceeds 64 bits.
+    :raises NumberError: ``stol`` without integer, ``stol: out of range`` beyond 64 bits.
     """
     found = _INTEGER.match(text)
     if found is None:
         raise NumberError("stol")
-    # More digits than any 64 bit number has (leading zeros aside) cannot fit: do not even convert them.
+    # more digits than a 64-bit number has (without leading zeros) cannot fit, so skip the slow conversion
     digits = found.group(1).lstrip("+-").lstrip("0")
     if len(digits) > len(str(_LONG_MAX)):
         raise NumberError("stol: out of range")
@@ -40,9 +40,9 @@ def leading_integer(text: str) -> str:
 
 
 def leading_float(text: str) -> str:
-    """Return the number that ``text`` starts with, with six decimals; what follows it is ignored.
+    """Return the number at the start of a text, with six decimals.
 
-    :raises NumberError: ``stod`` when there is none, ``stod: out of range`` when it does not fit a double.
+    :raises NumberError: ``stod`` without number, ``stod: out of range`` beyond the range of a double.
     """
     found = _FLOAT.match(text)
     if found is None:

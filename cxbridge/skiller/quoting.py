@@ -1,4 +1,4 @@
-"""Values inside of Lua texts: where in the text they stand, and how they stay values there."""
+"""Insertion of values into Lua texts: lexical context and escaping."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ class QuotingContext(Enum):
 
 
 def escape(value: str, quote: str = '"') -> str:
-    r"""Return ``value`` so that Lua reads it back from between ``quote``.
+    r"""Escape a value for a Lua text between quotes.
 
-    The quote, ``\``, line ends and NUL are escaped; values without any of these are not changed.
+    The quote, ``\``, line ends and NUL are escaped.
     """
     other = "'" if quote == '"' else '"'
     return "".join(char if char == other else _ESCAPES.get(char, char) for char in value)
 
 
 def is_word(value: str) -> bool:
-    """Whether ``value`` is one bare word or number: letters, digits, ``_ . + -``, without a Lua comment."""
+    """Return whether a value is a single word or number: letters, digits, ``_ . + -``, without ``--``."""
     return _WORD.fullmatch(value) is not None and "--" not in value
 
 
 def makes_comment(before: str, after: str) -> bool:
-    """Whether ``after`` begins a comment only because it is written behind the Lua text ``before``."""
+    """Return whether two parts form a comment only in concatenation."""
     return before.endswith("-") and after.startswith("-") and context_at_end(before) is QuotingContext.CODE
 
 
 def context_at_end(text: str) -> QuotingContext:
-    """Return the lexical context at the end of the Lua text ``text``."""
+    """Return the lexical context at the end of a Lua text."""
     position = 0
     while position < len(text):
         token = _TOKEN.match(text, position)

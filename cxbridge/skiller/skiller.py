@@ -1,7 +1,7 @@
-"""The Skiller: takes skill strings from SkillerInterface and runs them in the Lua engine, loop by loop.
+"""The Skiller: executes skill strings of SkillerInterface in the Lua engine, loop by loop.
 
-Its writes are those of Fawkes' Skiller (``src/lua/skiller/fawkes/init.lua``); where Fawkes is odd,
-``mode='strict'`` does better. ``docs/skiller.md`` lists the differences.
+It writes the same states as Fawkes' Skiller (``src/lua/skiller/fawkes/init.lua``). ``mode='strict'`` avoids
+Fawkes' oddities, listed in ``docs/skiller.md``.
 """
 
 from __future__ import annotations
@@ -26,28 +26,25 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Message
 
 LOG_COMPONENT = "SkillerLua"
-"""What log lines of the Skiller and its skills are under, as in Fawkes."""
+"""The log component of the Skiller and its skills, as in Fawkes."""
 
 _NO_MESSAGE = 0
 
 
 class Closable(Protocol):
-    """Something that is to be let go of."""
-
-    def close(self) -> None:
-        """Let go of it."""
+    def close(self) -> None: ...
 
 
 class Skiller(SkillerBackend):
     """Executes Lua skills.
 
     :param engine: the loaded skills; closed with the Skiller.
-    :param name: id of the SkillerInterface and the SkillerDebugInterface that it writes.
-    :param mode: what to do where Fawkes is odd.
-    :param watch: says when the files of the skills change: then they are loaded again.
+    :param name: the id of the SkillerInterface and SkillerDebugInterface.
+    :param mode: whether to imitate Fawkes' oddities.
+    :param watch: detects changed skill files, which are then reloaded.
     :param closing: further objects to close with the Skiller.
-    :param place_of: returns the source of a skill string, for messages; empty when unknown.
-    :raises BlackBoardError: when one of its interfaces has another writer.
+    :param place_of: returns the place of a skill string's mapping, for messages; empty if unknown.
+    :raises BlackBoardError: if an interface has another writer.
     """
 
     def __init__(
@@ -69,13 +66,13 @@ class Skiller(SkillerBackend):
         self._log = bus.logger(LOG_COMPONENT)
         self._board = board
         self._readers = ReaderWatch(board)
-        # The fields of the interface come from its XML definition: there is no static type for them here.
+        # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing(
             "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
         )
         self._interface.read()
         self._control = ExclusiveControl(self._interface, self._log)
-        # Fawkes reads its own interface, only to be notified of readers that leave.
+        # like Fawkes, open a reader of the own interface to be notified of removed readers
         self._own_reader = (
             board.open_for_reading("SkillerInterface", name, owner="SkillerExecutionThread")
             if mode == "fawkes"
@@ -102,7 +99,7 @@ class Skiller(SkillerBackend):
 
     @property
     def running(self) -> bool:
-        """Whether a skill string is being executed or waits to be taken."""
+        """Whether a skill string is running or a message is pending."""
         return self._active or not self._interface.msgq_empty()
 
     @property
@@ -112,21 +109,21 @@ class Skiller(SkillerBackend):
 
     @property
     def skills(self) -> tuple[str, ...]:
-        """The names of the skills, in the order of the skill space."""
+        """The skills in the order of the skill space."""
         return self.engine.skills
 
     @property
     def is_quiet(self) -> bool:
-        """Whether nothing happens until a message comes: no skill wants to be called in each loop."""
+        """Whether the Skiller is idle until the next message, without callbacks of skills."""
         return not self.running and not self.engine.has_callbacks
 
     @property
     def known_skills(self) -> frozenset[str] | None:
-        """The skills that it has; None in the mode ``fawkes``, where any Lua is one."""
+        """The available skills; None in mode ``fawkes``, where any Lua code is accepted."""
         return None if self.mode == "fawkes" else frozenset(self.engine.skills)
 
     def loop(self) -> None:
-        """Take the messages, run the skill string once, publish what changed."""
+        """Handle messages, run the skill string once, and publish changes."""
         while (serial := self._readers.pop()) is not None:
             if self._control.revoke(serial):
                 self._interface.write()
@@ -142,7 +139,7 @@ class Skiller(SkillerBackend):
             self._log_problem(self.engine.run_idle())
 
     def close(self) -> None:
-        """Drop the skill string, close all interfaces of the Skiller and of its skills."""
+        """Drop the skill string, and close all interfaces of the Skiller and its skills."""
         self._active = False
         self._readers.close()
         if self._own_reader is not None:
@@ -153,14 +150,10 @@ class Skiller(SkillerBackend):
         for thing in self._closing:
             thing.close()
 
-    # -- files
-
     def _look_for_changes(self, watch: ModuleWatch) -> None:
-        """Load the skills again when their files changed.
-
-        Fawkes does so at once, and the skill string that runs is lost without a word. Here it comes to its
-        end first: a robot must not stop in the middle of the way because a file was saved.
-        """
+        """Reload changed skill files."""
+        # Fawkes reloads immediately and silently loses the running skill string; strict mode finishes it
+        # first, because saving a file must not stop a driving robot
         changed = watch.look()
         if changed and not self._changed and self._active and self.mode == "strict":
             self._log.info(
@@ -182,8 +175,6 @@ class Skiller(SkillerBackend):
             return
         self._active = False
         watch.follow(self.engine.modules)
-
-    # -- messages
 
     def _process_messages(self) -> None:
         self._enqueued = False
@@ -209,7 +200,7 @@ class Skiller(SkillerBackend):
         self._interface.msgid = message.id
         if (
             self.mode == "strict"
-        ):  # Fawkes shows the error of an earlier skill string until some status changes
+        ):  # as in Fawkes, the error of an earlier skill string stays until the next change of status
             self._interface.error = ""
         self._compile(text)
         return True
@@ -217,7 +208,7 @@ class Skiller(SkillerBackend):
     def _compile(self, text: str) -> None:
         longest = self._interface.maxlenof("skill_string") - 1
         if self.mode == "strict" and len(text.encode("utf-8", "surrogateescape")) >= longest:
-            # the rest of it may be a whole chunk with another meaning
+            # the missing rest may have changed the meaning of the Lua chunk
             problem = f"the skill string fills its field of {longest} bytes: it may have been cut"
             self.engine.drop()
         else:
@@ -230,9 +221,9 @@ class Skiller(SkillerBackend):
         self._interface.status = Status.S_RUNNING
 
     def _prepare(self, text: str) -> str:
-        """Take a skill string as data; return its mistake.
+        """Parse a skill string as data; return its mistake.
 
-        It may come from anybody, so nothing in it is evaluated.
+        Any client may send it, so nothing is evaluated.
         """
         try:
             return self.engine.prepare(read_calls(text))
@@ -241,7 +232,7 @@ class Skiller(SkillerBackend):
             return error.message
 
     def _stop(self, message: Message) -> bool:
-        # In Fawkes only a controller can stop, although without one everybody can start.
+        # in Fawkes only a controller may stop, although without a controller any client may start
         may_stop = self._control.is_held_by(message) or (
             self.mode == "strict" and self._control.may_execute(message)
         )
@@ -255,15 +246,13 @@ class Skiller(SkillerBackend):
         self._publish(Status.S_INACTIVE)
         return True
 
-    # -- execution
-
     def _execute(self) -> None:
         tick = self.engine.run()
         if tick.error:
             self._fail(SkillFailure(FailureCause.CODE, tick.error, self._place_of(self.skill_string)))
             self._interface.write()
             self._drop()
-            if self.mode == "fawkes":  # S_FAILED is overwritten at once, so that most readers never see it
+            if self.mode == "fawkes":  # S_FAILED is overwritten immediately, so that most readers miss it
                 self._publish(Status.S_INACTIVE)
             self._debug.publish()
         else:
@@ -273,7 +262,7 @@ class Skiller(SkillerBackend):
                 self._drop()
 
     def _publish(self, status: Status) -> None:
-        """Write the status if it is another one."""
+        """Write a changed status."""
         if self._interface.status == status:
             return
         self._interface.status = status
@@ -286,7 +275,7 @@ class Skiller(SkillerBackend):
     def _fail(self, failure: SkillFailure, skill_string: str = "") -> None:
         """Log a failure, and set status and error of the interface.
 
-        :param skill_string: the whole one, when the interface may have a part of it.
+        :param skill_string: the complete skill string, if the interface has only a part of it.
         """
         line = failure.line(skill_string or self.skill_string)
         if failure.cause is FailureCause.CODE:
@@ -296,7 +285,7 @@ class Skiller(SkillerBackend):
         shown = self._interface.error
         failure.show(self._interface)
         if not failure.text or (self.mode == "fawkes" and failure.cause is FailureCause.SKILL_STRING):
-            self._interface.error = shown  # the error of an earlier skill string
+            self._interface.error = shown  # the error of an earlier skill string stays
         elif self.mode == "fawkes" and failure.cause is FailureCause.OUTCOME:
             self._interface.write()
 
@@ -309,6 +298,6 @@ class Skiller(SkillerBackend):
         self._log_problem(self.engine.reset_all())
 
     def _log_problem(self, problem: str) -> None:
-        """Log what went wrong in skills' code outside of the skill string."""
+        """Log an error of skills' code outside of the skill string."""
         if problem:
             self._log.error(problem)

@@ -1,7 +1,7 @@
-"""Skill strings of the usual form, ``name{key=value, ...}`` or ``name(value, ...)``, as values.
+"""Skill strings in the usual form, ``name{key=value, ...}`` or ``name(value, ...)``, as values.
 
-A skill string is data: all receivers of foreign skill strings read them with
-:func:`cxbridge.skiller.luacalls.read_calls`. Only the Lua Skiller in the mode ``fawkes`` evaluates it.
+A skill string is data: receivers of foreign skill strings parse it with
+:func:`cxbridge.skiller.luacalls.read_calls`. Only the Lua Skiller in mode ``fawkes`` evaluates it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class SkillStringCall:
     """A call of a skill.
 
     :param name: the skill.
-    :param args: its arguments by name; those without one by their position, from 1.
+    :param args: arguments by name, or by position from 1.
     """
 
     name: str
@@ -26,9 +26,9 @@ class SkillStringCall:
 
 
 def parse_skill_string(text: str) -> list[SkillStringCall]:
-    """Return the calls in a skill string, in order.
+    """Return the calls in a skill string.
 
-    :raises SkillError: when it is not of the usual form, with line and column.
+    :raises SkillError: if it does not have the usual form, with line and column.
     """
     calls = read_calls(text)
     if not calls:
@@ -37,9 +37,9 @@ def parse_skill_string(text: str) -> list[SkillStringCall]:
 
 
 def parse_skill_call(text: str) -> SkillStringCall:
-    """Return the one call in a skill string.
+    """Return the only call in a skill string.
 
-    :raises SkillError: when it is not of the usual form, or has several calls.
+    :raises SkillError: if it does not have the usual form, or has several calls.
     """
     calls = parse_skill_string(text)
     if len(calls) != 1:

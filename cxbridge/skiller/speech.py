@@ -1,8 +1,8 @@
-"""Speech synthesis: the writer of SpeechSynthInterface that skills order speech from.
+"""Speech synthesis: the writer of SpeechSynthInterface.
 
-Writes what Fawkes' flite plugin writes: on each order the text, its id, ``final`` false and the duration;
-when it is spoken, ``final`` true. Orders wait for each other. The voice is exchangeable: the default one is
-silent and takes as long as the text would, by the run's clock.
+It writes the same values as Fawkes' flite plugin: for each order the text, its id, ``final`` false and the
+duration; at its end ``final`` true. Orders are queued. The default voice is silent and takes the estimated
+duration by the run's clock.
 """
 
 from __future__ import annotations
@@ -26,45 +26,43 @@ _LINUX_PLAYER = "aplay"
 _SECONDS_PER_TEXT = 0.343
 _SECONDS_PER_CHARACTER = 0.070
 LOADED_TEXT = "Speech synth loaded"
-"""What flite says when it is loaded."""
+"""The text that flite says after loading."""
 
 INSTALL_VOICE = (
     "install a voice, for example with 'apt install espeak-ng', or run with --speech off, the default"
 )
-"""What to do when there is none."""
+"""The remedy for a missing voice."""
 
 
 def estimate_duration(text: str) -> float:
-    """Return about how many seconds it takes to say ``text``.
-
-    A straight line through what flite's voice ``cmu_us_kal`` took for the texts of the recorded runs, 8 to 19
-    characters long: within 0.13 s of each.
-    """
+    """Return the approximate duration of a spoken text in seconds."""
+    # a linear fit to flite's voice cmu_us_kal in the recorded runs (texts of 8 to 19 characters), within 0.13
+    # s of each
     return _SECONDS_PER_TEXT + _SECONDS_PER_CHARACTER * len(text)
 
 
 class Voice(ABC):
-    """Says one text after the other."""
+    """Says texts one by one."""
 
     @abstractmethod
     def start(self, text: str) -> float:
-        """Begin to say ``text`` and return its duration in seconds, if known."""
+        """Start to say a text; return its duration in seconds."""
 
     @abstractmethod
     def is_done(self) -> bool:
-        """Whether the last text has been said."""
+        """Return whether the last text is finished."""
 
     def trouble(self) -> str:
-        """Return why the last text could not be said; empty when it could."""
+        """Return why the last text failed; else empty."""
         return ""
 
     def close(self) -> None:
-        """Be silent."""
+        """Stop speaking."""
         return
 
 
 class SilentVoice(Voice):
-    """Says nothing, for as long as it would take.
+    """Says nothing for as long as the text would take.
 
     :param clock: the run's clock.
     """
@@ -74,25 +72,23 @@ class SilentVoice(Voice):
         self._end_us = 0
 
     def start(self, text: str) -> float:
-        """Return the estimated duration, which starts now."""
         duration = estimate_duration(text)
         self._end_us = self._clock.now_us() + round(duration * MICROSECONDS)
         return duration
 
     def is_done(self) -> bool:
-        """Whether the duration has passed."""
         return self._clock.now_us() >= self._end_us
 
 
 class SpeakerVoice(Voice):
-    """Speaks aloud through :mod:`pyttsx3`, in a thread.
+    """Speaks through :mod:`pyttsx3` in a thread.
 
-    :raises SkillerError: when no voice is installed, or nothing that plays; it says what to install.
+    :raises SkillerError: if no voice or player is installed; the hint names the package.
     """
 
     def __init__(self) -> None:
         if sys.platform == "linux" and shutil.which(_LINUX_PLAYER) is None:
-            # pyttsx3 would be silent, and say nothing of it
+            # pyttsx3 would be silent without an error
             raise SkillerError(
                 f"speech is not possible here: the program '{_LINUX_PLAYER}' is missing, which plays it",
                 hint="install it, for example with 'apt install alsa-utils', "
@@ -110,7 +106,7 @@ class SpeakerVoice(Voice):
             raise SkillerError(f"speech is not possible here: {problem}", hint=INSTALL_VOICE)
 
     def _speak(self, started: queue.SimpleQueue[str | None]) -> None:
-        # A missing voice shows as one of many exceptions, which depend on the platform.
+        # a missing voice raises one of many exceptions, depending on the platform
         try:
             import pyttsx3  # noqa: PLC0415 - slow to import, and seldom needed
 
@@ -127,7 +123,7 @@ class SpeakerVoice(Voice):
             try:
                 engine.say(text)
                 engine.runAndWait()
-                # With espeak it does not wait: another thread makes and plays the sound.
+                # espeak returns before its own thread has played the sound
                 if text.strip():
                     spoken.wait(_PATIENCE * (1 + estimate_duration(text)))
             except Exception as error:  # noqa: BLE001 - as above; what comes next may work
@@ -136,32 +132,30 @@ class SpeakerVoice(Voice):
                 self._done.set()
 
     def start(self, text: str) -> float:
-        """Hand the text to the speaker; the duration is the estimate."""
+        """Queue a text for the speaker; return its estimated duration."""
         self._done.clear()
         self._trouble = ""
         self._texts.put(text)
         return estimate_duration(text)
 
     def is_done(self) -> bool:
-        """Whether the speaker has said the last text."""
         return self._done.is_set()
 
     def trouble(self) -> str:
-        """Return why the last text could not be said."""
         return self._trouble
 
     def close(self) -> None:
-        """End the thread after the text that is being said."""
+        """End the thread after the current text."""
         self._texts.put(None)
 
 
 class SpeechSynthWriter:
-    """Writes ``SpeechSynthInterface::NAME`` and speaks the texts that it receives.
+    """Writes ``SpeechSynthInterface::NAME`` and says the received texts.
 
-    :param voice: None: a :class:`SilentVoice`.
-    :param name: the interface's id.
-    :param greeting: a text to say first, as flite does with :data:`LOADED_TEXT`; None: none.
-    :raises BlackBoardError: when the interface has another writer.
+    :param voice: by default a :class:`SilentVoice`.
+    :param name: the id of the interface.
+    :param greeting: a first text, for flite's behaviour :data:`LOADED_TEXT`; None: no greeting.
+    :raises BlackBoardError: if the interface has another writer.
     """
 
     def __init__(
@@ -177,7 +171,7 @@ class SpeechSynthWriter:
         self._board = board
         self._voice = voice or SilentVoice(clock)
         self._log = bus.logger("SpeechSynth")
-        # The fields of the interface come from its XML definition: there is no static type for them here.
+        # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing("SpeechSynthInterface", name, owner="SpeechSynth")
         self._speaking = False
         if greeting is not None:
@@ -185,11 +179,11 @@ class SpeechSynthWriter:
 
     @property
     def speaking(self) -> bool:
-        """Whether a text is being said or waits for it."""
+        """Whether a text is spoken or queued."""
         return self._speaking or not self._interface.msgq_empty()
 
     def loop(self) -> None:
-        """End the text that is over, begin the next one; to be called once a main loop."""
+        """End the finished text and start the next one. To be called once per main loop."""
         if self._speaking and self._voice.is_done():
             self._speaking = False
             self._log_trouble(self._voice.trouble())
@@ -210,7 +204,7 @@ class SpeechSynthWriter:
         try:
             self._interface.duration = self._voice.start(text)
         except SkillerError as error:
-            # skills that wait for the text continue; the text is over in the next loop
+            # skills that wait for the text must continue: the text ends in the next loop
             self._log_trouble(str(error))
             self._interface.duration = 0.0
         self._interface.write()
@@ -220,6 +214,6 @@ class SpeechSynthWriter:
             self._log.error(f"cannot say '{self._interface.text}': {trouble}")
 
     def close(self) -> None:
-        """Be silent and close the interface."""
+        """Stop speaking and close the interface."""
         self._voice.close()
         self._board.close(self._interface)

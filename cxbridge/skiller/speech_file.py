@@ -1,4 +1,4 @@
-"""Speech into sound files, for machines without a speaker and for records of a run."""
+"""Speech in sound files, for machines without a speaker and for recordings of a run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PROBE = "ok"
 _SYNTHESIS_S = 60
 _SLUG_LENGTH = 40
 _SILENCE = wave._wave_params(1, 2, 22050, 0, "NONE", "not compressed")  # noqa: SLF001 - the type of getparams()
-# In a child process: libraries of voices are not made to be unloaded, and some print.
+# in a child process: voice libraries cannot be unloaded, and some print
 _PYTTSX3 = """
 import sys, pyttsx3
 engine = pyttsx3.init()
@@ -31,11 +31,11 @@ engine.runAndWait()
 
 
 def synthesise(text: str, file: Path) -> None:
-    """Speak ``text`` into a new wav file, by espeak-ng's program, or else by pyttsx3.
+    """Speak a text into a new wav file, with the program espeak-ng or else pyttsx3.
 
-    A text without anything to say may leave no file.
+    A text without speakable characters may leave no file.
 
-    :raises SkillerError: when no voice is installed; it says what to install.
+    :raises SkillerError: if no voice is installed; the hint names a package.
     """
     program = next((found for name in _PROGRAMS if (found := shutil.which(name))), None)
     command: Sequence[str] = (
@@ -44,7 +44,7 @@ def synthesise(text: str, file: Path) -> None:
         else python_command("-c", _PYTTSX3, str(file))
     )
     try:
-        # The text goes to the standard input: it may begin like an option.
+        # standard input, because the text may look like an option
         done = subprocess.run(  # noqa: S603 - a fixed program
             command,
             input=text.encode("utf-8", "replace"),
@@ -60,13 +60,13 @@ def synthesise(text: str, file: Path) -> None:
 
 
 class FileVoice(Voice):
-    """Speaks into a wav file, one text after the other, or into a folder, one file a text.
+    """Speaks into one wav file, or into a folder with one file per text.
 
-    A text takes as long as its sound, by the run's clock.
+    A text takes the duration of its sound by the run's clock.
 
-    :param target: ``NAME.wav``, overwritten; else a folder for ``001-hello.wav`` and so on, made when it is
+    :param target: ``NAME.wav``, which is overwritten, or a folder for ``001-hello.wav`` and so on, created if
         missing.
-    :raises SkillerError: when no voice is installed, or the target cannot be written.
+    :raises SkillerError: if no voice is installed or the target cannot be written.
     """
 
     def __init__(self, clock: Clock, target: Path) -> None:
@@ -76,7 +76,7 @@ class FileVoice(Voice):
         self._end_us = 0
         self._file: IO[bytes] | None = None
         self._sound: wave.Wave_write | None = None
-        if not self._speak(_PROBE)[1]:  # a missing voice shows now
+        if not self._speak(_PROBE)[1]:  # raises now if no voice is installed
             raise SkillerError("speech is not possible here: the voice makes no sound", hint=INSTALL_VOICE)
         try:
             if is_sound_file(target):
@@ -87,7 +87,7 @@ class FileVoice(Voice):
             raise SkillerError(f"speech cannot be written: {error.strerror}", file=target) from None
 
     def start(self, text: str) -> float:
-        """Write the sound of ``text`` and return its duration, which starts now."""
+        """Write the sound of a text; return its duration."""
         parameters, frames = self._speak(text)
         try:
             self._write(text, parameters, frames)
@@ -102,7 +102,7 @@ class FileVoice(Voice):
             if self._sound is None:
                 self._sound = wave.open(self._file, "wb")  # noqa: SIM115 - closed with the voice
                 self._sound.setparams(parameters)
-            # Brings the header up to date, so that the file is whole at all times.
+            # updates the header, so that the file is always valid
             self._sound.writeframes(frames)
             return
         self._count += 1
@@ -122,7 +122,7 @@ class FileVoice(Voice):
                 return _SILENCE, b""
             try:
                 with wave.open(str(file), "rb") as sound:
-                    # The header of a stream does not know its length: count the frames.
+                    # the header of a stream does not have the length: count the frames
                     return sound.getparams()._replace(nframes=0), sound.readframes(sound.getnframes())
             except (wave.Error, EOFError) as error:
                 raise SkillerError(
@@ -130,11 +130,10 @@ class FileVoice(Voice):
                 ) from None
 
     def is_done(self) -> bool:
-        """Whether the sound of the last text would be over."""
+        """Return whether the duration of the last text has passed."""
         return self._clock.now_us() >= self._end_us
 
     def close(self) -> None:
-        """Close the file."""
         try:
             if self._sound is not None:
                 self._sound.close()
@@ -144,5 +143,5 @@ class FileVoice(Voice):
 
 
 def is_sound_file(target: Path) -> bool:
-    """Whether speech goes into one file: one whose name ends in ``.wav``."""
+    """Return whether the target is a single wav file."""
     return target.suffix.lower() == ".wav"

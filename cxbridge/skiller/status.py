@@ -1,12 +1,10 @@
-"""The status of a skill or a skill string."""
-
 from __future__ import annotations
 
 from enum import IntEnum
 
 
 class Status(IntEnum):
-    """SkillerInterface's SkillStatusEnum."""
+    """SkillStatusEnum of SkillerInterface."""
 
     S_INACTIVE = 0
     S_FINAL = 1

@@ -1,6 +1,6 @@
 """Templates of skill strings: text with placeholders. The grammar is ``templates.lark``.
 
-:func:`find_doubts` names each text that looks like a placeholder and is none.
+:func:`find_doubts` finds texts that resemble placeholders.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ TERMINALS: Final = Path(__file__).with_name("templates.json")
 
 @cache
 def load_terminals() -> dict[str, str]:
-    """Return the regular expression of each terminal of the grammar."""
+    """Return the regular expression of each terminal."""
     return msgspec.json.decode(TERMINALS.read_bytes(), type=dict[str, str])
 
 
@@ -30,23 +30,23 @@ def _terminal(name: str) -> re.Pattern[str]:
 
 
 class Replacement(Struct, frozen=True):
-    """A step of a placeholder's chain: replace what ``pattern`` matches."""
+    """A step of a placeholder that replaces the matches of ``pattern``."""
 
     pattern: str
     replacement: str
 
 
 class Misfit(Struct, frozen=True):
-    """A step of a chain that Fawkes ignores with a warning."""
+    """A step that Fawkes ignores with a warning."""
 
     warning: str
 
 
 class Placeholder(Struct, frozen=True):
-    """A place in a template where a parameter's value goes.
+    """A placeholder for a parameter's value.
 
     :param name: the parameter.
-    :param steps: the chain of replacements, in order.
+    :param steps: the replacements in order.
     :param kind: one of ``s S y Y i f``.
     """
 
@@ -56,15 +56,15 @@ class Placeholder(Struct, frozen=True):
 
 
 Part = str | Placeholder
-"""A piece of a template: literal text or a placeholder."""
+"""A part of a template: literal text or a placeholder."""
 
 
 class Doubt(Struct, frozen=True):
-    """A text that looks like a placeholder and is none.
+    """A text that resembles a placeholder.
 
-    :param offset: where it starts in the template, from 0.
+    :param offset: the position in the template, from 0.
     :param text: its beginning.
-    :param reason: why it is none, and what would be one.
+    :param reason: why it is not a placeholder, and how to mend it.
     """
 
     offset: int
@@ -74,12 +74,12 @@ class Doubt(Struct, frozen=True):
 
 @lru_cache(maxsize=1024)
 def parse_template(template: str) -> tuple[Part, ...]:
-    """Split a template into its parts. Every text is a template, so this never fails."""
+    """Split a template into parts. Every text is a valid template."""
     return tuple(part for _, part in _scan(template))
 
 
 def _scan(template: str) -> Iterator[tuple[int, Part]]:
-    """Yield each part of the template with its offset."""
+    """Yield the parts of the template with offsets."""
     end = 0
     for found in _terminal("PLACEHOLDER").finditer(template):
         if found.start() > end:
@@ -93,7 +93,7 @@ def _scan(template: str) -> Iterator[tuple[int, Part]]:
 def _placeholder(text: str) -> Placeholder:
     name = _terminal("NAME").match(text, len("?("))
     assert name is not None
-    # Fawkes splits at every bar, also inside a pattern: alternatives cannot be written.
+    # Fawkes splits at every bar, even inside a pattern, so patterns cannot have alternatives
     pieces = text[name.end() : -len(")s")].split("|")
     return Placeholder(name.group(), tuple(_step(piece) for piece in pieces if piece), text[-1])
 
@@ -108,7 +108,7 @@ def _step(piece: str) -> Replacement | Misfit:
 
 
 def find_doubts(template: str) -> list[Doubt]:
-    """Return every text in ``template`` that was probably meant to be a placeholder."""
+    """Return the texts that were probably meant as placeholders."""
     starts = [
         offset + found.start()
         for offset, part in _scan(template)
@@ -122,13 +122,13 @@ _EXCERPT_LENGTH = 40
 
 
 def _excerpt(text: str) -> str:
-    """Return the first few characters of ``text``, to the ')' and what follows it where that is near."""
+    """Return the beginning of a text, up to the character behind a near ')'."""
     closing = text.find(")", 0, _EXCERPT_LENGTH)
     return text[: closing + 2] if closing >= 0 else text[:_EXCERPT_LENGTH]
 
 
 def _reason(text: str) -> str:
-    """Say why ``text``, which starts with ``?(``, is not a placeholder."""
+    """Return why a text that starts with ``?(`` is not a placeholder."""
     name = _terminal("NAME").match(text, len("?("))
     if name is None:
         return "the name of a parameter is missing after '?('"

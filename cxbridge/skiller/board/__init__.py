@@ -1,4 +1,4 @@
-"""The skill board: skills for several robots, executed by programs that may run anywhere.
+"""The skill board: skills of several robots, executed by programs on any machine.
 
 See docs/skill-board.md.
 """

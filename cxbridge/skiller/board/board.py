@@ -1,4 +1,4 @@
-"""The skill board: masters of running actions, and their way to executors. See docs/skill-board.md."""
+"""The skill board: masters of running actions and their executors. See docs/skill-board.md."""
 
 from __future__ import annotations
 
@@ -29,23 +29,21 @@ if TYPE_CHECKING:
 LOG_COMPONENT: Final = "SkillBoard"
 
 REQUESTS_PER_LOOP: Final = 100
-"""Requests for new actions that a board sends in a loop; the rest follows in the next loops.
+"""The maximum number of new requests per loop; further requests follow in later loops."""
 
-An action that begins costs the loop about 0.13 ms, so a thousand at once would hold up everything else.
-"""
-
+# a new action takes about 0.13 ms of the loop, so a thousand at once would delay everything else
 _EPOCH_US = 1000
 _EPOCHS = 2**32
 
 
 class SkillBoard:
-    """Finds executors for actions, and follows these to their end. For one thread.
+    """Finds executors for actions and follows the actions to their end. Not thread-safe.
 
-    :param name: id of the SkillBoardInterface.
-    :param timeouts: how long masters wait.
-    :param policy: which executors it asks, and the class of its masters.
-    :raises BlackBoardError: when the interface has another writer.
-    :raises SkillError: when the name does not fit into messages.
+    :param name: the id of the SkillBoardInterface.
+    :param timeouts: the timeouts of masters.
+    :param policy: the choice of executors, and the class of masters.
+    :raises BlackBoardError: if the interface has another writer.
+    :raises SkillError: if the name does not fit into messages.
     """
 
     def __init__(
@@ -64,15 +62,15 @@ class SkillBoard:
         self._log = bus.logger(LOG_COMPONENT)
         self._timeouts = timeouts or Timeouts()
         self._policy = policy or BoardPolicy()
-        # The fields of interfaces come from their XML definition: there is no static type for them here.
+        # the classes of the interfaces are made from XML at run time, so they have no static types
         self._interface: Any = board.open_for_writing(BOARD_TYPE, name, owner=LOG_COMPONENT)
         self.epoch = self._begin_epoch()
         self._masters: dict[int, Master] = {}
         self._asking: dict[str, dict[int, Master]] = {}
-        self._fresh: dict[int, Master] = {}  # those that have to be asked for
+        self._fresh: dict[int, Master] = {}  # masters without a request yet
         self._quota = REQUESTS_PER_LOOP
-        self._asked: dict[str, int] = {}  # by executor: the master that it has not answered yet
-        self._waits_for: dict[int, set[str]] = {}  # the same by master
+        self._asked: dict[str, int] = {}  # by executor: the master of the unanswered request
+        self._waits_for: dict[int, set[str]] = {}  # by master: executors with an unanswered request
         self._last = 0
         self._watch = ExecutorWatch(board, self._log, LOG_COMPONENT)
         self._sender = Sender(
@@ -87,7 +85,8 @@ class SkillBoard:
         self.exchange()
 
     def _begin_epoch(self) -> int:
-        """Publish another epoch than the one before, if an executor still remembers that."""
+        """Publish an epoch that differs from the previous one."""
+        # an executor may still remember the tickets of the previous epoch
         interface = self._interface
         interface.read()
         epoch: int = self._clock.now_us() // _EPOCH_US % _EPOCHS
@@ -97,13 +96,11 @@ class SkillBoard:
         interface.write()
         return epoch
 
-    # -- for callers of skills
-
     def request(self, call: SkillCall, on_change: Callable[[Master], None] = lambda _master: None) -> Master:
-        """Have a skill executed.
+        """Request a skill.
 
         :param on_change: called in the board's thread after each change of the master.
-        :raises SkillError: when names or parameters do not fit into messages.
+        :raises SkillError: if names or parameters do not fit into messages.
         """
         check_name("a skill", call.skill)
         check_name("an agent", call.agent)
@@ -135,44 +132,42 @@ class SkillBoard:
         return master
 
     def cancel(self, master: Master) -> bool:
-        """Stop an action; return whether there was something to stop."""
+        """Cancel an action; return whether it was running."""
         return master.cancel(self._clock.now_us())
 
     @property
     def local(self) -> set[str]:
-        """Ids of executors in this process: their messages are sent at once."""
+        """Executors in this process, which get their messages synchronously."""
         return self._sender.local
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
-        """The executors that exist, in the order they appeared."""
+        """The present executors in order of appearance."""
         return self._watch.all()
 
     @property
     def offered(self) -> set[tuple[str, str]]:
-        """Agents and skills that executors have had, also those that are gone."""
+        """Agents and skills of all present and former executors."""
         return self._watch.offered
 
     @property
     def is_full(self) -> bool:
-        """Whether as many new actions wait as it asks for in a loop; the next one takes more."""
+        """Whether the new actions exceed the requests of one loop."""
         return len(self._fresh) >= REQUESTS_PER_LOOP
 
     @property
     def version(self) -> int:
-        """Another number whenever some executor came, left or wrote."""
+        """A number that changes with the executors or their states."""
         return self._watch.version
 
     @property
     def running(self) -> bool:
-        """Whether there is an action that is not over, or something to be taken."""
+        """Whether an action is running or a message is pending."""
         return bool(self._masters) or not self._interface.msgq_empty()
 
-    # -- every loop
-
     def exchange(self) -> bool:
-        """Take what executors sent, and answer; return whether there was anything."""
-        # in this order: what an executor sent before its end counts before its end
+        """Handle and answer messages of executors; return whether there were any."""
+        # first the events: an executor's messages were sent before its end, so they are in the queue by then
         news = self._watch.take()
         quiet = not news and not self._may_ask and self._interface.msgq_empty()
         while (message := self._interface.msgq_pop()) is not None:
@@ -192,7 +187,7 @@ class SkillBoard:
         return not quiet
 
     def expire(self) -> None:
-        """End a loop: end overdue masters, and publish the number of masters."""
+        """End a loop: expire overdue masters and publish the number of masters."""
         self._quota = REQUESTS_PER_LOOP
         now_us = self._clock.now_us()
         for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
@@ -205,12 +200,12 @@ class SkillBoard:
             interface.write()
 
     def loop(self) -> None:
-        """Do all of it."""
+        """Do one loop."""
         self.exchange()
         self.expire()
 
     def close(self) -> None:
-        """Cancel everything, and leave the blackboard."""
+        """Cancel all actions and leave the blackboard."""
         self.exchange()
         for master in list(self._masters.values()):
             self.cancel(master)
@@ -221,8 +216,6 @@ class SkillBoard:
         self._masters.clear()
         self._asking.clear()
         self._watchers.clear()
-
-    # -- what executors say
 
     def _response(self, message: Any) -> None:
         executor = message.executor
@@ -265,7 +258,7 @@ class SkillBoard:
             self._ask_others(master, executor)
 
     def _master(self, message: Any) -> Master | None:
-        """Return the master that a message is for; None when it is over, or of an earlier life."""
+        """Return the master of a message; None if it has ended or the epoch differs."""
         return self._masters.get(message.master) if message.epoch == self.epoch else None
 
     def _lost(self, executor: str) -> None:
@@ -275,7 +268,7 @@ class SkillBoard:
 
     def _note_failure(self, executor: str, message: Any, error: BlackBoardError) -> None:
         if isinstance(error, NoWriterError):
-            return  # it is gone; another event says so
+            return  # reported by another event
         self._log.warn(f"{message.type} does not reach {executor}: {error.message}")
         if message.type == "RequestMessage":
             self._answered(executor)
@@ -284,17 +277,13 @@ class SkillBoard:
             if master is not None:
                 master.undelivered(executor, error.message)
 
-    # -- what masters do
-
     @property
     def _may_ask(self) -> bool:
         return bool(self._fresh) and self._quota > 0
 
     def _ask_for_fresh(self) -> None:
-        """Ask the remaining executors for the new masters, in turn.
-
-        To ask all for the first of several means that all but one have to be asked again for the second.
-        """
+        """Send requests for new masters to free executors, in turn."""
+        # asking all executors for the first master would require asking all but one again for the second
         fresh, self._fresh = self._fresh, {}
         waiting = [master for master in fresh.values() if master.state is MasterState.ASKING]
         waiting.sort(key=lambda master: master.number in self._waits_for)
@@ -315,7 +304,7 @@ class SkillBoard:
             waiting = again
 
     def _ask_first(self, master: Master) -> None:
-        """Ask the first who seems to be able."""
+        """Ask the first suitable executor."""
         skill = master.call.skill
         for info in self._watch.of_agent(master.call.agent):
             if info.state is ExecutorState.IDLE and skill in info.skills and info.id not in self._asked:
@@ -323,7 +312,7 @@ class SkillBoard:
                 return
 
     def _free(self, agent: str) -> dict[str, ExecutorInfo]:
-        """Return the executors of an agent that are idle and have not been asked, by id."""
+        """Return an agent's idle executors without a pending request, by id."""
         return {
             info.id: info
             for info in self._watch.of_agent(agent)
@@ -331,13 +320,13 @@ class SkillBoard:
         }
 
     def _ask_others(self, master: Master, but: str) -> None:
-        """Ask all executors that seem able, except for one."""
+        """Ask all suitable executors except one."""
         for info in self._free(master.call.agent).values():
             if master.call.skill in info.skills and info.id != but:
                 self._ask(info.id, master)
 
     def _ask_for(self, executor: str) -> None:
-        """Let an idle executor be asked for the oldest master without an executor, else for the oldest."""
+        """Offer an idle executor the oldest master without a pending request, else the oldest master."""
         info = self._watch.get(executor)
         if info is None or info.state is not ExecutorState.IDLE or executor in self._asked:
             return
@@ -354,24 +343,22 @@ class SkillBoard:
             self._ask(executor, second)
 
     def _ask(self, executor: str, master: Master) -> None:
-        """Ask an executor, which has no other master to answer: it would not answer two."""
+        """Ask an executor, which must have no pending request because it answers only one."""
         self._quota -= 1
         self._asked[executor] = master.number
         self._waits_for.setdefault(master.number, set()).add(executor)
         master.ask(executor)
 
     def _answered(self, executor: str) -> None:
-        """Note that an executor has answered, or will not any more."""
+        """Record an executor's answer, or that none will follow."""
         number = self._asked.pop(executor, None)
         if number is not None and (waits_for := self._waits_for.get(number)) is not None:
             waits_for.discard(executor)
             if not waits_for:
                 del self._waits_for[number]
 
-    # -- what becomes of masters
-
     def _changed(self, master: Master) -> None:
-        """Keep the books, and pass it on."""
+        """Update the indexes after a change and notify the caller."""
         number, agent = master.number, master.call.agent
         self._fresh.pop(number, None)
         asking = self._asking.setdefault(agent, {})
@@ -387,7 +374,7 @@ class SkillBoard:
         on_change(master)
 
     def _free_asked(self, number: int) -> None:
-        """Let further masters ask the executors that a finished master has asked without an answer."""
+        """Release the executors with an unanswered request of a finished master."""
         for executor in sorted(self._waits_for.pop(number, ())):
             self._asked.pop(executor, None)
             self._ask_for(executor)
@@ -402,7 +389,7 @@ class SkillBoard:
             self._log.debug(text)
 
     def _explain(self, master: Master) -> str:
-        """Return why no executor has begun."""
+        """Return why no executor has started."""
         call = master.call
         executors = self._watch.of_agent(call.agent)
         able = [info for info in executors if call.skill in info.skills]

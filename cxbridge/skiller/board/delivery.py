@@ -1,4 +1,4 @@
-"""Sends messages to executors; in threads where an executor elsewhere might keep the sender waiting."""
+"""Delivery of messages to executors. Threads deliver to remote executors, which may block the sender."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message
 
 THREADS: Final = 8
-"""The number of slow executors after which the remaining ones have to wait."""
+"""The number of blocking executors above which further executors wait."""
 
 Failed = Callable[[str, "Message", BlackBoardError], None]
-"""Takes the id of an executor, a message that did not reach it, and why. Called in any thread."""
+"""Gets the executor, the undelivered message and the reason. Called in any thread."""
 
 
 class MessageDelivery:
-    """Sends messages, to each executor in order.
+    """Delivers messages in order per executor.
 
     :param failed: called for undelivered messages.
     """
@@ -34,7 +34,7 @@ class MessageDelivery:
         self._closed = False
 
     def send(self, to: Interface, message: Message) -> bool:
-        """Send now; return whether the message was delivered: a failure was reported."""
+        """Send synchronously; return whether the message was delivered."""
         try:
             to.msgq_enqueue(message)
         except BlackBoardError as error:
@@ -43,9 +43,9 @@ class MessageDelivery:
         return True
 
     def post(self, to: Interface, message: Message) -> None:
-        """Send soon, after the earlier messages to the same executor.
+        """Send asynchronously, after earlier messages to the same executor.
 
-        :param to: an instance that no other code uses.
+        :param to: an instance for exclusive use.
         """
         with self._lock:
             if self._closed:
@@ -60,7 +60,7 @@ class MessageDelivery:
             self._pool.submit(self._work, to.id)
 
     def _work(self, executor: str) -> None:
-        """Send everything that waits for one executor."""
+        """Send all pending messages of one executor."""
         while True:
             with self._lock:
                 queue = self._waiting[executor]
@@ -69,10 +69,10 @@ class MessageDelivery:
                     return
                 to, message = queue.popleft()
             if not self.send(to, message) and self._closed:
-                queue.clear()  # no thread waits for this executor again and again
+                queue.clear()  # after closing, no thread retries for this executor
 
     def close(self) -> None:
-        """Send what waits, and no more after that."""
+        """Send the pending messages and refuse further ones."""
         with self._lock:
             self._closed = True
             pool, self._pool = self._pool, None

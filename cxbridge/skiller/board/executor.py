@@ -1,4 +1,4 @@
-"""The base class of executors of skills, :class:`SkillExecutor`. See docs/skill-board.md."""
+""":class:`SkillExecutor`, the base class of executors. See docs/skill-board.md."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from cxbridge.events import Logger
 
 CLASS_FORM = "write MODULE:CLASS, e.g. cxbridge.skiller.navigation:Move, or FILE.py:CLASS"
-"""How a class of an executor is named, for hints."""
+"""The notation of executor classes, for hints."""
 
 
 def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
-    """Import the class of an executor.
+    """Import an executor class.
 
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
     :param folder: the base of a relative file.
-    :raises SkillError: when there is no such class, or it is none of an executor; with file and line.
+    :raises SkillError: if the class is missing or not an executor, with file and line.
     """
     place, colon, name = target.rpartition(":")
     if not colon or not place or not name:
@@ -44,9 +44,9 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
 
 
 def checked_executor(kind: type[SkillExecutor]) -> type[SkillExecutor]:
-    """Return a class that can execute something: an error now is better than one when a skill is asked for.
+    """Check that a class can execute skills, before any skill is requested.
 
-    :raises SkillError: when it cannot; with file and line.
+    :raises SkillError: if it cannot, with file and line.
     """
     execute: Any = kind.execute
     if execute is SkillExecutor.execute:
@@ -94,7 +94,7 @@ def _load_file(file: Path) -> Any:
     module = sys.modules[name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:  # a script that ends itself must not end the run
+    except (Exception, SystemExit) as error:  # e.g. sys.exit() in a script must not end the run
         del sys.modules[name]
         line = error.lineno if isinstance(error, SyntaxError) else _line_in(error, file)
         raise SkillError(f"it does not load: {_words(error)}", file=file, line=line) from error
@@ -102,7 +102,7 @@ def _load_file(file: Path) -> Any:
 
 
 def _line_in(error: BaseException, file: Path) -> int | None:
-    """Return the last line of a file that an error came through."""
+    """Return the last line of a file in an error's traceback."""
     line, trace = None, error.__traceback__
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == str(file):
@@ -120,9 +120,9 @@ _NEEDED: Final[Any] = object()
 
 
 class SkillFailedError(SkillError):
-    """Raise it in a skill that cannot be carried out; the message is the action's error.
+    """Fails the skill that raises it. The message becomes the action's error.
 
-    :param progress: how far it came, from 0 to 1; None: as far as it has reported.
+    :param progress: the final progress from 0 to 1; None: the last reported one.
     """
 
     def __init__(self, message: str, *, progress: float | None = None) -> None:
@@ -131,10 +131,10 @@ class SkillFailedError(SkillError):
 
 
 class Progress(NamedTuple):
-    """How far a skill is.
+    """The progress of a skill.
 
     :param fraction: from 0 to 1.
-    :param text: the current work.
+    :param text: the current activity.
     """
 
     fraction: float
@@ -142,18 +142,18 @@ class Progress(NamedTuple):
 
 
 Steps: TypeAlias = Generator["float | Progress | None", None, Any]
-"""The steps of a skill, one a loop; each yields how far it is, or None when there is nothing new.
+"""The steps of a skill, one per loop. Each yields the progress, or None without news.
 
-It may return its last word, a :class:`Progress`; most return nothing, and need no ``return`` for that.
+The generator may return a final message, a :class:`Progress`.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class ExecutorContext:
-    """What an executor works with.
+    """The environment of an executor.
 
-    :param settings: what its configuration says, or ``--set``.
-    :param folder: what relative files in the settings are seen from.
+    :param settings: from the configuration or ``--set``.
+    :param folder: the base of relative files in the settings.
     """
 
     agent: str
@@ -169,6 +169,7 @@ class SkillExecutor:
 
     For example::
 
+
         class Wave(SkillExecutor):
             skills = ("wave",)
 
@@ -176,14 +177,14 @@ class SkillExecutor:
                 for done in range(3):
                     yield done / 3
 
-    :param context: its environment.
+    :param context: the environment of the executor.
     """
 
     skills: tuple[str, ...] = ()
-    """The names of the skills that it executes."""
+    """The executed skills."""
 
     known_settings: ClassVar[tuple[str, ...]] = ()
-    """The names of the settings that it takes."""
+    """The accepted settings."""
 
     def __init__(self, context: ExecutorContext) -> None:
         self.agent = context.agent
@@ -199,21 +200,21 @@ class SkillExecutor:
 
     @classmethod
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:  # noqa: ARG003  some depend on them
-        """Return the names of the skills that an executor with these settings executes."""
+        """Return the skills of an executor with these settings."""
         return cls.skills
 
     @classmethod
     def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterable[CxbridgeError]:  # noqa: ARG003
-        """Return the mistakes in settings, as far as they can be found without making an executor.
+        """Return mistakes in the settings without making an executor.
 
-        :param folder: what relative files in the settings are seen from.
+        :param folder: the base of relative files in the settings.
         """
         return ()
 
     def setting(self, name: str, default: T = _NEEDED) -> T:
-        """Return a setting, of the type of the default if there is one.
+        """Return a setting, which must have the default's type.
 
-        :raises ConfigError: when it is missing, or of another type.
+        :raises ConfigError: if the setting is missing or has the wrong type.
         """
         value: T = self.settings.get(name, default)
         if value is _NEEDED:
@@ -226,27 +227,26 @@ class SkillExecutor:
         return value
 
     def start(self) -> None:
-        """Get ready, before the executor is seen on the blackboard."""
+        """Prepare, before the executor appears on the blackboard."""
 
     def execute(self, call: SkillCall) -> Steps:
-        """Execute a skill, step by step.
+        """Execute a skill in steps.
 
-        A step must not block. The end is success, any exception is failure; when the skill is cancelled the
-        generator is closed.
+        A step must not block. Returning is success, an exception is failure. Cancelling closes the generator.
         """
         raise NotImplementedError
 
     def idle(self) -> None:
-        """Do the idle work of a loop."""
+        """Do a step without a skill."""
 
     def close(self) -> None:
-        """Let go of everything; no skill is executed any more."""
+        """Release all resources."""
 
 
 Execution: TypeAlias = Callable[[SkillExecutor, SkillCall], Steps]
-"""How calls are executed: by their executor, or as a test or a simulation says."""
+"""Executes a call: the executor itself, a test or a simulation."""
 
 
 def as_executor(executor: SkillExecutor, call: SkillCall) -> Steps:
-    """Return the steps of the executor."""
+    """Return the executor's steps."""
     return executor.execute(call)

@@ -1,4 +1,4 @@
-"""Brings an executor to the blackboard: the executor's side of the protocol. See docs/skill-board.md."""
+"""The executor's side of the protocol. See docs/skill-board.md."""
 
 from __future__ import annotations
 
@@ -43,26 +43,26 @@ RESERVE_S: Final = 2.0
 """Seconds from RESPONSE to CONFIRM."""
 
 FEEDBACK_S: Final = 0.2
-"""Seconds between FEEDBACK when there is something to report."""
+"""The minimum period of FEEDBACK with news, in seconds."""
 
 SIGN_OF_LIFE_S: Final = 1.0
-"""Seconds between FEEDBACK when there is nothing new."""
+"""The period of FEEDBACK without news, in seconds."""
 
 _NOBODY: Final = Ticket("", 0, 0)
 _FEEDBACK_US = round(FEEDBACK_S * MICROSECONDS)
 _SIGN_US = round(SIGN_OF_LIFE_S * MICROSECONDS)
 _RESERVE_US = round(RESERVE_S * MICROSECONDS)
-_BOARDS = 16  # kept open; more are closed when idle
+_BOARDS = 16  # kept open; further boards are closed when idle
 
 
 class ExecutorHost(Listener):
-    """Serves the SkillExecutorInterface of an executor. For one thread.
+    """Serves the SkillExecutorInterface of an executor. Not thread-safe.
 
-    :param executor: the served executor; closed with the host.
-    :param name: id of the interface.
-    :param verbatim: send the values that the skill yields as FEEDBACK, at once, and no signs of life.
-    :raises SkillError: when names do not fit into messages.
-    :raises BlackBoardError: when the interface has another writer.
+    :param executor: the executor, closed with the host.
+    :param name: the id of the interface.
+    :param verbatim: send each yielded value as FEEDBACK immediately, and no signs of life.
+    :raises SkillError: if names do not fit into messages.
+    :raises BlackBoardError: if the interface has another writer.
     """
 
     def __init__(self, executor: SkillExecutor, name: str, *, verbatim: bool = False) -> None:
@@ -70,9 +70,9 @@ class ExecutorHost(Listener):
         self.executor = executor
         self.state = ExecutorState.IDLE
         self.ticket = _NOBODY
-        """Who it is reserved or busy for."""
+        """The ticket of the reservation or the running skill."""
         self.execution: Execution = as_executor
-        """How calls that begin are executed."""
+        """Executes new calls."""
         check_name("an agent", executor.agent)
         self._skills = frozenset(executor.skills)
         self._board = executor.board
@@ -96,7 +96,7 @@ class ExecutorHost(Listener):
         }
         skills = " ".join(check_skills(executor))
         executor.start()
-        # The fields of interfaces come from their XML definition: there is no static type for them here.
+        # the classes of the interfaces are made from XML at run time, so they have no static types
         try:
             self._interface: Any = self._board.open_for_writing(EXECUTOR_TYPE, name, owner=f"executor {name}")
         except BlackBoardError:
@@ -106,24 +106,23 @@ class ExecutorHost(Listener):
 
     @property
     def valid(self) -> bool:
-        """Whether it is still on the blackboard; a client that reconnects may find its place taken."""
+        """Whether the interface is still valid. After a reconnection, another writer may have taken it."""
         return bool(self._interface.valid)
 
     def meet(self, board: str) -> None:
-        """Prepare to send to a new skill board: many hosts begin to do so in one loop.
+        """Open a skill board's interface in advance.
 
-        :raises BlackBoardError: when its interface cannot be opened.
+        :raises BlackBoardError: if the interface cannot be opened.
         """
+        # many hosts may start to send in the same loop, which should not open all interfaces
         self._reader(board)
 
     def listen(self, listener: Listener, kind: EventKind) -> None:
-        """Notify a callback of events on the interface."""
+        """Register a listener for events of the interface."""
         self._board.register_listener(listener, self._interface, kind)
 
-    # -- every loop
-
     def exchange(self) -> bool:
-        """Take messages, and answer; return whether there were any."""
+        """Handle and answer messages; return whether there were any."""
         while self._gone:
             self._board_gone(self._gone.popleft())
         interface, came = self._interface, False
@@ -160,7 +159,7 @@ class ExecutorHost(Listener):
             self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {said!r}")
 
     def _idle(self) -> None:
-        """Let the executor do its idle work, until it fails at that."""
+        """Let the executor do idle work, until this fails once."""
         if self._can_idle:
             try:
                 self.executor.idle()
@@ -169,7 +168,7 @@ class ExecutorHost(Listener):
                 self._log.error(f"{self.name}: idle() failed, and is not called any more: {_words(error)}")
 
     def loop(self) -> None:
-        """Do all of it."""
+        """Do one loop."""
         self.exchange()
         self.step()
 
@@ -181,7 +180,7 @@ class ExecutorHost(Listener):
         self.abandon()
 
     def abandon(self) -> None:
-        """Leave the blackboard without a word, as if the process had been killed."""
+        """Leave the blackboard without messages, as a killed process does."""
         self._end_steps()
         self._interface.close()
         for reader in self._readers.values():
@@ -191,8 +190,6 @@ class ExecutorHost(Listener):
             self.executor.close()
         except Exception as error:  # noqa: BLE001 - an executor may fail in any way
             self._log.error(f"{self.name}: close() failed: {_words(error)}")
-
-    # -- messages
 
     def _request(self, message: Any) -> None:
         if self.state is not ExecutorState.IDLE:
@@ -210,7 +207,7 @@ class ExecutorHost(Listener):
         self._deadline_us = self._clock.now_us() + _RESERVE_US
         if not self._send("ResponseMessage"):
             self.state, self.ticket = ExecutorState.IDLE, _NOBODY
-        self._publish()  # also when it is idle again: a board that did not get the answer may ask again
+        self._publish()  # even if idle again: a board that missed the answer may ask again
 
     def _confirm(self, message: Any) -> None:
         ticket = Ticket(message.board, message.epoch, message.master)
@@ -246,8 +243,6 @@ class ExecutorHost(Listener):
             self._end_steps()
             self._become_idle()
 
-    # -- execution
-
     def _begin(self) -> None:
         self._said, self._begun = Progress(0.0), False
         try:
@@ -275,7 +270,7 @@ class ExecutorHost(Listener):
         if not self._begun:
             self._begun = True
             self._feedback()
-            # each at another time: what begins together need not publish together
+            # spread over time: skills that start together should not publish together
             self._published_us -= zlib.crc32(self.name.encode()) % _FEEDBACK_US
             return
         since_us = self._clock.now_us() - self._published_us
@@ -293,7 +288,7 @@ class ExecutorHost(Listener):
         self._become_idle()
 
     def _end_steps(self) -> None:
-        """Let the skill clean up, if one is being executed."""
+        """Close the generator of a running skill."""
         steps, self._steps = self._steps, None
         if steps is not None:
             try:
@@ -306,10 +301,8 @@ class ExecutorHost(Listener):
         self.state, self.ticket = ExecutorState.IDLE, _NOBODY
         self._publish()
 
-    # -- the blackboard
-
     def _introduce(self, skills: str) -> None:
-        """Say who it is."""
+        """Publish agent and skills."""
         self._interface.agent = self.executor.agent
         self._interface.skills = skills
         self._publish()
@@ -323,10 +316,10 @@ class ExecutorHost(Listener):
             interface.write()
 
     def _send(self, message_type: str, *values: Any, ticket: Ticket | None = None) -> bool:
-        """Send a message to a board; return whether it has arrived.
+        """Send a message to a board; return whether it was delivered.
 
-        :param values: its fields after those that all of them have.
-        :param ticket: whose; None: ours.
+        :param values: the fields after the common ones.
+        :param ticket: None: the present ticket.
         """
         board, epoch, master = self.ticket if ticket is None else ticket
         try:
@@ -350,18 +343,18 @@ class ExecutorHost(Listener):
         return reader
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Note, in any thread, that a board is gone."""
+        """Queue the end of a board. Called in any thread."""
         self._gone.append(interface.id)
 
 
 def make_host(
     kind: type[SkillExecutor], context: ExecutorContext, name: str, *, verbatim: bool = False
 ) -> ExecutorHost:
-    """Make an executor, and bring it to the blackboard.
+    """Make an executor and its host.
 
     :param verbatim: see :class:`ExecutorHost`.
-    :raises SkillError: when its class fails at that, or names do not fit into messages.
-    :raises CxbridgeError: when the class refuses its settings, or an interface has another writer.
+    :raises SkillError: if the class fails, or names do not fit into messages.
+    :raises CxbridgeError: if the class refuses its settings, or an interface has another writer.
     """
     try:
         return ExecutorHost(kind(context), name, verbatim=verbatim)
@@ -378,7 +371,7 @@ def _words(error: Exception) -> str:
 def check_skills(executor: SkillExecutor) -> tuple[str, ...]:
     """Return the skills of an executor.
 
-    :raises SkillError: when it has none, or they do not fit into the interface.
+    :raises SkillError: if there are none, or they do not fit into the interface.
     """
     kind, skills = type(executor).__name__, executor.skills
     if isinstance(skills, str) or not skills:

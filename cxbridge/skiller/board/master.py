@@ -1,4 +1,4 @@
-"""The master of a running action: asks for an executor, and follows it to the end.
+"""The master of a running action: finds an executor and follows it to the end.
 
 See docs/skill-board.md.
 """
@@ -18,11 +18,11 @@ _NEVER = 2**63 - 1
 
 @dataclass(frozen=True, slots=True)
 class Timeouts:
-    """How long a master waits, seconds.
+    """Timeouts of a master in seconds.
 
-    :param start: for an executor that begins.
-    :param silence: for FEEDBACK, once it has begun.
-    :param cancel: for FINISH, after CANCEL.
+    :param start: until an executor starts.
+    :param silence: between FEEDBACK messages.
+    :param cancel: from CANCEL to FINISH.
     """
 
     start: float = 5.0
@@ -30,39 +30,33 @@ class Timeouts:
     cancel: float = 5.0
 
     def __post_init__(self) -> None:
-        """Refuse a value that is not a time to wait.
+        """Check the values.
 
-        :raises ConfigError: when one is not above 0, or longer than clocks can count.
+        :raises ConfigError: if a value is not positive, or too long for clocks.
         """
         for name in ("start", "silence", "cancel"):
-            if not 0 < getattr(self, name) <= 1e9:  # noqa: PLR2004 - three decades
+            if not 0 < getattr(self, name) <= 1e9:  # noqa: PLR2004 - 30 years
                 raise ConfigError(f"the time-out '{name}' of the skill board must be above 0 seconds")
 
 
 class Sending(Protocol):
-    """How a master reaches executors."""
+    """Sends a master's messages to executors."""
 
-    def request(self, executor: str, master: Master) -> None:
-        """Send REQUEST."""
+    def request(self, executor: str, master: Master) -> None: ...
 
-    def confirm(self, executor: str, number: int) -> None:
-        """Send CONFIRM."""
+    def confirm(self, executor: str, number: int) -> None: ...
 
-    def reject(self, executor: str, number: int) -> None:
-        """Send REJECT."""
+    def reject(self, executor: str, number: int) -> None: ...
 
-    def cancel(self, executor: str, number: int) -> None:
-        """Send CANCEL."""
+    def cancel(self, executor: str, number: int) -> None: ...
 
 
 class Master:
-    """One action, from the wish to its end.
+    """One action from its request to its end, in the board's thread.
 
-    All of it happens in the thread of the board.
-
-    :param number: its number in tickets.
-    :param sending: the way to executors.
-    :param explain: returns why no executor has begun.
+    :param number: the number in tickets.
+    :param sending: sends messages to executors.
+    :param explain: returns why no executor has started.
     :param on_change: called after each change of state, progress or feedback.
     """
 
@@ -98,16 +92,16 @@ class Master:
         self.number = number
         self.call = call
         self.parameters = parameters
-        """The parameters as they go over the board."""
+        """The parameters as JSON."""
         self.state = MasterState.ASKING
         self.executor = ""
-        """Who was confirmed; empty before."""
+        """The confirmed executor; empty before."""
         self.progress = 0.0
-        """From 0 to 1, as far as the executor has reported."""
+        """The reported progress, 0 to 1."""
         self.feedback = ""
         """The last message of the executor."""
         self.error = ""
-        """Why it failed."""
+        """The reason of a failure."""
         self._sending = sending
         self._timeouts = timeouts
         self._explain = explain
@@ -116,33 +110,31 @@ class Master:
 
     @property
     def skill(self) -> str:
-        """Name of the skill."""
+        """The name of the skill."""
         return self.call.skill
 
     @property
     def agent(self) -> str:
-        """The executor that was chosen."""
+        """The agent that executes the skill."""
         return self.call.agent
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing will happen any more."""
+        """Whether the state is final."""
         return self.state.is_over
 
     @property
     def has_executor(self) -> bool:
-        """Whether an executor has the order to do it and has not ended."""
+        """Whether a confirmed executor has not finished yet."""
         return self.state in (MasterState.CONFIRMED, MasterState.RUNNING, MasterState.CANCELLING)
 
-    # -- what executors say
-
     def ask(self, executor: str) -> None:
-        """Ask an executor that seems to be able."""
+        """Ask a suitable executor."""
         if self.state is MasterState.ASKING:
             self._sending.request(executor, self)
 
     def responded(self, executor: str, now_us: int) -> None:
-        """Take a RESPONSE of an executor of the right agent."""
+        """Handle RESPONSE of an executor of this agent."""
         if self.state is MasterState.ASKING:
             self.executor = executor
             self.deadline_us = now_us + _us(self._timeouts.start)
@@ -152,7 +144,7 @@ class Master:
             self._sending.reject(executor, self.number)
 
     def take_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
-        """Take FEEDBACK."""
+        """Handle FEEDBACK."""
         if executor != self.executor or not self.has_executor:
             self._sending.cancel(executor, self.number)
             return
@@ -165,9 +157,9 @@ class Master:
         self._go(MasterState.RUNNING)
 
     def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = "") -> None:
-        """Take FINISH.
+        """Handle FINISH.
 
-        :param text: the executor's last word.
+        :param text: the executor's final message.
         """
         if executor != self.executor or not self.has_executor:
             return
@@ -191,7 +183,7 @@ class Master:
             self._fail(error or reason)
 
     def lost(self, executor: str) -> None:
-        """Note that an executor is gone."""
+        """Handle the loss of an executor."""
         if executor != self.executor or not self.has_executor:
             return
         if self.state is MasterState.CANCELLING:
@@ -200,15 +192,13 @@ class Master:
             self._fail(f"the executor {executor} is gone")
 
     def undelivered(self, executor: str, why: str) -> None:
-        """Note that a CONFIRM did not reach its executor, as far as one can tell."""
+        """Handle a CONFIRM that was probably not delivered."""
         if executor == self.executor and self.state is MasterState.CONFIRMED:
             self._sending.cancel(executor, self.number)
             self._fail(f"the executor {executor} does not take messages: {why}")
 
-    # -- requests of callers, and the time
-
     def cancel(self, now_us: int) -> bool:
-        """Stop it; return whether there was something to stop."""
+        """Cancel the action; return whether it was running."""
         if self.is_over or self.state is MasterState.CANCELLING:
             return False
         if self.state is MasterState.ASKING:
@@ -234,7 +224,7 @@ class Master:
             self._fail(f"the executor {self.executor} {word} for {seconds:g} s")
 
     def give_up(self, why: str) -> None:
-        """Be over, whatever the executor does: its board closes."""
+        """End as cancelled, when the board closes."""
         if not self.is_over:
             self.error = why
             self._go(MasterState.CANCELLED)

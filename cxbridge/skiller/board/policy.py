@@ -1,4 +1,4 @@
-"""The policy of a skill board towards executors, where the tables in docs/skill-board.md differ."""
+"""Policies of a skill board that deviate from the tables in docs/skill-board.md."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from cxbridge.skiller.board.master import Master
 
 @dataclass(frozen=True, slots=True)
 class BoardPolicy:
-    """Which executors a board asks, and what its masters are.
+    """The policy of a board.
 
-    :param ask_all: REQUEST goes to all executors that seem able, not to the first of them. An answer after
-        the confirmation of another executor is rejected.
-    :param ask_later: executors that become idle later are asked, too.
-    :param answer_late: answers for a finished master are answered, with REJECT or CANCEL.
-    :param verbatim: executors of this process send the yielded values as FEEDBACK, and nothing else.
+    :param ask_all: send REQUEST to all suitable executors at once. Answers after the first are rejected.
+    :param ask_later: also ask executors that become idle later.
+    :param answer_late: answer late messages about a finished master with REJECT or CANCEL.
+    :param verbatim: local executors send exactly the yielded values as FEEDBACK.
     :param master: the class of the masters.
     """
 

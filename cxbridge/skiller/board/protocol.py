@@ -1,6 +1,6 @@
-"""The words of the skill board's protocol: tickets, states, skill calls and their form on the blackboard.
+"""Terms of the skill board's protocol: tickets, states, skill calls, and their encoding.
 
-The protocol itself is in docs/skill-board.md.
+docs/skill-board.md describes the protocol.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from cxbridge.errors import SkillError
 BOARD_TYPE: Final = "SkillBoardInterface"
 EXECUTOR_TYPE: Final = "SkillExecutorInterface"
 DEFAULT_BOARD: Final = "SkillBoard"
-"""Id of the SkillBoardInterface unless there are several."""
+"""The default id of the SkillBoardInterface."""
 
 NAME_BYTES: Final = 64
-"""Bytes that the name of an agent, a skill, an executor or a board may have."""
+"""The maximum length in bytes of the name of an agent, skill, executor or board."""
 
 LABEL_BYTES: Final = 128
-"""Bytes that a master's name may have."""
+"""The maximum length in bytes of a master's name."""
 
 PARAMETER_BYTES: Final = 1023
 SKILLS_BYTES: Final = 1023
@@ -35,11 +35,11 @@ _ENCODER: Final = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separato
 
 
 class Ticket(NamedTuple):
-    """What every message names: a master, in one life of one board.
+    """The addressee of a message: a master of one epoch of a board.
 
-    :param board: id of the SkillBoardInterface.
-    :param epoch: which of its lives.
-    :param master: number of the master, from 1.
+    :param board: the id of the SkillBoardInterface.
+    :param epoch: the epoch, which changes when the board restarts.
+    :param master: the number of the master, from 1.
     """
 
     board: str
@@ -48,7 +48,7 @@ class Ticket(NamedTuple):
 
 
 class MasterState(StrEnum):
-    """Where a master is in its life."""
+    """States of a master."""
 
     ASKING = "ASKING"
     CONFIRMED = "CONFIRMED"
@@ -60,7 +60,7 @@ class MasterState(StrEnum):
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing comes after it."""
+        """Whether the state is final."""
         return self in _OVER
 
 
@@ -68,7 +68,7 @@ _OVER = frozenset({MasterState.SUCCEEDED, MasterState.FAILED, MasterState.CANCEL
 
 
 class ExecutorState(StrEnum):
-    """Whether an executor is free."""
+    """States of an executor."""
 
     IDLE = "IDLE"
     RESERVED = "RESERVED"
@@ -76,7 +76,7 @@ class ExecutorState(StrEnum):
 
 
 class SkillOutcome(StrEnum):
-    """How an execution ended."""
+    """Outcomes of an execution."""
 
     SUCCEEDED = "SUCCEEDED"
     FAILED = "FAILED"
@@ -86,11 +86,11 @@ class SkillOutcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SkillCall:
-    """A skill that an agent has to execute.
+    """A requested skill.
 
-    :param parameters: values by name: texts, numbers, truth values, None, lists and mappings of these;
-        parameters without a name are called ``"1"``, ``"2"`` ...
-    :param name: the name of the requesting master, for people; cut after 128 bytes.
+    :param parameters: values by name: texts, numbers, booleans, None, lists and mappings of these. Parameters
+        without name are called ``"1"``, ``"2"`` ...
+    :param name: the display name of the master, cut after 128 bytes.
     """
 
     skill: str
@@ -101,7 +101,7 @@ class SkillCall:
     def get(self, name: str, default: D = _NOT_GIVEN) -> Any | D:
         """Return a parameter.
 
-        :raises SkillError: when it is not given, and there is no default.
+        :raises SkillError: if it is missing and there is no default.
         """
         value = self.parameters.get(name, default)
         if value is _NOT_GIVEN:
@@ -109,9 +109,9 @@ class SkillCall:
         return value
 
     def text(self, name: str, default: str = _NOT_GIVEN) -> str:
-        """Return a parameter as text.
+        """Return a text parameter.
 
-        :raises SkillError: when it is not given and there is no default, or it is something else.
+        :raises SkillError: if it is missing without default, or not a text.
         """
         value = self.get(name, default)
         if not isinstance(value, str):
@@ -119,9 +119,9 @@ class SkillCall:
         return value
 
     def number(self, name: str, default: float = _NOT_GIVEN) -> float:
-        """Return a parameter as a number.
+        """Return a numeric parameter.
 
-        :raises SkillError: when it is not given and there is no default, or it is not a finite number.
+        :raises SkillError: if it is missing without default, or not a finite number.
         """
         value = self.get(name, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
@@ -130,9 +130,9 @@ class SkillCall:
 
 
 def check_name(kind: str, name: str) -> str:
-    """Return a name that fits into the messages.
+    """Check a name for messages.
 
-    :raises SkillError: when it is empty, too long, or has a NUL or no UTF-8 form.
+    :raises SkillError: if it is empty, too long, contains NUL, or cannot be encoded in UTF-8.
     """
     try:
         size = len(name.encode())
@@ -146,14 +146,14 @@ def check_name(kind: str, name: str) -> str:
 
 
 def cut(text: str, size: int) -> str:
-    """Return the part of a text that has a UTF-8 form of at most this many bytes, without NUL."""
+    """Return the longest prefix of a text that fits into ``size`` bytes of UTF-8, without NUL."""
     return text.replace("\0", "").encode("utf-8", "replace")[:size].decode("utf-8", "ignore")
 
 
 def encode_parameters(parameters: Mapping[str, Any]) -> str:
-    """Return parameters as they go over the board: a JSON object.
+    """Return parameters as a JSON object.
 
-    :raises SkillError: when a value has no form in JSON, or it is too long.
+    :raises SkillError: if a value has no JSON equivalent, or the text is too long.
     """
     try:
         text = _ENCODER.encode(dict(parameters))
@@ -168,7 +168,7 @@ def encode_parameters(parameters: Mapping[str, Any]) -> str:
 def decode_parameters(text: str) -> dict[str, Any]:
     """Return the parameters of a message.
 
-    :raises SkillError: when the text is not a JSON object.
+    :raises SkillError: if the text is not a JSON object.
     """
     try:
         value = json.loads(text) if text else {}
@@ -180,15 +180,15 @@ def decode_parameters(text: str) -> dict[str, Any]:
 
 
 def name_of(value: object) -> str:
-    """Return the name of an enum value of a block, or the number itself if it has no name."""
-    return value._name_ if isinstance(value, Enum) else str(value)  # .name takes five times as long
+    """Return the name of an enum value, or the number of an unknown value."""
+    return value._name_ if isinstance(value, Enum) else str(value)  # .name would take five times as long
 
 
 def share(fraction: float) -> float:
-    """Return a fraction from 0 to 1, whatever a skill has said."""
+    """Limit a fraction to 0 to 1; NaN becomes 0."""
     return min(max(fraction, 0.0), 1.0) if fraction == fraction else 0.0  # noqa: PLR0124 - NaN
 
 
 def sayable(text: str) -> str:
-    """Return a text without characters that have no UTF-8 form; an error must get through in any case."""
+    """Replace characters that cannot be encoded in UTF-8, so that an error text always arrives."""
     return str(text).encode("utf-8", "replace").decode()

@@ -1,4 +1,4 @@
-"""The skill board of a run or a daemon: masters, executors of this process, the Skillers of agents."""
+"""The skill board of a run or daemon: masters, local executors, and the Skillers of agents."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _NO_MESSAGE = 0
 
 
 class BoardSkiller(SkillerBackend):
-    """Has skill strings executed by an agent's executors.
+    """Executes skill strings with an agent's executors.
 
-    Its writes are those of the Skiller in ``strict`` mode (docs/skiller.md).
+    It writes the same states as a Skiller in ``strict`` mode (docs/skiller.md).
 
-    :param skills: the masters; not closed with the Skiller.
+    :param skills: the board, which outlives this Skiller.
     :param agent: the executing agent.
-    :param name: id of the SkillerInterface.
-    :raises BlackBoardError: when the interface has another writer.
+    :param name: the id of the SkillerInterface.
+    :raises BlackBoardError: if the interface has another writer.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class BoardSkiller(SkillerBackend):
         self._board = board
         self._skills = skills
         self._readers = ReaderWatch(board)
-        # The fields of the interface come from its XML definition: there is no static type for them here.
+        # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing(
             "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
         )
@@ -66,16 +66,16 @@ class BoardSkiller(SkillerBackend):
 
     @property
     def running(self) -> bool:
-        """Whether a skill string is being executed or waits to be taken."""
+        """Whether a skill string is running or a message is pending."""
         return bool(self._masters) or not self._interface.msgq_empty()
 
     def loop(self) -> None:
-        """Take the messages, publish changes; the board's loop is the caller's task."""
+        """Handle messages and publish changes. The caller does the board's loop."""
         self.take()
         self.publish()
 
     def take(self) -> None:
-        """Take the messages."""
+        """Handle the messages."""
         to_write = self._enqueued = False
         while (serial := self._readers.pop()) is not None:
             to_write |= self._control.revoke(serial)
@@ -89,7 +89,7 @@ class BoardSkiller(SkillerBackend):
             self._interface.write()
 
     def publish(self) -> None:
-        """Write what became of the skill string."""
+        """Write the progress of the skill string."""
         masters = self._masters
         if not masters:
             return
@@ -101,12 +101,10 @@ class BoardSkiller(SkillerBackend):
             self._end()
 
     def close(self) -> None:
-        """Drop the skill string, close the interface."""
+        """Drop the skill string and close the interface."""
         self._drop()
         self._readers.close()
         self._board.close(self._interface)
-
-    # -- messages
 
     def _exec(self, message: Any) -> bool:
         text = message.skill_string
@@ -148,14 +146,14 @@ class BoardSkiller(SkillerBackend):
         self._interface.write()
 
     def _drop(self) -> None:
-        """Cancel all open work."""
+        """Cancel all masters."""
         masters, self._masters = self._masters, []
         for master in masters:
             self._skills.cancel(master)
 
 
 class LocalSkillCalls:
-    """The skill board as the executive's feature ``skill-board`` uses it.
+    """The skill board for the executive's feature ``skill-board``.
 
     :param skills: the board.
     """
@@ -166,12 +164,12 @@ class LocalSkillCalls:
 
     @property
     def version(self) -> int:
-        """Another number whenever some executor came, left or wrote."""
+        """See :attr:`SkillBoard.version`."""
         return self._skills.version
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
-        """The executors that exist, in the order they appeared."""
+        """The present executors in order of appearance."""
         return self._skills.executors
 
     def ask(
@@ -182,17 +180,17 @@ class LocalSkillCalls:
         on_change: Callable[[Master], None],
         name: str = "",
     ) -> Master:
-        """Have a skill executed.
+        """Request a skill.
 
-        :param name: the name of the master, for people.
-        :raises SkillError: when names or parameters do not fit into messages.
+        :param name: the display name of the master.
+        :raises SkillError: if names or parameters do not fit into messages.
         """
         return self._ask(SkillCall(skill, agent, parameters, name), on_change)
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
-        """Have a skill string with one call executed.
+        """Request a skill string with one call.
 
-        :raises SkillError: when it is none, or names or parameters do not fit into messages.
+        :raises SkillError: if the skill string is invalid, or names or parameters do not fit into messages.
         """
         calls = calls_of(skill_string, agent)
         if len(calls) != 1:
@@ -200,7 +198,7 @@ class LocalSkillCalls:
         return self._ask(calls[0], on_change)
 
     def stop(self, number: int) -> bool:
-        """Cancel an action; return whether there was something to cancel."""
+        """Cancel an action; return whether it was running."""
         master = self._open.get(number)
         return master is not None and self._skills.cancel(master)
 
@@ -219,7 +217,7 @@ class LocalSkillCalls:
 def calls_of(text: str, agent: str) -> list[SkillCall]:
     """Return the calls in a skill string.
 
-    :raises SkillError: when it is not of the usual form.
+    :raises SkillError: if the skill string is invalid.
     """
     return [
         SkillCall(call.name, agent, {str(key): _with_names(value) for key, value in call.args.items()})
@@ -228,7 +226,7 @@ def calls_of(text: str, agent: str) -> list[SkillCall]:
 
 
 def _with_names(value: Any) -> Any:
-    """Return an argument as it can go over the board, where all keys are texts."""
+    """Return an argument with text keys, as JSON requires."""
     if isinstance(value, dict):
         return {str(key): _with_names(item) for key, item in value.items()}
     return value
@@ -238,12 +236,14 @@ _ROUNDS = 20
 
 
 class SkillBoardService:
-    """Does all of it, a loop at a time; a command is carried out in the loop in which it is read.
+    """Masters, local executors and Skillers of a skill board, advanced together once per loop.
 
-    :param settings: of the configuration.
-    :param policy: how the board treats executors.
-    :param execution: how executors of this process execute calls.
-    :raises CxbridgeError: when an executor cannot be made, or an interface has another writer.
+    A command is executed in the loop that reads it.
+
+    :param settings: the settings of the configuration.
+    :param policy: the board's policy.
+    :param execution: executes the calls of local executors.
+    :raises CxbridgeError: if an executor cannot be made or an interface has another writer.
     """
 
     def __init__(
@@ -259,12 +259,12 @@ class SkillBoardService:
             board, clock, bus, name=settings.name, timeouts=settings.timeouts, policy=policy
         )
         self.local_calls = LocalSkillCalls(self.skills)
-        self._first = 0  # the Skiller that takes commands first
+        self._first = 0  # index of the Skiller that reads commands first
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._execution = execution
         self.verbatim = policy is not None and policy.verbatim
-        """Whether executors of this process send the yielded values as FEEDBACK, and nothing else."""
+        """Whether local executors send exactly the yielded values as FEEDBACK."""
         try:
             for agent in settings.agents:
                 self.skillers.append(
@@ -277,16 +277,16 @@ class SkillBoardService:
             raise
 
     def add(self, host: ExecutorHost) -> None:
-        """Take in an executor."""
+        """Add an executor."""
         host.execution = self._execution
         self.hosts.append(host)
         host.meet(self.skills.name)
         self.skills.local.add(host.name)
 
     def remove(self, host: ExecutorHost, leave: Callable[[ExecutorHost], None] = ExecutorHost.close) -> None:
-        """Let an executor go.
+        """Remove an executor.
 
-        :param leave: how: :meth:`ExecutorHost.close`, or :meth:`ExecutorHost.abandon`.
+        :param leave: :meth:`ExecutorHost.close` or :meth:`ExecutorHost.abandon`.
         """
         self.hosts.remove(host)
         leave(host)
@@ -294,21 +294,24 @@ class SkillBoardService:
 
     @property
     def running(self) -> bool:
-        """Whether some action is not over."""
+        """Whether an action is running."""
         return self.skills.running or any(skiller.running for skiller in self.skillers)
 
     def loop(self) -> None:
-        """Take commands, find executors, execute a step of each, publish the result."""
+        """Handle commands, find executors, execute a step of each, and publish the results."""
         self._take()
         self.settle()
         for host in self.hosts:
             host.step()
-        self.skills.loop()  # FEEDBACK, FINISH
+        self.skills.loop()  # handles FEEDBACK and FINISH of this loop
         for skiller in self.skillers:
             skiller.publish()
 
     def _take(self) -> None:
-        """Let Skillers take their commands, until the board is full; the rest is first in the next loop."""
+        """Let Skillers handle commands until the board is full.
+
+        The next loop continues with the next Skiller.
+        """
         count = len(self.skillers)
         for number in range(count):
             if self.skills.is_full:
@@ -317,7 +320,7 @@ class SkillBoardService:
             self.skillers[(self._first + number) % count].take()
 
     def settle(self) -> None:
-        """Exchange messages until every master has its executor; no skill advances."""
+        """Exchange messages until each master has an executor, without executing steps."""
         for _ in range(_ROUNDS):
             active = self.skills.exchange()
             for host in self.hosts:
@@ -326,7 +329,7 @@ class SkillBoardService:
                 break
 
     def close(self) -> None:
-        """End all skills, close all interfaces."""
+        """End all skills and close all interfaces."""
         for skiller in self.skillers:
             skiller.close()
         for host in self.hosts:

@@ -1,4 +1,4 @@
-"""The settings of the skill board: the tree ``skill-board:`` (docs/skill-board.md)."""
+"""Settings of the skill board, ``skill-board:`` in the configuration (docs/skill-board.md)."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ _AGENT = ("skiller", "executors")
 
 @dataclass(frozen=True, slots=True)
 class ExecutorSettings:
-    """An executor to be made.
+    """The settings of an executor.
 
-    :param name: id of its interface.
-    :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``, or the class.
+    :param name: the id of its interface.
+    :param target: ``MODULE:CLASS``, ``FILE.py:CLASS``, or the class.
     :param settings: the settings for the class.
     :param folder: the base of relative files.
-    :param place: where the configuration reports it, for errors.
+    :param place: the place in the configuration, for errors.
     """
 
     name: str
@@ -49,24 +49,24 @@ class ExecutorSettings:
     def load(self) -> type[SkillExecutor]:
         """Return the class of the executor.
 
-        :raises SkillError: when there is no such class, or it is none of an executor; with file and line.
+        :raises SkillError: if the class is missing or not an executor, with file and line.
         """
         if isinstance(self.target, str):
             return load_executor(self.target, self.folder)
         return checked_executor(self.target)
 
     def skills(self) -> tuple[str, ...]:
-        """Return the skills that it executes.
+        """Return the executed skills.
 
-        :raises CxbridgeError: as :meth:`load`, or when its settings are invalid.
+        :raises CxbridgeError: as :meth:`load`, or if the settings are invalid.
         """
         with self._placed():
             return self.load().skills_with(self.settings)
 
     def written_skills(self) -> tuple[str, ...] | None:
-        """Return the skills that its text says it executes, without importing it; None: it computes them.
+        """Return the skills that the class's text lists, without importing it; None if they are computed.
 
-        :raises CxbridgeError: when there is no such class, or it is none of an executor; with file and line.
+        :raises CxbridgeError: if the class is missing or not an executor, with file and line.
         """
         if not isinstance(self.target, str) or is_installed(self.target):
             return self.skills()
@@ -74,10 +74,11 @@ class ExecutorSettings:
             return written_skills(self.target, self.folder)
 
     def mistakes(self) -> Iterable[CxbridgeError]:
-        """Return the mistakes in the settings, as the class finds them; none for a class of the user's.
+        """Return the mistakes in the settings, found by the class; empty for a class outside of packages.
 
         :raises CxbridgeError: as :meth:`load`.
         """
+        # checks must not import a user's file
         if isinstance(self.target, str) and not is_installed(self.target):
             return ()
         with self._placed():
@@ -86,10 +87,10 @@ class ExecutorSettings:
     def host(
         self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus, *, verbatim: bool = False
     ) -> ExecutorHost:
-        """Make the executor, and bring it to the blackboard.
+        """Make the executor and its host.
 
         :param verbatim: see :class:`~cxbridge.skiller.board.host.ExecutorHost`.
-        :raises CxbridgeError: when the class cannot be loaded, or does not want these settings.
+        :raises CxbridgeError: if the class cannot be loaded, or refuses the settings.
         """
         with self._placed():
             kind = self.load()
@@ -99,7 +100,7 @@ class ExecutorSettings:
 
     @contextmanager
     def _placed(self) -> Iterator[None]:
-        """Give errors that have no place that of the executor in the configuration."""
+        """Add the executor's place in the configuration to errors without a place."""
         try:
             yield
         except CxbridgeError as error:
@@ -108,9 +109,9 @@ class ExecutorSettings:
             raise
 
     def yields_to(self, skills: Collection[str]) -> bool:
-        """Whether programs outside execute all its skills.
+        """Return whether a program's executors replace all its skills.
 
-        :raises SkillError: when it is only some of them.
+        :raises SkillError: if they replace only some of its skills.
         """
         mine = self.skills()
         replaced = [skill for skill in mine if skill in skills]
@@ -124,9 +125,9 @@ class ExecutorSettings:
 
 @dataclass(frozen=True, slots=True)
 class AgentSettings:
-    """An agent.
+    """An agent of the skill board.
 
-    :param skiller: id of the SkillerInterface that is served for it.
+    :param skiller: the id of its SkillerInterface.
     """
 
     name: str
@@ -138,7 +139,7 @@ class AgentSettings:
 class BoardSettings:
     """A skill board.
 
-    :param in_process: whether the executors of the agents are made here.
+    :param in_process: whether this process makes the executors.
     """
 
     name: str = DEFAULT_BOARD
@@ -148,10 +149,10 @@ class BoardSettings:
 
     @classmethod
     def of(cls, config: Configuration, folder: Path) -> BoardSettings | None:
-        """Read the settings of a configuration; None when it has no skill board.
+        """Read the settings; None without a skill board.
 
         :param folder: the base of relative files.
-        :raises ConfigError: when a key or a value is unknown, missing or invalid; with file and line.
+        :raises ConfigError: if a key or value is unknown, missing or invalid, with file and line.
         """
         names = config.keys(TREE)
         if not names:
@@ -170,13 +171,12 @@ class BoardSettings:
         )
 
     def with_executors(self, kinds: Sequence[type[SkillExecutor]], skillers: Sequence[str]) -> Self:
-        """Return a board on which each agent has executors of these classes, too.
+        """Return the settings with additional executor classes for each agent.
 
-        They replace configured ones that execute the same skills.
+        They replace configured executors of the same skills.
 
-        :param skillers: ids of the SkillerInterfaces that it serves, each with an agent of that name; where
-            the configuration names no agents.
-        :raises SkillError: when a configured executor has some of these skills, but not only these.
+        :param skillers: the ids of the SkillerInterfaces. Without configured agents, each becomes an agent.
+        :raises SkillError: if a configured executor has only some of these skills.
         """
         skills = {skill for kind in kinds for skill in kind.skills}
         added = {kind.__name__: kind for kind in kinds}
@@ -197,7 +197,7 @@ class BoardSettings:
 
     @property
     def skillers(self) -> frozenset[str]:
-        """The ids of the SkillerInterfaces that are served."""
+        """The served SkillerInterfaces."""
         return frozenset(agent.skiller for agent in self.agents)
 
 
@@ -236,7 +236,7 @@ def _executor(config: Configuration, agent: str, key: str, folder: Path) -> Exec
 
 
 def value_of(text: str) -> bool | float | str:
-    """Return the value of a configuration's text, or of ``--set``: a number, a truth value, or the text."""
+    """Return the value of a configured text or of ``--set``: a number, a boolean, or the text."""
     for convert in (to_uint, to_int, to_float, to_bool):
         value = convert(text)
         if value is not None:
@@ -245,7 +245,7 @@ def value_of(text: str) -> bool | float | str:
 
 
 def _refuse_unknown(config: Configuration, tree: str, known: tuple[str, ...]) -> None:
-    """Refuse unknown keys: a misspelt setting would silently have no effect."""
+    """Refuse unknown keys, because a misspelt setting would silently have no effect."""
     for name in config.keys(tree):
         if name not in known:
             message = f"the skill board knows no {tree}/{name}"

@@ -1,4 +1,4 @@
-"""The executors on the blackboard, and the states that they report."""
+"""The executors on the blackboard and their states."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
 
 class Sender:
-    """Makes messages and has them carried.
+    """Makes and delivers messages to executors.
 
-    :param epoch: of the board; with ``name`` the head of its tickets.
-    :param at_once: send to everybody at once, and wait for it: as it must be on a virtual clock.
+    :param epoch: the board's epoch, in tickets.
+    :param at_once: deliver synchronously to all executors, as a virtual clock requires.
     """
 
     def __init__(
         self, board: BlackBoard, watch: ExecutorWatch, *, name: str, epoch: int, owner: str, at_once: bool
     ) -> None:
         self.local: set[str] = set()
-        """Ids of executors in this process: their messages are sent at once."""
+        """Executors in this process, which get their messages synchronously."""
         self._board = board
         self._watch = watch
         self._name = name
@@ -42,7 +42,6 @@ class Sender:
         self._instances: dict[str, Interface] = {}
 
     def request(self, executor: str, master: Master) -> None:
-        """Send REQUEST."""
         call = master.call
         self._send(
             executor,
@@ -55,35 +54,34 @@ class Sender:
         )
 
     def confirm(self, executor: str, number: int) -> None:
-        """Send CONFIRM."""
         self._send(executor, "ConfirmMessage", Ticket(self._name, self._epoch, number))
 
     def reject(self, executor: str, number: int, epoch: int | None = None) -> None:
         """Send REJECT.
 
-        :param epoch: of an earlier life of the board; None: this one.
+        :param epoch: an earlier epoch of the board; None: the present one.
         """
         self._send(executor, "RejectMessage", self._ticket(number, epoch))
 
     def cancel(self, executor: str, number: int, epoch: int | None = None) -> None:
         """Send CANCEL.
 
-        :param epoch: of an earlier life of the board; None: this one.
+        :param epoch: an earlier epoch of the board; None: the present one.
         """
         self._send(executor, "CancelMessage", self._ticket(number, epoch))
 
     def failure(self) -> tuple[str, Any, BlackBoardError] | None:
-        """Return a message that did not reach its executor, and why; None when there is none."""
+        """Return an undelivered message with executor and reason, or None."""
         return self._failures.popleft() if self._failures else None
 
     def forget(self, executor: str) -> None:
-        """Drop the messages for an executor that is gone."""
+        """Drop the messages for a lost executor."""
         instance = self._instances.pop(executor, None)
         if instance is not None:
             instance.close()
 
     def close(self) -> None:
-        """Send what waits, and let go of everything."""
+        """Deliver pending messages and release all resources."""
         self._delivery.close()
         for instance in self._instances.values():
             instance.close()
@@ -95,11 +93,11 @@ class Sender:
     def _send(self, executor: str, message_type: str, ticket: Ticket, *values: str) -> None:
         """Send a message.
 
-        :param values: its fields after the ticket's.
+        :param values: the fields after the ticket.
         """
         reader = self._watch.instance(executor)
         if reader is None:
-            return  # it is gone, and another event says so
+            return  # reported by another event
         message: Message = reader.create_message(message_type, *ticket, *values)
         if self._at_once or executor in self.local:
             self._delivery.send(reader, message)
@@ -107,7 +105,7 @@ class Sender:
         try:
             instance = self._instances.get(executor)
             if instance is None:
-                # a second instance: the first one is read in this thread
+                # a separate instance, because the first one is read in this thread
                 instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner)
                 self._instances[executor] = instance
         except BlackBoardError as error:
@@ -120,9 +118,9 @@ _STATES = {state.value: state for state in ExecutorState}
 
 
 class ExecutorInfo(NamedTuple):
-    """What an executor says about itself.
+    """The published state of an executor.
 
-    :param skill: its skill; empty when it is idle.
+    :param skill: the running skill; empty if idle.
     """
 
     id: str
@@ -133,9 +131,9 @@ class ExecutorInfo(NamedTuple):
 
 
 class News(NamedTuple):
-    """Something happened to an executor.
+    """A change of an executor.
 
-    :param gone: it is gone; else it has written its interface.
+    :param gone: True for its end, False for a write.
     """
 
     executor: str
@@ -145,10 +143,10 @@ class News(NamedTuple):
 class ExecutorWatch(Listener, Observer):
     """All executors on a blackboard.
 
-    The blackboard reports them in any thread; :meth:`take` looks at it in the thread that calls. Everything
-    that an executor has sent before its end is in the queues of the receivers when its end is announced.
+    The blackboard reports events in any thread; :meth:`take` handles them in the caller's thread. When the
+    end of an executor is reported, all its messages are in the receivers' queues.
 
-    :param owner: who opens the interfaces.
+    :param owner: the owner of the opened interfaces.
     """
 
     def __init__(self, board: BlackBoard, log: Logger, owner: str) -> None:
@@ -160,31 +158,31 @@ class ExecutorWatch(Listener, Observer):
         self._infos: dict[str, ExecutorInfo] = {}
         self._agents: dict[str, dict[str, ExecutorInfo]] = {}
         self.version = 0
-        """Another number whenever some executor came, left or wrote."""
+        """A number that changes with the executors or their states."""
         self.offered: set[tuple[str, str]] = set()
-        """Agents and skills that executors have had, also those that are gone."""
+        """Agents and skills of all present and former executors."""
         board.register_observer(self, EXECUTOR_TYPE)
         for info in board.list(EXECUTOR_TYPE):
             self._events.append(("there", info.id))
 
     def all(self) -> list[ExecutorInfo]:
-        """Return all executors, in the order they appeared."""
+        """Return all executors in order of appearance."""
         return list(self._infos.values())
 
     def get(self, executor: str) -> ExecutorInfo | None:
-        """Return the state of an executor; None when it is unknown."""
+        """Return the state of an executor, or None."""
         return self._infos.get(executor)
 
     def instance(self, executor: str) -> Interface | None:
-        """Return the reading instance to send messages with; None when the executor is unknown."""
+        """Return the reading instance of an executor, for sending messages, or None."""
         return self._instances.get(executor) if executor in self._infos else None
 
     def of_agent(self, agent: str) -> list[ExecutorInfo]:
-        """Return the executors of an agent, in the order they appeared."""
+        """Return the executors of an agent in order of appearance."""
         return list(self._agents.get(agent, {}).values())
 
     def take(self) -> list[News]:
-        """Return what happened since the last call, in order."""
+        """Return the changes since the last call, in order."""
         news: list[News] = []
         while self._events:
             kind, executor = self._events.popleft()
@@ -197,15 +195,13 @@ class ExecutorWatch(Listener, Observer):
         return news
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         self._board.unregister_observer(self)
         for instance in self._instances.values():
             instance.close()
         self._instances.clear()
         self._infos.clear()
         self._agents.clear()
-
-    # -- in the thread of take()
 
     def _open(self, executor: str, news: list[News]) -> None:
         if executor in self._instances:
@@ -226,7 +222,7 @@ class ExecutorWatch(Listener, Observer):
         instance.read()
         agent = instance.agent
         if not agent or not instance.has_writer:
-            return  # it has not said yet who it is, or its end is the next event
+            return  # it has published nothing yet, or has ended and the next event reports that
         state = _STATES.get(name_of(instance.state))
         if state is None:
             self._log.warn(f"the executor {executor} is in an unknown state: {name_of(instance.state)}")
@@ -242,7 +238,7 @@ class ExecutorWatch(Listener, Observer):
         news.append(News(executor, gone=False))
 
     def _forget(self, executor: str, news: list[News]) -> None:
-        """Note that an executor's writer is gone; its successor may exist already."""
+        """Handle the end of an executor. A successor may exist already."""
         instance = self._instances.pop(executor, None)
         info = self._infos.pop(executor, None)
         if info is not None:
@@ -254,20 +250,15 @@ class ExecutorWatch(Listener, Observer):
             try:
                 successors = self._board.list(EXECUTOR_TYPE, escape(executor))
             except BlackBoardError:
-                return  # without connection; after the reconnection the blackboard reports all interfaces
+                return  # disconnected: after reconnection the blackboard reports all interfaces
             if successors:
                 self._events.append(("there", executor))
 
-    # -- from the blackboard, in any thread
-
     def interface_created(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002
-        """Note an executor that came."""
         self._events.append(("there", interface_id))
 
     def data_refreshed(self, interface: Interface) -> None:
-        """Note what an executor wrote."""
         self._events.append(("wrote", interface.id))
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Note that an executor is gone."""
         self._events.append(("gone", interface.id))

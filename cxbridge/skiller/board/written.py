@@ -1,6 +1,6 @@
-"""Reads which skills an executor has from the text of its class: nothing of the program is executed.
+"""The skills of an executor class, read from its text without executing it.
 
-:mod:`.loading` imports the class for a run. The errors of both are the same, as far as a text shows them.
+:mod:`.loading` imports the class for a run. Both report the same errors, as far as the text shows them.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from typing import Final
 from cxbridge.errors import SkillError
 from cxbridge.skiller.board.executor import CLASS_FORM
 
+# Names of the base class of all executors.
 _BASES: Final = frozenset({"SkillExecutor", "Skill"})
-"""The name of the base class of all executors."""
 
 _EXECUTE: Final = "write: def execute(self, call)"
 _ARGUMENTS: Final = 2
 
 
 def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
-    """Return the skills of an executor; None when they are computed, or its text is missing.
+    """Return the skills of an executor; None if they are computed or the text is missing.
 
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
     :param folder: the base of a relative file.
-    :raises SkillError: when there is no such class, or it is none of an executor; with file and line.
+    :raises SkillError: if the class is missing or not an executor, with file and line.
     """
     place, colon, name = target.rpartition(":")
     if not colon or not place or not name:
@@ -57,9 +57,9 @@ def _read(file: Path) -> ast.Module:
 
 
 def _file_of_module(name: str) -> Path | None:
-    """Return the Python file of a module, without importing it or a package around it; None: it has none.
+    """Return the Python file of a module without importing it; None if it has no file.
 
-    :raises SkillError: when there is no such module.
+    :raises SkillError: if the module does not exist.
     """
     top, *inner = name.split(".")
     try:
@@ -77,7 +77,7 @@ def _file_of_module(name: str) -> Path | None:
 
 
 def _statements(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
-    """Yield the statements of a module, those below ``if``, ``try`` and ``with``, too."""
+    """Yield the statements of a module, including those below ``if``, ``try`` and ``with``."""
     for each in body:
         yield each
         if not isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
@@ -87,7 +87,7 @@ def _statements(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
 
 
 def _may_bind(body: Iterable[ast.stmt], name: str) -> bool:
-    """Whether something but a class may have the name: an import, or an assignment."""
+    """Return whether an import or assignment may define a name."""
     for each in _statements(body):
         if isinstance(each, ast.Import | ast.ImportFrom):
             if any(alias.asname == name or alias.name in (name, "*") for alias in each.names):
@@ -102,9 +102,9 @@ def _may_bind(body: Iterable[ast.stmt], name: str) -> bool:
 def _skills_of(
     kind: ast.ClassDef, classes: dict[str, ast.ClassDef], file: Path, below: tuple[str, ...] = ()
 ) -> tuple[str, ...] | None:
-    """Return the skills of a class; None when they are computed, or a class elsewhere has them.
+    """Return the skills of a class; None if they are computed or inherited from another file.
 
-    :param below: the classes that inherit from it.
+    :param below: the derived classes.
     """
     bases = [ast.unparse(base).rpartition(".")[2] for base in kind.bases]
     is_first = not below
@@ -126,7 +126,7 @@ def _skills_of(
 
 
 def _names(value: ast.expr | None) -> tuple[str, ...] | None:
-    """Return the texts of a tuple or list that is written out; None when it is computed."""
+    """Return the texts of a literal tuple or list; None if any element is computed."""
     if not isinstance(value, ast.Tuple | ast.List):
         return None
     texts = [each.value for each in value.elts if isinstance(each, ast.Constant)]
@@ -135,10 +135,10 @@ def _names(value: ast.expr | None) -> tuple[str, ...] | None:
 
 
 def _check_execute(kind: ast.ClassDef, members: list[ast.stmt], file: Path, *, is_last: bool) -> None:
-    """See that a class can execute something.
+    """Check that a class has a valid ``execute``.
 
-    :param is_last: whether no class in between can have its ``execute``.
-    :raises SkillError: when it cannot.
+    :param is_last: whether no class in between can define ``execute``.
+    :raises SkillError: if it has not.
     """
     found = next((m for m in members if isinstance(m, ast.FunctionDef) and m.name == "execute"), None)
     if found is None:

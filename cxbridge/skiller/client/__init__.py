@@ -1,1 +1,1 @@
-"""Clients of a Skiller: calls of skills, and their graphs."""
+"""Clients of a Skiller: calls and graphs of skills."""

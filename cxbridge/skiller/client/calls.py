@@ -1,4 +1,4 @@
-"""Let a Skiller execute a skill string, and wait for what becomes of it."""
+"""Execution of a skill string by a Skiller."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from cxbridge.interfaces.instance import Interface
 OWNER = "cxbridge skill"
 TYPE = "SkillerInterface"
 CONTROL_S = 5.0
-"""Seconds in which a Skiller must have answered who has control."""
+"""Seconds in which a Skiller must reply about control."""
 
 RELEASE_S = 0.5
-"""Seconds to wait for control: a caller that has just ended gives it back a loop later."""
+"""Seconds to wait for control, because a caller that has just ended releases it one loop later."""
 
 T = TypeVar("T")
+# Receives interface changes; yields the time limit for the next one, None for the caller's limit.
 _Steps: TypeAlias = Generator[Deadline | None, InterfaceChange | None, T]
-"""Takes news: yields how long it waits for them, None for as long as its caller does."""
 
 _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
 
 
 class CallOutcome(Enum):
-    """What became of a skill string; the value is the exit status."""
+    """The outcome of a skill string; the value is the exit status."""
 
     FINAL = 0
     FAILED = 1
@@ -41,10 +41,10 @@ class CallOutcome(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SkillResult:
-    """What became of a skill string.
+    """The result of a skill string.
 
-    :param error: why it is not final; empty when it is.
-    :param msgid: id of the message that asked for it; 0 when it was never sent.
+    :param error: the reason of a failure; else empty.
+    :param msgid: the id of the ExecSkillMessage; 0 if it was not sent.
     """
 
     outcome: CallOutcome
@@ -53,12 +53,12 @@ class SkillResult:
 
 
 class SkillerCall(Closing):
-    """Executes skill strings under exclusive control. A context manager: gives control back.
+    """Executes skill strings under exclusive control, which a context manager releases.
 
-    :param skiller: id of the Skiller's interface.
-    :param steal: take control even when another client has it.
-    :param on_status: called for each state of the skill string: its status and the Skiller's error.
-    :raises SkillerError: when there is no such Skiller.
+    :param skiller: the id of the Skiller's interface.
+    :param steal: take control even from another client.
+    :param on_status: called with each status of the skill string and the Skiller's error.
+    :raises SkillerError: if the Skiller does not exist.
     """
 
     def __init__(
@@ -82,9 +82,9 @@ class SkillerCall(Closing):
             )
 
     def execute(self, skill_string: str, timeout_s: float | None = None) -> SkillResult:
-        """Execute a skill string; return when it is over, or stop it when the time is.
+        """Execute a skill string until it ends; stop it after the timeout.
 
-        :param timeout_s: seconds of real time; None: as long as it takes.
+        :param timeout_s: seconds of real time; None: no limit.
         """
         result = self._drive(self._attempt(skill_string), Deadline(timeout_s))
         if result is None:
@@ -93,9 +93,9 @@ class SkillerCall(Closing):
         return result
 
     def poll(self, skill_string: str) -> Generator[None, None, SkillResult]:
-        """Execute a skill string without waiting: yield while there is nothing new.
+        """Execute a skill string without blocking: yields while it runs.
 
-        :returns: what became of it.
+        :returns: the result.
         """
         attempt = self._attempt(skill_string)
         try:
@@ -111,9 +111,9 @@ class SkillerCall(Closing):
             return result
 
     def start(self, skill_string: str) -> int:
-        """Ask for the execution of a skill string and return the message's id; control is not needed for it.
+        """Start a skill string without keeping control; return the message's id.
 
-        :raises SkillerError: when another client has control.
+        :raises SkillerError: if another client has control.
         """
         refusal = self._drive(self._acquire(), Deadline(None))
         if refusal:
@@ -127,7 +127,7 @@ class SkillerCall(Closing):
         self._send("StopExecMessage")
 
     def close(self) -> None:
-        """Stop what still runs, give control back, close the interface."""
+        """Stop a running skill string, release control, close the interface."""
         try:
             if self._interface.valid and self._interface.has_writer:
                 if self._runs:
@@ -135,7 +135,7 @@ class SkillerCall(Closing):
                 if self._in_control:
                     self._send("ReleaseControlMessage")
         except BlackBoardError:
-            pass  # the Skiller left just now
+            pass  # the Skiller has just ended
         self._feed.close()
 
     def _send(self, message_type: str, **fields: Any) -> int:
@@ -145,7 +145,7 @@ class SkillerCall(Closing):
         return self._interface.msgq_enqueue(message)
 
     def _drive(self, steps: _Steps[T], deadline: Deadline) -> T | None:
-        """Wait for the news that it takes, and return the result; None when there are none in time."""
+        """Feed interface changes to the steps; return their result, or None after the deadline."""
         try:
             limit = next(steps)
             while (news := self._feed.next(limit or deadline)) is not None or limit is not None:
@@ -168,19 +168,19 @@ class SkillerCall(Closing):
         return result
 
     def _acquire(self) -> _Steps[str]:
-        """Get control; return why not, empty when it was granted."""
-        us = str(self._interface.serial)
+        """Acquire control; return why it failed, or an empty text."""
+        own_serial = str(self._interface.serial)
         news: InterfaceChange | None = self._feed.now(self._interface)
         assert news is not None
         deadline = Deadline(RELEASE_S)
-        while (holder := news.values["exclusive_controller"]) not in ("", us) and not self._steal:
+        while (holder := news.values["exclusive_controller"]) not in ("", own_serial) and not self._steal:
             news = yield deadline
             if news is None:
                 name = name_controller(self._interface, holder)
                 return f"{name} has control of the Skiller; --steal takes it"
         self._send("AcquireControlMessage", steal_control=self._steal)
         deadline = Deadline(CONTROL_S)
-        while news is not None and news.values["exclusive_controller"] != us:
+        while news is not None and news.values["exclusive_controller"] != own_serial:
             news = yield deadline
         self._in_control = news is not None
         return "" if self._in_control else f"the Skiller did not give control within {CONTROL_S:g} s"
@@ -192,20 +192,18 @@ class SkillerCall(Closing):
         return f"control of the Skiller was lost to {name_controller(self._interface, controller)}"
 
     def _wait(self, msgid: int, skill_string: str, before: InterfaceChange) -> _Steps[SkillResult]:
-        """Wait until the skill string of a message is over.
+        """Wait for the end of a message's skill string.
 
-        A client that takes control from us counts its ids itself, perhaps to the same number, and may request
-        the same skill: the shown state is then not our answer. When no client has control, our call has
-        ended: a Skiller that stops shows that the call has failed.
-
-        :param before: the state when the message was sent: an earlier caller's message may
-            have had the same id, so this state is not an answer.
+        :param before: the state at the time of sending, which may show the same id of an earlier caller.
         """
-        us, taken, reported = str(self._interface.serial), False, ""
+        # a client that steals control counts ids separately, perhaps to the same number, and may request the
+        # same skill, so its states are not ours; without any controller our call has ended: a stopping
+        # Skiller shows it as failed
+        own_serial, taken, reported = str(self._interface.serial), False, ""
         own_error = OwnError(before.values["msgid"], before.values["error"])
         while True:
             news = yield None
-            assert news is not None  # it sets no limit
+            assert news is not None  # yield None sets no limit
             values = news.values
             status = getattr(values["status"], "name", str(values["status"]))
             if news.kind == "writer removed":
@@ -215,7 +213,7 @@ class SkillerCall(Closing):
             other = values["skill_string"]
             replaced = values["msgid"] == msgid and not skill_string.startswith(other or "?")
             ended = values["msgid"] == msgid and not replaced and status in (_FINAL, _FAILED)
-            if (controller := values["exclusive_controller"]) != us:
+            if (controller := values["exclusive_controller"]) != own_serial:
                 self._in_control = False
                 if controller or not ended:
                     return SkillResult(CallOutcome.FAILED, self._loss(controller), msgid)
@@ -234,7 +232,7 @@ class SkillerCall(Closing):
 
 
 def _result(status: str, error: str, msgid: int) -> SkillResult:
-    """Return the result of a finished skill string, by the shown state of the Skiller."""
+    """Return the result for a final state of the Skiller."""
     if status == _FINAL:
         return SkillResult(CallOutcome.FINAL, "", msgid)
     why = "the Skiller gives no reason" if status == _FAILED else "it called no skill, or was stopped"
@@ -242,11 +240,9 @@ def _result(status: str, error: str, msgid: int) -> SkillResult:
 
 
 def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
-    """Ask a Skiller for the names of its skills, as skillgui does; None when it does not tell.
-
-    Shows the list in SkillerDebugInterface for a moment, and then restores the earlier content. A Skiller
-    without that interface may be an agent's on the skill board: then the agent's executors know.
-    """
+    """Return the skills of a Skiller, requested as skillgui does; None without reply."""
+    # shows the list in SkillerDebugInterface for a moment and then restores the earlier content; without that
+    # interface, the Skiller may belong to an agent on the skill board, whose executors list their skills
     with Feed(board, OWNER) as feed:
         interface = feed.open("SkillerDebugInterface", skiller)
         if not interface.has_writer:
@@ -264,7 +260,7 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
 
 
 def _skills_on_board(board: BlackBoard, agent: str) -> list[str] | None:
-    """Return the skills of an agent's executors, None when it has none."""
+    """Return the skills of an agent's executors, or None."""
     names: set[str] = set()
     for info in board.list("SkillExecutorInterface"):
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:

@@ -1,4 +1,4 @@
-"""The graphs of skills: from a running Skiller, from skill files, and as pictures."""
+"""Graphs of skills: from a running Skiller, from skill files, and as pictures."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from cxbridge.skiller.client.calls import OWNER
 
 TYPE = "SkillerDebugInterface"
 DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}
-"""The layouts of graphs, and their names in the interface."""
+"""Layouts of graphs, with their names in the interface."""
 OVERVIEWS = ("LIST", "SKILL_DEP")
-"""What can be asked for besides skills: all names, and which skill uses which."""
+"""Subjects other than skills: all names, and the dependencies of skills."""
 PICTURES = (".svg", ".png", ".pdf")
-"""What :func:`render` makes, by suffix."""
+"""The supported suffixes of :func:`render`."""
 
 _RENDER_S = 60
 
@@ -37,12 +37,12 @@ def fetch_graph(
     coloured: bool | None = None,
     timeout_s: float = 5.0,
 ) -> str:
-    """Ask a Skiller, ours or Fawkes', for a graph; afterwards it shows its earlier graph again.
+    """Fetch a graph from a Skiller, and restore the displayed graph.
 
     :param subject: a skill, ``ACTIVE``, or one of :data:`OVERVIEWS`.
-    :param direction: one of :data:`DIRECTIONS`; None: the present one.
-    :param coloured: None: the present setting.
-    :raises SkillerError: when there is no such Skiller or skill, or no answer.
+    :param direction: one of :data:`DIRECTIONS`; None: unchanged.
+    :param coloured: None: unchanged.
+    :raises SkillerError: if the Skiller or skill does not exist, or does not reply.
     """
     with Feed(board, OWNER) as feed:
         interface = feed.open(TYPE, skiller)
@@ -76,12 +76,12 @@ def fetch_graph(
 
 
 def _plain(value: Any) -> Any:
-    """Return an enum's item by its name, and other values unchanged."""
+    """Return the name of an enum item; other values unchanged."""
     return getattr(value, "name", value)
 
 
 def _ask(interface: Interface, wanted: dict[str, Any]) -> None:
-    """Ask the Skiller to show the graph."""
+    """Send the messages that select the graph."""
     kinds = {"graph_fsm": "SetGraph", "graph_dir": "SetGraphDirection", "graph_colored": "SetGraphColored"}
     for name, value in wanted.items():
         message = interface.create_message(f"{kinds[name]}Message")
@@ -107,12 +107,12 @@ def draw_graph(
     direction: str = "TB",
     coloured: bool = True,
 ) -> str:
-    """Draw a graph from skill files, as a Skiller that has just loaded them would.
+    """Draw a graph from skill files, as a Skiller would after loading them.
 
     :param subject: a skill, or ``SKILL_DEP``.
-    :param folders: where skills lie, see :func:`cxbridge.skiller.make.skill_folders`.
-    :raises SkillerError: when there is no such skill.
-    :raises CxbridgeError: when the skills cannot be loaded.
+    :param folders: see :func:`cxbridge.skiller.make.skill_folders`.
+    :raises SkillerError: if the skill does not exist.
+    :raises CxbridgeError: if the skills cannot be loaded.
     """
     from cxbridge.skiller.make import make_lua_skiller  # noqa: PLC0415 - Lua only for those who use it
 
@@ -135,10 +135,10 @@ def draw_graph(
 
 
 def render(graph: str, suffix: str) -> bytes:
-    """Make a picture of a graph.
+    """Render a graph.
 
     :param suffix: one of :data:`PICTURES`.
-    :raises CxbridgeError: when graphviz is not installed; it says how to get it.
+    :raises CxbridgeError: if graphviz is not installed.
     """
     program = shutil.which("dot")
     if program is None:

@@ -1,1 +1,1 @@
-"""The Lua behaviour engine: Lua 5.1 files that define skills, and the Python side that hosts them."""
+"""The Lua engine: skills in Lua 5.1, and their Python host."""

@@ -1,4 +1,4 @@
-"""The blackboard as Lua's host sees it: opened interfaces by number, fields by name."""
+"""The blackboard for Lua: open interfaces by number, fields by name."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ _Key = tuple[str, str, bool]
 
 
 class InterfacePool:
-    """Instances that several Lua states share; each is closed when the last one gives it back.
+    """Instances shared by several Lua states, closed by their last user.
 
-    :param owner: who opens them, for lists and messages to people.
+    :param owner: the owner of the instances, for lists and messages.
     """
 
     def __init__(self, board: BlackBoard, owner: str) -> None:
         self.board = board
         self.owner = owner
-        self._shared: dict[_Key, list[Interface]] = {}  # an instance, once for each state that has it
+        self._shared: dict[_Key, list[Interface]] = {}  # each instance once per user
 
     def open(self, type_name: str, interface_id: str, *, writing: bool) -> Interface:
         """Open a private instance.
 
-        :raises BlackBoardError: when the blackboard refuses.
+        :raises BlackBoardError: if the blackboard refuses.
         """
         if writing:
             return self.board.open_for_writing(type_name, interface_id, owner=self.owner)
         instance = self.board.open_for_reading(type_name, interface_id, owner=self.owner)
-        # A label in a skill file may be made of a field: it must have a value when the file is loaded.
+        # while loading, a skill file may build a label from a field, which needs a value by then
         instance.read()
         return instance
 
     def share(self, type_name: str, interface_id: str, *, writing: bool) -> Interface:
-        """Return the instance that all share.
+        """Return the shared instance, opened if necessary.
 
-        :raises BlackBoardError: when it must be opened and the blackboard refuses.
+        :raises BlackBoardError: if the blackboard refuses.
         """
         holders = self._shared.setdefault((type_name, interface_id, writing), [])
         if not holders:
@@ -53,7 +53,7 @@ class InterfacePool:
         return holders[-1]
 
     def give_back(self, instance: Interface) -> None:
-        """Close an instance, a shared one after its last user."""
+        """Release an instance; the last user of a shared one closes it."""
         for key, holders in self._shared.items():
             if holders and holders[0] is instance:
                 holders.pop()
@@ -65,10 +65,10 @@ class InterfacePool:
 
 
 MakeTable = Callable[[Mapping[Any, Any]], Any]
-"""Makes a Lua table of a mapping."""
+"""Makes a Lua table from a mapping."""
 
 _TAKE_TABLES = frozenset(["set", "send"])
-_MOST_OPEN = 2000  # interfaces of one engine; each takes memory that Lua's limit does not know about
+_MOST_OPEN = 2000  # interfaces of one engine: their memory is outside of Lua's limit
 
 _QUESTIONS = frozenset(
     ["has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid", "mem_serial"]
@@ -76,9 +76,9 @@ _QUESTIONS = frozenset(
 
 
 class BoardAccess:
-    """The interfaces that one Lua state has open.
+    """The open interfaces of one Lua state.
 
-    :param pool: opens them.
+    :param pool: opens the instances.
     :param make_table: makes Lua tables.
     """
 
@@ -91,7 +91,7 @@ class BoardAccess:
         self._last_handle = 0
 
     def table(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions by the names that Lua knows them by."""
+        """Return the functions by their Lua names."""
         functions: dict[str, Callable[..., Any]] = {
             "describe": self._describe,
             "open": self._open,
@@ -116,10 +116,10 @@ class BoardAccess:
         }
 
     def close_all(self) -> None:
-        """Close everything that Lua opened. Lua has no use for this object any more."""
+        """Close all interfaces, at the end of the Lua state."""
         for instance in self._opened.values():
             self._pool.give_back(instance)
-        # Lua holds on to this object, which must not hold on to Lua: no garbage collector sees such a ring.
+        # Lua references this object; a reference back to Lua would be a cycle that no garbage collector sees
         self._make_table = dict
         self._opened.clear()
         self._readers.clear()
@@ -162,8 +162,6 @@ class BoardAccess:
         value = getattr(instance, question)
         return to_lua(value) if isinstance(value, str) else value
 
-    # -- types
-
     def _describe(self, type_name: str) -> Any:
         schema = self._pool.board.registry.get(type_name).SCHEMA
         constants: dict[str, Any] = {item.name: item.value for enum in schema.enums for item in enum.items}
@@ -201,8 +199,6 @@ class BoardAccess:
     def _list(self, items: list[Any]) -> Any:
         return self._make_table(dict(enumerate(items, start=1)))
 
-    # -- values
-
     def _get(self, handle: int, name: str, index: float | None = None) -> Any:
         value = self._at(handle).get(name, None if index is None else int(index))
         return self._list([_plain(item) for item in value]) if isinstance(value, tuple) else _plain(value)
@@ -210,14 +206,12 @@ class BoardAccess:
     def _set(self, handle: int, name: str, value: Any, index: float | None = None) -> None:
         _assign(self._at(handle), name, value, index)
 
-    # -- messages
-
     def _send(self, handle: int, message_type: str, values: Any) -> int:
         instance = self._at(handle)
         message = instance.create_message(message_type)
         for name, value in values.items():
             if not is_plain(value):
-                for index, item in value.items():  # a table; anything else of Lua has no items
+                for index, item in value.items():  # a table; other Lua values have no items
                     _assign(message, name, item, index - 1)
             else:
                 _assign(message, name, value, None)
@@ -242,14 +236,14 @@ class BoardAccess:
 
 
 def _plain(value: Any) -> Any:
-    """Return a field's value as Lua knows it."""
+    """Return a field's value as a Lua value."""
     if isinstance(value, str):
         return to_lua(value)
     return int(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
-    """Set a field from a Lua value, converted as tolua converts; nil does not change the field."""
+    """Set a field from a Lua value with tolua's conversions; nil leaves the field unchanged."""
     if value is None:
         return
     field = block.field(name)
@@ -269,7 +263,7 @@ def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
     else:
         converted = int(value)
     if index is not None:
-        block.get(name, int(index))  # refuses an unknown element
+        block.get(name, int(index))  # raises for an unknown element
         elements = list(block.get(name))
         elements[int(index)] = converted
         converted = elements

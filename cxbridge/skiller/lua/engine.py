@@ -1,4 +1,4 @@
-"""The Lua engine: the skills of one skill space in a Lua 5.1 state, which a reload replaces."""
+"""The Lua engine: the skills of a skill space in a Lua 5.1 state. A reload replaces the state."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ MEBIBYTE = 1024 * 1024
 
 
 class Limits(Struct, frozen=True):
-    """The access of one engine's Lua to its environment.
+    """Limits of an engine's Lua code.
 
-    :param instructions_per_loop: VM instructions in one loop; a million takes some 10 ms.
-    :param instructions_to_load: VM instructions to load the skill space.
-    :param seconds_per_loop: processor time in one loop; for instructions that do much, such as ``s .. s``.
-    :param seconds_to_load: processor time to load the skill space.
-    :param memory: bytes of all Lua objects together.
-    :param memory_per_loop: bytes that may come to it in one step; no text is longer.
+    :param instructions_per_loop: VM instructions per loop; a million takes about 10 ms.
+    :param instructions_to_load: VM instructions for loading the skill space.
+    :param seconds_per_loop: processor time per loop, for expensive instructions such as ``s .. s``.
+    :param seconds_to_load: processor time for loading the skill space.
+    :param memory: bytes of all Lua objects.
+    :param memory_per_loop: additional bytes per step, and the maximum length of a text.
     """
 
     instructions_per_loop: int = 2_000_000
@@ -50,10 +50,10 @@ class Limits(Struct, frozen=True):
 
 
 class Tick(Struct, frozen=True):
-    """What running a skill string once came to.
+    """The result of one execution of a skill string.
 
-    :param error: what Lua said, with a traceback; empty when it ran through.
-    :param status: the overall status of the skills that it called.
+    :param error: the Lua error with traceback; empty after success.
+    :param status: the combined status of the called skills.
     """
 
     error: str
@@ -61,16 +61,16 @@ class Tick(Struct, frozen=True):
 
 
 class LuaEngine:
-    """Loads a skill space and runs calls of its skills.
+    """Loads a skill space and executes calls of its skills.
 
-    :param board: where skills open their interfaces.
-    :param folders: where skills lie, see :class:`ModulePath`.
-    :param space: the skill space: the module ``skills.SPACE`` that loads the skills.
-    :param transforms: how frames lie to each other, for ``tf``; None: no frame is known.
-    :param navgraph: for ``navgraph``; None: skills see none.
-    :param owner: who opens interfaces.
-    :param seed: of ``math.random``.
-    :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
+    :param board: the blackboard of the skills.
+    :param folders: the folders of skills, see :class:`ModulePath`.
+    :param space: the skill space: the module ``skills.SPACE``, which loads the skills.
+    :param transforms: the transforms for ``tf``; None: no known frames.
+    :param navgraph: the graph for ``navgraph``; None: unavailable.
+    :param owner: the owner of interfaces.
+    :param seed: the seed of ``math.random``.
+    :raises SkillError: if the space or a skill cannot be loaded, with file and line.
     """
 
     def __init__(  # noqa: PLR0913 - a façade over everything that Lua can reach
@@ -100,13 +100,13 @@ class LuaEngine:
         self._host_of = host_of
         self.space = space
         self.attempt = ModulePath(())
-        """Where the last :meth:`reload` looked for modules, also one that failed."""
+        """The module path of the last :meth:`reload`, even a failed one."""
         self._use(*self._load())
 
     def _load(self) -> tuple[LuaState, BoardAccess]:
-        """Make a new Lua state with the skills as their files are now.
+        """Load the present skill files into a new Lua state.
 
-        :raises SkillError: when that is not possible.
+        :raises SkillError: if loading fails.
         """
         bounds = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
         bounds["largest_text"] = self._limits.memory_per_loop
@@ -125,7 +125,7 @@ class LuaEngine:
             raise
         if self._bus.wants(SourceRead):
             for label, path in modules.files.items():
-                with suppress(OSError):  # the file was deleted after it was loaded
+                with suppress(OSError):  # the file was deleted after loading
                     self._bus.emit_source("skill", "", label, path.read_bytes())
         return state, access[0]
 
@@ -135,16 +135,16 @@ class LuaEngine:
         self._has_callbacks: bool | None = None
 
     def _call(self, name: str, *args: Any) -> tuple[Any, ...]:
-        """Call a function of the runner; what skills do in it may add or remove callbacks."""
+        """Call a function of the runner. Skills may add or remove callbacks during the call."""
         self._has_callbacks = None
         return self._state.call(name, *args)
 
     def reload(self) -> None:
-        """Load the skills again from their files; interfaces that they still use stay open.
+        """Reload the skills from their files; shared interfaces stay open.
 
-        The compiled skill string is gone.
+        Drops the compiled skill string.
 
-        :raises SkillError: when the skills cannot be loaded; then the old skills stay.
+        :raises SkillError: if the skills cannot be loaded; the old skills stay.
         """
         state, access = self._load()
         self._call("finalize")
@@ -154,22 +154,22 @@ class LuaEngine:
 
     @property
     def modules(self) -> ModulePath:
-        """Where the skills that are loaded lie."""
+        """The module path of the loaded skills."""
         return self._state.modules
 
     @property
     def skills(self) -> tuple[str, ...]:
-        """The names of the skills in order of registration."""
+        """The skills in order of registration."""
         return tuple(self._text("names").split())
 
     def documentation(self, skill: str) -> str | None:
-        """Return the documentation of a skill, None when there is none of this name."""
+        """Return the documentation of a skill, or None."""
         return readable(self._text("documentation", to_lua(skill))) if skill in self.skills else None
 
     def prepare(self, calls: Sequence[LuaCall]) -> str:
-        """Take calls of skills for :meth:`run`, in place of the earlier ones.
+        """Set the calls for :meth:`run`.
 
-        :returns: their mistakes; empty when there are none.
+        :returns: the mistakes in the calls; empty if there are none.
         """
         make = self._state.table
         prepared = make({number: _table_of(call, make) for number, call in enumerate(calls, start=1)})
@@ -183,77 +183,75 @@ class LuaEngine:
         return f"{where}: there is no skill '{call.name}'; {ONLY_FAWKES}"
 
     def compile(self, skill_string: str) -> str:
-        """Compile a skill string as Lua for :meth:`run`, in place of the earlier one.
+        """Compile a skill string as Lua code for :meth:`run`.
 
-        Only for the mode ``fawkes``: a skill string can be anybody's.
-
-        :returns: its mistakes; empty when there are none.
+        :returns: the mistakes; empty if there are none.
         """
+        # only in mode `fawkes`, because any client may send the skill string
         return self._outcome(self._call("compile", to_lua(skill_string)))
 
     def run(self) -> Tick:
-        """Run the compiled skill string once: one loop."""
+        """Execute the compiled skill string once, in one loop."""
         ok, error, *status = self._call("run")
         return Tick(self._outcome((ok, error)), _status(status[0] if status else Status.S_INACTIVE))
 
     def drop(self) -> None:
-        """Forget the compiled skill string."""
         self._call("drop")
 
     def reset_all(self) -> str:
-        """Reset the skills that the skill string called, and those they use.
+        """Reset the called skills and the skills they use.
 
-        :returns: what went wrong in their code; empty when nothing did.
+        :returns: errors of their code; empty if there are none.
         """
         return self._outcome(self._call("reset_all"))
 
     @property
     def status(self) -> Status:
-        """The overall status of the skills called in the last loop; nothing called is S_INACTIVE."""
+        """The combined status of the skills called in the last loop; S_INACTIVE without calls."""
         return _status(self._call("overall_status")[0])
 
     def failure(self, *, first: bool = False) -> str:
-        """Return why the skill string failed, as far as a skill says so; empty when none does.
+        """Return the reason of a failure, as reported by a skill; empty if no skill reports one.
 
-        :param first: only the error text of the skill that was called first counts, as in Fawkes.
+        :param first: consider only the first called skill, as Fawkes does.
         """
         return from_lua(self._text("failure", first))
 
     def graph(self, skill: str, direction: str, *, coloured: bool, always: bool) -> tuple[bool, str]:
-        """Draw the state machine of a skill in the dot language.
+        """Return a skill's state machine in the dot language.
 
-        :param skill: its name; empty: the skill that was called first in the last loop.
+        :param skill: the skill; empty: the first called skill of the last loop.
         :param direction: ``TB``, ``BT``, ``LR`` or ``RL``.
-        :param always: draw it also when it did not change since it was drawn last.
-        :returns: whether there is such a machine, and its graph: empty when it did not change.
+        :param always: draw an unchanged machine again.
+        :returns: whether the machine exists, and its graph, empty if unchanged.
         """
         found, text = self._call("graph", to_lua(skill), direction, coloured, always)[:2]
         return bool(found), from_lua(text) if found else ""
 
     def overview(self, subject: str) -> str:
-        """Return all skills, one a line (``LIST``), or the graph of their uses in dot (``SKILL_DEP``)."""
+        """Return all skills, one per line (``LIST``), or the graph of their dependencies (``SKILL_DEP``)."""
         if subject == "LIST":
             return "".join(f"{name}\n" for name in self.skills)
         return from_lua(self._text("dependencies"))
 
     def finish_loop(self) -> str:
-        """End a loop: publish the interfaces that skills changed.
+        """End a loop: write the changed interfaces.
 
-        :returns: what went wrong; empty when nothing did.
+        :returns: errors; empty if there are none.
         """
         return self._outcome(self._call("finish_loop"))
 
     @property
     def has_callbacks(self) -> bool:
-        """Whether skills asked to be called in every loop, also when none runs."""
+        """Whether skills registered callbacks for every loop, even without a running skill."""
         if self._has_callbacks is None:
             self._has_callbacks = bool(self._state.call("has_callbacks")[0])
         return self._has_callbacks
 
     def run_idle(self) -> str:
-        """Do a loop without a skill string: the callbacks of skills.
+        """Execute a loop without a skill string: the callbacks of skills.
 
-        :returns: what went wrong; empty when nothing did.
+        :returns: errors; empty if there are none.
         """
         return self._outcome(self._call("run_preloop_callbacks")) or self.finish_loop()
 
@@ -263,18 +261,18 @@ class LuaEngine:
         return "" if ok else readable(str(error)) or "unknown error"
 
     def close(self) -> None:
-        """Run the finalize callbacks and close all interfaces that Lua opened."""
+        """Run the finalize callbacks and close all interfaces."""
         self._call("finalize")
         self._board_access.close_all()
 
     def _text(self, name: str, *args: Any) -> str:
-        """Ask the runner for a text; empty when there is none."""
+        """Call the runner for a text; empty if it returns none."""
         text = self._call(name, *args)[0]
         return text if isinstance(text, str) else ""
 
 
 def _status(value: Any) -> Status:
-    """Return a status that skills' code had a hand in."""
+    """Convert a status from Lua, where skills may have set any value."""
     try:
         return Status(value)
     except ValueError:
@@ -282,7 +280,7 @@ def _status(value: Any) -> Status:
 
 
 def _table_of(call: LuaCall, make: MakeTable) -> Any:
-    """Return a call as the runner takes it."""
+    """Return a call in the runner's format."""
     values = {position: _to_table(value, make) for position, value in enumerate(call.values, start=1)}
     return make({"name": call.name, "count": len(call.values), **_without_nil(values)})
 

@@ -1,8 +1,8 @@
-"""The Python services that Lua may use: log, clock, random numbers, configuration, files of skills.
+"""Python services for Lua: log, clock, random numbers, configuration, skill files.
 
-Each function takes plain values and returns ``(True, values...)`` or ``(False, message)``: no Python
-object and no Python exception ever gets into Lua, and no Lua object, whose methods are a skill's code, into
-Python. Texts cross as one character a byte, because Lua's strings are bytes. No function returns a secret
+Functions take plain values and return ``(True, values...)`` or ``(False, message)``. Neither Python objects
+nor exceptions enter Lua, and no Lua object, whose methods may run a skill's code, enters Python. Texts are
+passed with one character per byte, because Lua's strings are bytes. No function returns a secret
 (:mod:`cxbridge.config.secrets`).
 """
 
@@ -23,34 +23,28 @@ from cxbridge.skiller.lua.modulepath import ModulePath
 
 
 class ConfigReader(Protocol):
-    """The part of :class:`cxbridge.config.Configuration` that skills use."""
+    """The part of :class:`cxbridge.config.Configuration` for skills."""
 
-    def exists(self, path: str) -> bool:
-        """Whether there is a value at ``path``."""
+    def exists(self, path: str) -> bool: ...
 
-    def get_str(self, path: str) -> str:
-        """Return the text at ``path``."""
+    def get_str(self, path: str) -> str: ...
 
-    def get_uint(self, path: str) -> int:
-        """Return the non-negative number at ``path``."""
+    def get_uint(self, path: str) -> int: ...
 
-    def get_int(self, path: str) -> int:
-        """Return the integer at ``path``."""
+    def get_int(self, path: str) -> int: ...
 
-    def get_float(self, path: str) -> float:
-        """Return the number at ``path``."""
+    def get_float(self, path: str) -> float: ...
 
-    def get_bool(self, path: str) -> bool:
-        """Return the truth value at ``path``."""
+    def get_bool(self, path: str) -> bool: ...
 
 
 def to_lua(text: str) -> str:
-    """Return ``text`` as Lua gets it: one character for each byte of its UTF-8."""
+    """Return a text with one character per UTF-8 byte."""
     return text if text.isascii() else text.encode("utf-8", "surrogateescape").decode("latin-1")
 
 
 def from_lua(text: str) -> str:
-    """Return a text that came out of Lua; bytes that are not UTF-8 become surrogates."""
+    """Return a text from Lua. Bytes other than UTF-8 become surrogates."""
     return text if text.isascii() else text.encode("latin-1").decode("utf-8", "surrogateescape")
 
 
@@ -58,14 +52,14 @@ _PLAIN = frozenset([str, int, float, bool, type(None)])
 
 
 def is_plain(value: object) -> bool:
-    """Whether a value that came out of Lua is text, number, truth value or nil."""
+    """Return whether a Lua value is a text, number, boolean or nil."""
     return type(value) in _PLAIN
 
 
 def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Callable[..., tuple[Any, ...]]:
-    """Make a function's result or failure a tuple that Lua understands.
+    """Wrap a function to return its result or error as a tuple for Lua.
 
-    :param takes_tables: it checks its arguments itself; else all arguments are plain values.
+    :param takes_tables: the function checks its arguments; otherwise they must be plain.
     """
 
     @functools.wraps(function)
@@ -84,7 +78,7 @@ def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Call
 
 
 def _unchecked(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function that cannot fail but by its arguments: then it does nothing and gives nil."""
+    """Wrap a function to return nil for invalid arguments."""
     checked = guarded(function)
 
     def call(*args: Any) -> Any:
@@ -97,11 +91,11 @@ def _unchecked(function: Callable[..., Any]) -> Callable[..., Any]:
 _STACK = "\nstack traceback:"
 
 LONGEST_LINE = 8192
-"""Characters of a line in the log that a skill may write; the rest is cut."""
+"""The maximum length of a log line; the rest is cut."""
 
 
 def log_error(logger: Logger, level: Level, text: str, modules: ModulePath) -> None:
-    """Log a text; of an error of Lua one line with the file of the skill; the stack is for debugging."""
+    """Log a text. A Lua error becomes one line with the skill's file; its stack goes to the debug level."""
     line, mark, stack = text.partition(_STACK)
     if not mark:
         logger.log(level, text)
@@ -111,13 +105,13 @@ def log_error(logger: Logger, level: Level, text: str, modules: ModulePath) -> N
 
 
 class HostFunctions:
-    """The functions of one engine.
+    """The host functions of one engine.
 
-    :param logger: what skills print goes here.
-    :param clock: the run's clock; skills know no other time.
-    :param modules: where skills lie.
-    :param config: None when a run has no configuration: then nothing exists.
-    :param seed: of the random numbers.
+    :param logger: gets the output of skills.
+    :param clock: the run's clock, the only time in Lua.
+    :param modules: the module path.
+    :param config: None without a configuration.
+    :param seed: the seed of random numbers.
     """
 
     def __init__(
@@ -127,11 +121,11 @@ class HostFunctions:
         self._clock = clock
         self._modules = modules
         self._config = config
-        self._random = random.Random(seed)  # noqa: S311 - a run with the same seed must repeat
+        self._random = random.Random(seed)  # noqa: S311 - runs with the same seed must be equal
         self._start_us = clock.now_us()
 
     def table(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions by the names that Lua knows them by."""
+        """Return the functions by their Lua names."""
         return {
             "log": _unchecked(self._log),
             "now_usec": self._clock.now_us,
@@ -175,9 +169,9 @@ class HostFunctions:
 
 
 def _readable(path: str, value: str) -> str:
-    """Return a value as skills may have it: without the parts of it that are secret.
+    """Return a value with masked secrets.
 
-    :raises SkillError: when all of it is.
+    :raises SkillError: if the whole value is secret.
     """
     masked = mask(path, value)
     if masked == HIDDEN != value:

@@ -1,4 +1,4 @@
-"""The configured limits of skills: ``/skiller/limits/NAME``.
+"""Configured limits of skills: ``/skiller/limits/NAME``.
 
 See docs/lua-engine.md#bounds.
 """
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 LIMITS_PATH: Final = "/skiller/limits"
-"""Where limits are configured, by their names in :class:`~cxbridge.skiller.lua.engine.Limits`."""
+"""The configured limits, named as in :class:`~cxbridge.skiller.lua.engine.Limits`."""
 
 RANGES: Final[dict[str, tuple[float, float]]] = {
     "instructions_per_loop": (1_000, 4_000_000_000),
@@ -25,16 +25,17 @@ RANGES: Final[dict[str, tuple[float, float]]] = {
     "memory": (8 * MEBIBYTE, 4_000_000_000),
     "memory_per_loop": (MEBIBYTE // 16, 4_000_000_000),
 }
-"""The least and the most that each may be: no skill runs within less, and more is a slip.
+"""The permitted range of each limit.
 
-Whole numbers in a configuration have 32 bits.
+Skills need at least the minimum. The maximum catches typing mistakes and fits into the 32 bits of configured
+integers.
 """
 
 
 def limits_of(config: Configuration) -> Limits:
-    """Read the limits of a configuration; those that it does not name have their defaults.
+    """Read the limits; missing ones have their defaults.
 
-    :raises ConfigError: for a limit that is unknown, no number or out of its range; with file and line.
+    :raises ConfigError: if a limit is unknown, not a number or out of range, with file and line.
     """
     known: dict[str, Any] = asdict(Limits())
     for name in config.keys(LIMITS_PATH):

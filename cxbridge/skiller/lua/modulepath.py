@@ -1,4 +1,4 @@
-"""The search path of the Lua files of skills."""
+"""The search path of Lua modules."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from cxbridge.errors import SkillError
 
 _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
 _PLACE = re.compile(r"([^\s:|]+):(\d+):")
+# What editors of Windows put before a text; Lua 5.1 does not know it.
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
-"""What editors of Windows put before a text; Lua 5.1 does not know it."""
 _OWN_PLACE = re.compile(r"^cxbridge/\w+\.lua:\d+: ")
 
 
 Signature = tuple[Path, int, int, int]
-"""The state of a file: its path, time of modification, size and number."""
+"""The identity of a file's content: path, modification time, size and inode."""
 
 
 class ModulePath:
-    """Finds Lua modules by name in folders, the first that has it wins.
+    """Finds Lua modules in folders; the first match wins.
 
-    A folder is either a Lua folder as Fawkes' ``src/lua``, where ``skills.generic.say`` is
-    ``skills/generic/say.lua``, or the folder of the skills itself, where it is ``generic/say.lua``.
+    A folder is a Lua folder like Fawkes' ``src/lua``, where ``skills.generic.say`` is
+    ``skills/generic/say.lua``, or a folder of skills, where it is ``generic/say.lua``.
 
     :param folders: in order of preference.
     """
@@ -31,14 +31,14 @@ class ModulePath:
     def __init__(self, folders: Iterable[Path]) -> None:
         self.folders = tuple(folders)
         self.files: dict[str, Path] = {}
-        """Full paths of the modules that were found, by the label that Lua's messages call them."""
+        """The paths of the found modules, by their label in Lua's messages."""
         self.asked: dict[str, Signature | None] = {}
-        """The requested modules, with the state of their files at that time; None for a missing file."""
+        """The requested modules with their signature at that time; None for a missing file."""
 
     def find(self, module: str) -> Path:
         """Return the file of a module.
 
-        :raises SkillError: when there is none; it says where it was looked for.
+        :raises SkillError: if no folder has the module; the error names the folders.
         """
         if not _MODULE_NAME.fullmatch(module):
             raise SkillError(
@@ -54,9 +54,9 @@ class ModulePath:
         )
 
     def read(self, module: str) -> tuple[str, str]:
-        """Return the text of a module (one character a byte) and the label for messages about it.
+        """Return the text of a module (one character per byte) and its label for messages.
 
-        :raises SkillError: when there is none or it cannot be read.
+        :raises SkillError: if the module is missing or unreadable.
         """
         self.asked[module] = self.signature(module)
         path = self.find(module)
@@ -68,7 +68,7 @@ class ModulePath:
             raise SkillError(f"cannot read Lua module '{module}': {error.strerror}", file=path) from None
 
     def signature(self, module: str) -> Signature | None:
-        """Return the present state of a module's file, None when there is none."""
+        """Return the present signature of a module's file; None if it is missing."""
         try:
             path = self.find(module)
             state = path.stat()
@@ -86,14 +86,13 @@ class ModulePath:
                 yield stem / "init.lua"
 
     def with_paths(self, line: str) -> str:
-        """Return a line of a message with the full paths of the skills' files in it."""
+        """Replace labels in a message by the paths of the skill files."""
         return _PLACE.sub(lambda match: f"{self.files.get(match[1], match[1])}:{match[2]}:", line)
 
     def locate(self, message: str) -> tuple[Path | None, int | None, str]:
-        """Split a Lua message with its traceback into file, line and text, as far as it has them.
-
-        The place is the innermost one in a skill's file: a mistake in a definition shows in the engine's.
-        """
+        """Split a Lua error with traceback into file, line and text, as far as known."""
+        # the innermost place in a skill file counts: a mistake in a definition is raised in the engine's own
+        # file
         text = _OWN_PLACE.sub("", message.partition("\nstack traceback:")[0])
         for label, line in _PLACE.findall(message):
             if label in self.files:

@@ -1,4 +1,4 @@
-"""Coordinate frames and navigation graph as Lua's host sees them: plain numbers and texts."""
+"""Coordinate frames and navigation graph for Lua, as numbers and texts."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _CONVERSIONS: dict[str, Callable[[str], Any]] = {
 
 
 class PlaceAccess:
-    """What Lua may ask about where things are.
+    """Lua's functions about places.
 
-    :param transforms: None: no frame is known.
-    :param navgraph: None: skills see no ``navgraph``.
+    :param transforms: None: no known frames.
+    :param navgraph: None: no ``navgraph``.
     """
 
     def __init__(self, transforms: TransformBuffer | None, navgraph: NavGraph | None) -> None:
@@ -35,7 +35,7 @@ class PlaceAccess:
         self._graph = navgraph
 
     def table(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions by the names that Lua knows them by."""
+        """Return the functions by their Lua names."""
         buffer = self._transforms
         functions: dict[str, Callable[..., Any]] = {
             "tf_frame_exists": lambda frame: buffer.frame_exists(from_lua(frame)),

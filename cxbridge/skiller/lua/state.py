@@ -1,4 +1,4 @@
-"""One Lua 5.1 state with the skills of one skill space."""
+"""A Lua 5.1 state with the skills of one skill space."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from cxbridge.skiller.lua.modulepath import ModulePath
 
 _HERE = Path(__file__).parent
 
+# Functions of the runner with which a step begins.
 _STEPS = frozenset(["prepare", "compile", "run", "run_preloop_callbacks", "finalize"])
-"""Functions of the runner with which a step begins."""
 
 HostTable = dict[str, Callable[..., Any]]
 """The functions that Lua may call, by name."""
@@ -30,12 +30,12 @@ def _deny_attributes(_obj: object, _name: object, _is_setting: bool) -> Any:
 
 
 class LuaState:
-    """A Lua state in which the engine's own files are loaded, but no skill yet.
+    """A Lua state with the engine's files, before any skill is loaded.
 
-    :param memory: bytes of all Lua objects together.
-    :param bounds: the other limits, by name.
-    :param modules: where skills lie.
-    :param make_host: gets what makes Lua tables, and returns the functions of the host.
+    :param memory: bytes of all Lua objects.
+    :param bounds: the other limits by name.
+    :param modules: the module path.
+    :param make_host: gets the function that makes Lua tables; returns the host functions.
     """
 
     def __init__(
@@ -71,13 +71,13 @@ class LuaState:
         """The functions of the runner, by name."""
 
     def table(self, items: Any) -> Any:
-        """Make a Lua table; texts in it are already Lua's."""
+        """Make a Lua table. Its texts must be in Lua's encoding."""
         return self._lua.table_from(items)
 
     def load(self, space: str) -> None:
         """Load a skill space.
 
-        :raises SkillError: when it or one of its skills cannot be loaded; with file and line.
+        :raises SkillError: if the space or a skill cannot be loaded, with file and line.
         """
         ok, problem = self.call("load", space)[:2]
         if ok:
@@ -86,16 +86,14 @@ class LuaState:
         raise SkillError(f"cannot load skill space '{space}': {text}", file=file, line=line)
 
     def call(self, name: str, *args: Any) -> tuple[Any, ...]:
-        """Call a function of the runner; when there is not even memory for it, the answer is false and why.
-
-        The calls of one step may use this much more memory at most, because large data takes long: to copy,
-        and to free. The clean-up after such a step gets more.
-        """
+        """Call a function of the runner. Without memory for the call, return False and the error."""
+        # the calls of one step share a limit of additional memory, because copying and freeing large data
+        # takes long; the clean-up after an exceeded limit gets more
         if name in _STEPS:
             self._bound_memory()
         try:
             result = self.functions[name](*args)
-        except self._lua_error as error:  # not even the runner's own code had memory left
+        except self._lua_error as error:  # even the runner's own code had no memory left
             self._bound_memory()
             return False, str(error)
         if not isinstance(result, tuple):

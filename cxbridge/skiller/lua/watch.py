@@ -1,7 +1,7 @@
-"""Notices when a file of the skills changes.
+"""Detection of changed skill files.
 
-Modification times are asked for now and then. That needs no thread, works on every file system, and concerns
-the files that were loaded, wherever they lie, instead of whole folders.
+Polling modification times needs no thread, works on every file system, and concerns only the loaded files,
+wherever they are.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from cxbridge.skiller.lua.modulepath import ModulePath, Signature
 
 
 class ModuleWatch:
-    """Watches the files of modules, and the places where modules were not found.
+    """Watches the files of modules, and the candidates of missing modules.
 
-    :param interval: seconds between two looks.
-    :param now: a clock of real seconds: files change in real time, whatever the run's clock does.
+    :param interval: seconds between two checks.
+    :param now: a clock in real seconds, because files change in real time.
     """
 
     def __init__(self, interval: float = 0.5, now: Callable[[], float] = time.monotonic) -> None:
@@ -27,9 +27,9 @@ class ModuleWatch:
         self._known: dict[str, Signature | None] = {}
 
     def follow(self, path: ModulePath, *, also_before: bool = False) -> None:
-        """Watch the files that were looked for on ``path``.
+        """Watch the files that were requested on ``path``.
 
-        :param also_before: continue to watch the earlier files, in their present state.
+        :param also_before: continue to watch the earlier files in their present state.
         """
         before = {name: path.signature(name) for name in self._known} if also_before else {}
         self._path = path
@@ -37,7 +37,7 @@ class ModuleWatch:
         self._due = self._now() + self._interval
 
     def look(self) -> list[str]:
-        """Return the names of the changed modules; none when it is not time to look."""
+        """Return the changed modules; empty before the next check is due."""
         if self._now() < self._due:
             return []
         self._due = self._now() + self._interval

@@ -1,4 +1,4 @@
-"""A simulated base that turns on the spot and drives straight on, with limited speed."""
+"""A simulated base that turns on the spot and drives straight at limited speed."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ _LENGTH = 1e-9
 
 @dataclass(slots=True)
 class Base:
-    """Where a robot is, and how fast it can be.
+    """The pose and speed of a robot.
 
     :param x: metres.
     :param y: metres.
-    :param yaw: where it looks, radians from the x axis, counter-clockwise.
-    :param speed: metres a second, above 0.
-    :param turn: radians a second, above 0.
+    :param yaw: the orientation in radians from the x axis, counter-clockwise.
+    :param speed: metres per second, positive.
+    :param turn: radians per second, positive.
     """
 
     x: float
@@ -27,10 +27,10 @@ class Base:
     turn: float
 
     def face(self, yaw: float, seconds: float) -> float:
-        """Turn towards a direction, the short way round.
+        """Turn towards an orientation by the shorter way.
 
-        :param seconds: how long at most.
-        :returns: how many of them are left: 0 unless it faces that direction now.
+        :param seconds: the available time.
+        :returns: the remaining time; 0 unless the orientation is reached.
         """
         rest = math.remainder(yaw - self.yaw, math.tau)
         able = self.turn * seconds
@@ -41,10 +41,10 @@ class Base:
         return max(0.0, seconds - abs(rest) / self.turn)
 
     def approach(self, x: float, y: float, seconds: float) -> float:
-        """Turn towards a point, then drive to it.
+        """Turn towards a point and drive to it.
 
-        :param seconds: how long at most.
-        :returns: the remaining ones: 0 unless the robot has arrived.
+        :param seconds: the available time.
+        :returns: the remaining time; 0 unless the point is reached.
         """
         distance = math.hypot(x - self.x, y - self.y)
         if distance <= _LENGTH:
@@ -60,5 +60,5 @@ class Base:
 
     @property
     def quaternion(self) -> tuple[float, float, float, float]:
-        """Where it looks, as x, y, z, w."""
+        """The orientation as x, y, z, w."""
         return (0.0, 0.0, math.sin(self.yaw / 2), math.cos(self.yaw / 2))

@@ -1,4 +1,4 @@
-"""The executor that moves a simulated robot from place to place."""
+"""The executor that moves a simulated robot between places."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from cxbridge.space.navgraph import NavGraphNode, emit_navgraph, load_navgraph
 from cxbridge.space.navgraph.graph import property_as_float
 
 SPEED = 0.22
-"""Metres a second: a TurtleBot3 Burger's."""
+"""Metres per second, as a TurtleBot3 Burger."""
 
 TURN = 2.84
-"""Radians a second: a TurtleBot3 Burger's."""
+"""Radians per second, as a TurtleBot3 Burger."""
 
-_THERE = 1e-6  # metres, or radians
+_TOLERANCE = 1e-6  # metres, or radians
 
 
 class Move(SkillExecutor):
-    """Executes ``move{to="wp1"}`` and ``goto{place="wp1"}``; its settings are in docs/skill-board.md."""
+    """Executes ``move{to="wp1"}`` and ``goto{place="wp1"}``; docs/skill-board.md lists the settings."""
 
     skills = ("move", "goto")
     known_settings = ("navgraph", "start", "speed", "turn", "pose", "frame")
@@ -45,7 +45,7 @@ class Move(SkillExecutor):
         self._pose: Any = None
 
     def start(self) -> None:
-        """Publish where the robot is, and emit its graph."""
+        """Publish the pose and emit the graph."""
         emit_navgraph(self.log.bus, self.graph)
         name = self.setting("pose", f"Pose-{self.agent}")
         self._pose = self.board.open_for_writing("Position3DInterface", name, owner=f"{self.agent}, move")
@@ -53,31 +53,30 @@ class Move(SkillExecutor):
         self._publish()
 
     def close(self) -> None:
-        """Publish it no more."""
         if self._pose is not None:
             self._pose.close()
 
     def idle(self) -> None:
-        """Stand still, and say so."""
+        """Publish the pose while standing still."""
         self._then_us = self.clock.now_us()
         self._publish()
 
     def execute(self, call: SkillCall) -> Steps:
-        """Go to a place: to the nearest one first, then from one to the next."""
+        """Drive to the nearest place, then along the path to the target."""
         target = self._node(call.text("to" if call.skill == "move" else "place"))
         way = self._way(target)
         whole, spare_s = self._length(way), 0.0
         self._then_us = self.clock.now_us()
         for number, node in enumerate(way):
             spare_s = self.base.approach(node.x, node.y, spare_s)
-            while self._distance(node) > _THERE:
+            while self._distance(node) > _TOLERANCE:
                 self._publish()
                 yield Progress(1 - self._length(way[number:]) / whole, f"to {node.name}")
                 spare_s = self.base.approach(node.x, node.y, self._elapsed_s())
         orientation = _orientation(target)
         if orientation is not None:
             self.base.face(orientation, spare_s)
-            while abs(math.remainder(orientation - self.base.yaw, math.tau)) > _THERE:
+            while abs(math.remainder(orientation - self.base.yaw, math.tau)) > _TOLERANCE:
                 self._publish()
                 yield Progress(1.0, f"turning at {target.name}")
                 self.base.face(orientation, self._elapsed_s())
@@ -86,7 +85,7 @@ class Move(SkillExecutor):
     def _node(self, name: str) -> NavGraphNode:
         """Return a place.
 
-        :raises SkillError: when there is none of that name.
+        :raises SkillError: if the place is unknown.
         """
         node = self.graph.node(name)
         if node is None:
@@ -95,9 +94,9 @@ class Move(SkillExecutor):
         return node
 
     def _way(self, target: NavGraphNode) -> list[NavGraphNode]:
-        """Return the places to go to, the nearest one first; without any edges straight to the target.
+        """Return the path to a place, nearest place first; in a graph without edges only the target.
 
-        :raises SkillError: when no way leads there.
+        :raises SkillError: if there is no path.
         """
         if not self.graph.edges:
             return [target]
@@ -108,15 +107,15 @@ class Move(SkillExecutor):
         return list(path.nodes)
 
     def _distance(self, node: NavGraphNode) -> float:
-        """Return how far a place is from the robot, metres."""
+        """Return the distance of a place in metres."""
         return node.distance(self.base.x, self.base.y)
 
     def _length(self, way: list[NavGraphNode]) -> float:
-        """Return how far it is along a way, from where the robot is, metres."""
+        """Return the length of a path from the present pose in metres."""
         return self._distance(way[0]) + sum(one.distance(other.x, other.y) for one, other in pairwise(way))
 
     def _elapsed_s(self) -> float:
-        """Return how long it is since the last call, seconds."""
+        """Return the seconds since the last call."""
         then_us, self._then_us = self._then_us, self.clock.now_us()
         return max(0, self._then_us - then_us) / MICROSECONDS
 
@@ -131,6 +130,6 @@ class Move(SkillExecutor):
 
 
 def _orientation(node: NavGraphNode) -> float | None:
-    """Return how to be at a place, radians; None: as one arrives."""
+    """Return the required orientation at a place in radians; None: any."""
     text = node.properties.get("orientation")
     return None if text is None else property_as_float(text)

@@ -1,1 +1,1 @@
-"""Skills that are only simulated: durations and outcomes by estimators, faults on purpose."""
+"""Simulated skills: durations and outcomes by estimators, and injected faults."""

@@ -1,4 +1,4 @@
-"""Deciders: how a simulated skill ends, asked one after the other until one of them knows."""
+"""Deciders of a simulated skill's end. The first one with an answer decides."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ Effect = Callable[[], object]
 
 
 FOREVER = 1e9
-"""Seconds that a skill which does not end by itself would take: three decades."""
+"""The duration of a skill that never ends, in seconds (30 years)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a skill ends.
+    """The end of a skill.
 
-    :param seconds: how long it takes; None: as long as the next decider says, or the executor takes.
-    :param share: of this duration, from 0 to 1, the part that the skill takes.
-    :param then: called when the skill ends in this way.
+    :param seconds: the duration; None: that of the next decider or the executor.
+    :param share: the used part of this duration, from 0 to 1.
+    :param then: called at the end.
     """
 
     seconds: float | None = None
@@ -37,11 +37,10 @@ class Outcome:
 
     @property
     def failed(self) -> bool:
-        """Whether the skill fails."""
         return self.status is not Status.S_FINAL
 
     def after(self, usual: Outcome) -> Outcome:
-        """Return this outcome with the duration of another; a success becomes the other outcome."""
+        """Return this outcome with another's duration; a success becomes the other outcome."""
         seconds = None if usual.seconds is None else usual.seconds * self.share
         then = self.then or usual.then
         if not self.failed:
@@ -52,46 +51,44 @@ class Outcome:
 class Decider(ABC):
     """Decides how skills end.
 
-    :param priority: the one with the highest is asked first.
+    :param priority: deciders with higher priority decide first.
     """
 
     priority: int = 0
 
     @abstractmethod
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Return how the skill ends; None when this decider cannot tell. Called when the skill begins."""
+        """Return how a starting skill will end; None if undecided."""
 
-    def progress(self, call: SkillStringCall, seconds: float) -> None:  # noqa: B027 - most have nothing to do
-        """Change the world while a skill runs, in every loop; for skills whose duration is this decider's.
+    def progress(self, call: SkillStringCall, seconds: float) -> None:  # noqa: B027 - optional
+        """Change the world while a skill runs. Called in each loop for the decider of its duration.
 
-        :param seconds: since it began; at its end its duration.
+        :param seconds: the time since the start; finally the duration.
         """
 
-    def close(self) -> None:  # noqa: B027 - most have nothing to close
-        """Let go of everything."""
+    def close(self) -> None:  # noqa: B027 - optional
+        ...
 
 
 class Decision(NamedTuple):
-    """How a skill ends, and the decider that has said how long it takes."""
+    """The end of a skill, with the decider of its duration."""
 
     decider: Decider
     outcome: Outcome
 
 
 class Deciders:
-    """The deciders of a Skiller, or of an agent on the skill board: the first that knows a duration counts.
+    """The deciders of a Skiller, or of an agent on the skill board.
 
-    :param deciders: asked in order of descending priority. Closed with the chain.
+    :param deciders: in any order; closed with this object.
     """
 
     def __init__(self, deciders: Iterable[Decider]) -> None:
         self._deciders = sorted(deciders, key=lambda decider: -decider.priority)
 
     def decide(self, call: SkillStringCall) -> Decision | None:
-        """Return how a call ends that begins; None when no decider knows.
-
-        A decider that knows no duration, e.g. of a failure on purpose, is followed by the next one.
-        """
+        """Return how a starting call will end; None if no decider knows."""
+        # an outcome without duration, e.g. an injected failure, needs the duration of the next decider
         found: Decision | None = None
         for decider in self._deciders:
             outcome = decider.decide(call)
@@ -103,6 +100,5 @@ class Deciders:
         return found
 
     def close(self) -> None:
-        """Close the deciders."""
         for decider in self._deciders:
             decider.close()

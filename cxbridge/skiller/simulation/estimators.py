@@ -1,4 +1,4 @@
-"""Deciders that know how long skills take: the one of fixed durations, and the settings of all."""
+"""The estimator of fixed durations, and the common settings of estimators."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 PREFIX = "/plugins/execution-time-estimator"
-"""Where the configuration of the estimators is."""
+"""The configuration of estimators."""
 
 STATIC_PREFIX = f"{PREFIX}/static"
-"""Where the configuration of the static estimator is."""
+"""The configuration of the static estimator."""
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
 class SkillPattern:
-    """An entry of a white or black list.
+    """An entry of a whitelist or blacklist.
 
     :param name: the skill.
-    :param args: regular expressions that the values of these arguments match as a whole.
+    :param args: regular expressions that must match the whole arguments.
     :param seconds: the duration, for the static estimator.
-    :param key: its key in the configuration.
+    :param key: the key in the configuration.
     """
 
     name: str
@@ -40,7 +40,7 @@ class SkillPattern:
     key: str = ""
 
     def matches(self, call: SkillStringCall) -> bool:
-        """Whether the call is one of those."""
+        """Return whether the entry matches a call."""
         return call.name == self.name and all(
             key in call.args and re.fullmatch(pattern, as_text(call.args[key])) is not None
             for key, pattern in self.args.items()
@@ -49,11 +49,11 @@ class SkillPattern:
 
 @dataclass(frozen=True, slots=True)
 class SkillSelection:
-    """The settings of all estimators: which skills they answer for, and how fast.
+    """The common settings of estimators.
 
-    :param whitelist: skills that it answers for, the first that matches counts; empty: all.
-    :param blacklist: skills that it does not answer for.
-    :param speed: durations are divided by it.
+    :param whitelist: the skills that the estimator supports, first match wins; empty: all.
+    :param blacklist: the skills that it excludes.
+    :param speed: divides durations.
     """
 
     whitelist: Sequence[SkillPattern] = ()
@@ -65,7 +65,7 @@ class SkillSelection:
     def from_config(cls, config: Configuration, prefix: str) -> SkillSelection:
         """Read ``speed``, ``priority``, ``whitelist`` and ``blacklist`` below ``prefix``.
 
-        :raises SkillerError: when a speed, a duration or an argument's pattern is invalid.
+        :raises SkillerError: if a speed, a duration or an argument's pattern is invalid.
         """
         speed = config.get_float(f"{prefix}/speed") if config.exists(f"{prefix}/speed") else 1.0
         if not 0 < speed < math.inf:
@@ -79,24 +79,24 @@ class SkillSelection:
         )
 
     def entry(self, call: SkillStringCall) -> SkillPattern | None:
-        """Return the first entry of the whitelist that matches."""
+        """Return the first matching entry of the whitelist, or None."""
         return next((entry for entry in self.whitelist if entry.matches(call)), None)
 
     def refuses(self, call: SkillStringCall) -> bool:
-        """Whether the skill is on the blacklist."""
+        """Return whether the blacklist contains the skill."""
         return any(entry.matches(call) for entry in self.blacklist)
 
     def allows(self, call: SkillStringCall) -> bool:
-        """Whether it is not on the blacklist, and on the whitelist if that has entries."""
+        """Return whether the lists permit the skill."""
         return not self.refuses(call) and (not self.whitelist or self.entry(call) is not None)
 
 
 @dataclass(frozen=True, slots=True)
 class EstimatorProperty(Generic[T]):
-    """A value that entries of the whitelist may have for themselves.
+    """A setting that whitelist entries may override.
 
-    :param default: for all entries without one.
-    :param own: by the entry's key.
+    :param default: the value of entries without override.
+    :param own: overrides by entry key.
     """
 
     default: T
@@ -106,7 +106,7 @@ class EstimatorProperty(Generic[T]):
     def from_config(
         cls, config: Configuration, prefix: str, name: str, get: Callable[[str], T], default: T
     ) -> EstimatorProperty[T]:
-        """Read it below ``prefix``: ``name``, and ``whitelist/KEY/name``."""
+        """Read ``name`` and ``whitelist/KEY/name`` below ``prefix``."""
         path = f"{prefix}/{name}"
         keys = config.keys(f"{prefix}/whitelist")
         places = {key: f"{prefix}/whitelist/{key}/{name}" for key in keys}
@@ -116,7 +116,7 @@ class EstimatorProperty(Generic[T]):
         )
 
     def of(self, entry: SkillPattern | None) -> T:
-        """Return the value for skills that an entry stands for."""
+        """Return the value for an entry."""
         return self.default if entry is None else self.own.get(entry.key, self.default)
 
 
@@ -124,10 +124,10 @@ class EstimatorProperty(Generic[T]):
 class StaticEstimator(Decider):
     """Durations from the configuration.
 
-    :param whitelist: the first entry that matches gives the duration.
-    :param blacklist: skills that it does not answer for.
-    :param seconds: the duration of all further skills; None: there is no default.
-    :param speed: durations are divided by it.
+    :param whitelist: the first matching entry gives the duration.
+    :param blacklist: excluded skills.
+    :param seconds: the default duration; None: no default.
+    :param speed: divides durations.
     """
 
     whitelist: Sequence[SkillPattern] = ()
@@ -138,9 +138,9 @@ class StaticEstimator(Decider):
 
     @classmethod
     def from_config(cls, config: Configuration, prefix: str = STATIC_PREFIX) -> StaticEstimator:
-        """Read ``exec-time`` and what :class:`SkillSelection` has below ``prefix``.
+        """Read ``exec-time`` and the settings of :class:`SkillSelection` below ``prefix``.
 
-        :raises SkillerError: as :meth:`Selection.from_config`.
+        :raises SkillerError: as :meth:`SkillSelection.from_config`.
         """
         chosen = SkillSelection.from_config(config, prefix)
         return cls(
@@ -152,7 +152,7 @@ class StaticEstimator(Decider):
         )
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Return the duration of the first entry that matches, the default otherwise."""
+        """Return the duration of the first matching entry, else the default."""
         chosen = SkillSelection(self.whitelist, self.blacklist)
         if chosen.refuses(call):
             return None
@@ -164,20 +164,20 @@ class StaticEstimator(Decider):
 
 
 def as_text(value: object) -> str:
-    """Return an argument without quotes, as in a skill string."""
+    """Return an argument as in a skill string, without quotes."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def wrong(config: Configuration, path: str, fault: str, hint: str) -> SkillerError:
-    """Return the error that a value of the configuration is."""
+    """Return the error about a configured value."""
     place = config.get(path)
     return SkillerError(f"{path} {fault}", file=place.file or None, line=place.line or None, hint=hint)
 
 
 def read_patterns(config: Configuration, path: str) -> list[SkillPattern]:
-    """Read the entries below ``path``, in the order of their keys: ``name``, ``args``, ``exec-time``.
+    """Read the entries below ``path``, sorted by key: ``name``, ``args``, ``exec-time``.
 
-    :raises SkillerError: when the pattern of an argument is wrong.
+    :raises SkillerError: if an argument's pattern is invalid.
     """
     keys = [key for key in sorted(config.keys(path)) if config.exists(f"{path}/{key}/name")]
     return [read_pattern(config, path, key) for key in keys]
@@ -186,7 +186,7 @@ def read_patterns(config: Configuration, path: str) -> list[SkillPattern]:
 def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
     """Read the entry ``key`` below ``path``.
 
-    :raises SkillerError: when the pattern of an argument is wrong.
+    :raises SkillerError: if an argument's pattern is invalid.
     """
     place = f"{path}/{key}/args"
     args: dict[str, str] = {}
@@ -209,7 +209,7 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
 
 
 def _read_seconds(config: Configuration, path: str) -> float | None:
-    """Read a duration; None when there is none."""
+    """Read a duration, or None."""
     if not config.exists(path):
         return None
     seconds = config.get_float(path)

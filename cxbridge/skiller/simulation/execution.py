@@ -1,4 +1,4 @@
-"""Skills on the skill board whose end is decided: by a script, a simulation of failures, a chosen world."""
+"""Calls on the skill board with decided ends: by a script, injected failures or a chosen world."""
 
 from __future__ import annotations
 
@@ -17,19 +17,18 @@ if TYPE_CHECKING:
 
 
 def as_string_call(call: SkillCall) -> SkillStringCall:
-    """Return a call on the board as a Skiller has it."""
+    """Return a skill board's call as a skill string's call."""
     args: dict[str | int, Any] = {int(k) if k.isdigit() else k: v for k, v in call.parameters.items()}
     return SkillStringCall(call.skill, args)
 
 
 def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall) -> Steps:
-    """Yield the steps of a call that ends in a given way.
+    """Yield the steps of a call with a decided end.
 
-    A skill that succeeds only takes its time. A skill that fails is executed until it does: a robot is
-    halfway by then.
-
-    :param outcome: None: as the executor ends it.
+    :param outcome: None: the executor's own end.
     """
+    # a success only takes its time; a failing skill is really executed until it fails, so that the robot
+    # stops halfway
     if outcome is None:
         return (yield from executor.execute(call))
     said = None
@@ -49,7 +48,7 @@ def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall)
 
 
 def _until(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
-    """Yield the steps of an executor until this many seconds have passed; nothing new when it ends before."""
+    """Yield the steps of an executor for some seconds, and empty steps after its early end."""
     clock = executor.clock
     start_us = clock.now_us()
     end_us = start_us + round(seconds * MICROSECONDS)
@@ -63,7 +62,7 @@ def _until(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
 
 
 def _wait(clock: Clock, seconds: float) -> Steps:
-    """Yield how far a skill is that does nothing but takes its time; a step at least, as all skills."""
+    """Yield the progress of a waiting skill; at least one step, like all skills."""
     start_us, needed_us = clock.now_us(), seconds * MICROSECONDS
     yield 0.0
     while (passed_us := clock.now_us() - start_us) < needed_us:
@@ -71,9 +70,9 @@ def _wait(clock: Clock, seconds: float) -> Steps:
 
 
 class DecidedExecution:
-    """Executes skills of the skill board, and lets them end as deciders say.
+    """Executes skills of the skill board with the ends that deciders choose.
 
-    :param make: makes the deciders of an agent when it has its first call.
+    :param make: makes the deciders of an agent at its first call.
     """
 
     def __init__(self, make: Callable[[str], Deciders]) -> None:
@@ -81,7 +80,7 @@ class DecidedExecution:
         self._deciders: dict[str, Deciders] = {}
 
     def __call__(self, executor: SkillExecutor, call: SkillCall) -> Steps:
-        """Return the steps of a call that begins."""
+        """Return the steps of a starting call."""
         if call.agent not in self._deciders:
             self._deciders[call.agent] = self._make(call.agent)
         decision = self._deciders[call.agent].decide(as_string_call(call))
@@ -89,7 +88,7 @@ class DecidedExecution:
 
 
 def _share_of(steps: Steps, share: float) -> Steps:
-    """Yield the steps of an executor until it says that it has done its share, or ends."""
+    """Yield the steps of an executor until it reports the share or ends."""
     with closing(steps):
         for said in steps:
             fraction = said.fraction if isinstance(said, Progress) else said

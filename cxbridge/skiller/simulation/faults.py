@@ -1,4 +1,4 @@
-"""Skills that fail on purpose: a simulated skill fails with some probability, or the n-th time."""
+"""Fault injection: simulated skills fail with some probability, or at chosen calls."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 FAILURES_PREFIX = "/plugins/skiller-simulator/failures"
-"""Where failures are configured."""
+"""The configuration of failures."""
 
 _KEYS = frozenset({"name", "args", "probability", "calls", "error", "after"})
 
 
 @dataclass(slots=True)
 class Failure:
-    """A way in which a skill fails.
+    """An injected failure.
 
-    :param pattern: which calls.
-    :param probability: how likely each of them fails, 0 to 1.
-    :param calls: those that fail for sure, counted from 1 over the calls that match.
+    :param pattern: the affected calls.
+    :param probability: the probability of failure, 0 to 1.
+    :param calls: the numbers of calls that fail, counted from 1 over the matching calls.
     :param error: the error text.
     :param after: the share of its duration that a failing skill takes, 0 to 1.
     """
@@ -41,11 +41,11 @@ class Failure:
     _count: int = field(default=0, init=False)
 
     def strikes(self, call: SkillStringCall, rng: random.Random) -> bool:
-        """Whether this call fails; counts it."""
+        """Count a call; return whether it fails."""
         if not self.pattern.matches(call):
             return False
         self._count += 1
-        # drawn for each call, so that the draws of a run do not depend on the counted calls
+        # draw for each call, so that the random numbers of a run do not depend on the counts
         drawn = rng.random() < self.probability
         return drawn or self._count in self.calls
 
@@ -53,28 +53,28 @@ class Failure:
 class FailureInjector(Decider):
     """Makes skills fail.
 
-    :param failures: the first that strikes counts; all of them count the call.
-    :param rng: draws; give it a seed of your own.
+    :param failures: the first match decides, but all count the call.
+    :param rng: a seeded generator.
     """
 
     priority = sys.maxsize
 
     def __init__(self, failures: Sequence[Failure] = (), rng: random.Random | None = None) -> None:
         self._failures = failures
-        self._rng = rng or random.Random(0)  # noqa: S311 - a simulation repeats
+        self._rng = rng or random.Random(0)  # noqa: S311 - a simulation is reproducible
 
     @classmethod
     def from_config(
         cls, config: Configuration, rng: random.Random | None = None, prefix: str = FAILURES_PREFIX
     ) -> FailureInjector:
-        """Read the entries below ``prefix``, in the order of their keys.
+        """Read the entries below ``prefix``, sorted by key.
 
-        :raises SkillerError: when an entry has neither probability nor calls, or invalid ones.
+        :raises SkillerError: if an entry lacks probability and calls, or has invalid ones.
         """
         return cls([_read(config, prefix, key) for key in sorted(config.keys(prefix))], rng)
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Return in which way a call fails; None: not on purpose. Counts the call."""
+        """Return the injected failure of a call, or None. Counts the call."""
         struck = [failure for failure in self._failures if failure.strikes(call, self._rng)]
         if not struck:
             return None

@@ -1,4 +1,4 @@
-"""Makes the simulated Skiller of a run, with the estimators that its configuration asks for."""
+"""Construction of the simulated Skiller with its configured estimators."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 SEED_PATH = "/plugins/skiller-simulator/seed"
-"""The seed of everything that a simulator draws."""
+"""The configuration key of the seed of all random numbers."""
 
 ESTIMATORS_LOG = "ExecutionTimeEstimators"
-"""What log lines about estimators are under."""
+"""The log component of estimators."""
 
 
 def make_simulator(
@@ -39,14 +39,14 @@ def make_simulator(
     navgraph: NavGraph | None = None,
     more: Sequence[Decider] = (),
 ) -> SkillerSimulator:
-    """Make a Skiller that only waits, for as long as the estimators in ``config`` say (else a second).
+    """Make a Skiller that waits as long as the estimators in ``config`` decide, by default a second.
 
-    :param name: id of the SkillerInterface.
-    :param read_samples: reads recorded runs for the lookup estimator; None: there is none.
-    :param navgraph: for the estimator of driving; None: there is none.
-    :param more: further deciders; closed with the simulator.
-    :raises CxbridgeError: when the configuration is wrong, or a recorded run cannot be read.
-    :raises BlackBoardError: when the interface has another writer.
+    :param name: the id of the SkillerInterface.
+    :param read_samples: reads recorded runs for the lookup estimator; None: no lookup.
+    :param navgraph: the graph for the estimator of driving; None: no such estimator.
+    :param more: further deciders, closed with the simulator.
+    :raises CxbridgeError: if the configuration is wrong or a recorded run cannot be read.
+    :raises BlackBoardError: if the interface has another writer.
     """
     if config is None:
         return SkillerSimulator(board, clock, bus, more, name=name)
@@ -72,14 +72,14 @@ def make_simulator(
 
 
 def make_failures(config: Configuration, name: str) -> FailureInjector:
-    """Return what lets the skills of a Skiller, or of an agent on the skill board, fail on purpose.
+    """Make the fault injection of a Skiller, or of an agent on the skill board.
 
-    :raises SkillerError: when the configuration is wrong.
+    :raises SkillerError: if the configuration is wrong.
     """
     seed = config.get_uint(SEED_PATH, default=0)
     return FailureInjector.from_config(config, _rng(seed, name, "failures"))
 
 
 def _rng(seed: int, *purpose: str) -> random.Random:
-    """Return a separate generator for a purpose, so that its draws do not depend on another purpose."""
-    return random.Random(f"{seed} {' '.join(purpose)}")  # noqa: S311 - a simulation repeats
+    """Return a separate generator for a purpose, so that purposes do not influence each other's draws."""
+    return random.Random(f"{seed} {' '.join(purpose)}")  # noqa: S311 - a simulation is reproducible

@@ -1,4 +1,4 @@
-"""The duration of driving: the way in the navigation graph, and the robot's pose on it."""
+"""The duration of driving along the navigation graph, and the robot's pose."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 NAVGRAPH_PREFIX = f"{PREFIX}/navgraph"
-"""Where the configuration of this estimator is."""
+"""The configuration of this estimator."""
 
 OWNER = "NavGraphEstimator"
-"""Who writes the pose."""
+"""The owner of the pose."""
 
 _AMCL = "/plugins/amcl"
 
 
 @dataclass(frozen=True, slots=True)
 class _Drive:
-    """A skill that drives, and the nodes that it comes by."""
+    """A driving skill with the nodes of its path."""
 
     call: SkillStringCall
     nodes: tuple[NavGraphNode, ...]
 
     def pose(self, metres: float) -> tuple[float, float, float]:
-        """Return x, y and heading after a number of metres."""
+        """Return x, y and heading after a distance in metres."""
         heading = 0.0
         for start, end in zip(self.nodes, self.nodes[1:], strict=False):
             length = start.distance(end.x, end.y)
@@ -51,13 +51,13 @@ class _Drive:
 
 
 class NavGraphEstimator(Decider):
-    """Answers for skills whose target is a node that can be reached: the length of the way by the speed.
+    """Estimates skills that drive to a reachable node, from the length of the path.
 
-    :param selection: ``speed`` is in metres a second.
-    :param target: the argument with the node to go to.
-    :param start: the argument with the node to start from; empty or not given: the closest one to the pose.
+    :param selection: ``speed`` is in metres per second.
+    :param target: the argument with the target node.
+    :param start: the argument with the start node; if empty or missing, the node closest to the pose.
     :param pose: x and y of the start, metres in the fixed frame.
-    :param interface: a Position3DInterface that this writes, to publish the pose; None: it is not published.
+    :param interface: a Position3DInterface to publish the pose; None: unpublished.
     """
 
     def __init__(
@@ -83,10 +83,12 @@ class NavGraphEstimator(Decider):
     def from_config(
         cls, config: Configuration, graph: NavGraph, board: BlackBoard, prefix: str = NAVGRAPH_PREFIX
     ) -> NavGraphEstimator:
-        """Read ``target``, ``start``, ``pose-update`` and what Selection has; the pose is amcl's.
+        """Read ``target``, ``start``, ``pose-update`` and the settings of :class:`SkillSelection`.
 
-        :raises SkillerError: as :meth:`Selection.from_config`.
-        :raises BlackBoardError: when the pose has another writer.
+        The pose is amcl's.
+
+        :raises SkillerError: as :meth:`SkillSelection.from_config`.
+        :raises BlackBoardError: if the pose has another writer.
         """
         selection = SkillSelection.from_config(config, prefix)
         interface: Any = None
@@ -108,11 +110,11 @@ class NavGraphEstimator(Decider):
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """Where the robot is: x and y in metres, heading in radians."""
+        """The robot's pose: x and y in metres, heading in radians."""
         return self._pose
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Return how long the way takes; None when the target is not a node that can be reached."""
+        """Return the duration of the path; None if the target is not a reachable node."""
         if not self.selection.allows(call):
             return None
         entry = self.selection.entry(call)
@@ -130,7 +132,7 @@ class NavGraphEstimator(Decider):
         return Outcome(path.cost / self.selection.speed)
 
     def progress(self, call: SkillStringCall, seconds: float) -> None:
-        """Continue along the way, and publish the pose."""
+        """Advance along the path and publish the pose."""
         if self._drive is not None and self._drive.call is call:
             self._publish_pose(self._drive.pose(seconds * self.selection.speed))
 
@@ -144,6 +146,6 @@ class NavGraphEstimator(Decider):
             self._interface.write()
 
     def close(self) -> None:
-        """Close the interface with the pose."""
+        """Close the interface of the pose."""
         if self._interface is not None:
             self._interface.close()

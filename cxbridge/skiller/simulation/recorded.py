@@ -1,4 +1,4 @@
-"""Durations, outcomes and errors of skills drawn from recorded runs."""
+"""Durations, outcomes and errors of skills, drawn from recorded runs."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 LOOKUP_PREFIX = f"{PREFIX}/lookup"
-"""Where the configuration of the lookup estimator is."""
+"""The configuration of the lookup estimator."""
 
 ANY = ".*"
-"""A recorded argument that stands for every value, as in Fawkes' collections."""
+"""A recorded argument that matches every value, as in Fawkes' collections."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """A skill that was executed once.
+    """A recorded execution of a skill.
 
-    :param skill_string: the ordered skill string.
-    :param seconds: how long it took.
-    :param status: how it ended: S_FINAL or S_FAILED.
+    :param skill_string: the requested skill string.
+    :param seconds: the duration.
+    :param status: S_FINAL or S_FAILED.
     """
 
     skill_string: str
@@ -48,18 +48,18 @@ class Sample:
 
 
 ReadSamples = Callable[[Path], Iterable[Sample]]
-"""Reads a recorded run. Raises :class:`cxbridge.errors.CxbridgeError` when it cannot."""
+"""Reads a recorded run. Raises :class:`cxbridge.errors.CxbridgeError` if this fails."""
 
 
 class LookupEstimator(Decider):
-    """Draws one of the recorded executions of a skill; each is as likely as another.
+    """Draws one of a skill's recorded executions with equal probability.
 
-    :param samples: those whose skill string is not a single call are left out.
-    :param selection: which skills it answers for.
-    :param fully_match_args: whether an execution must have had the same values of all the call's arguments;
-        otherwise only the arguments in the whitelist's entry count.
-    :param include_failures: draw also from executions that failed.
-    :param rng: draws; give it a separate seed.
+    :param samples: executions; skill strings with several calls are ignored.
+    :param selection: the supported skills.
+    :param fully_match_args: whether an execution must match all arguments of the call, or only those in the
+        whitelist's entry.
+    :param include_failures: whether to draw failed executions, too.
+    :param rng: a separately seeded generator.
     """
 
     def __init__(
@@ -92,10 +92,10 @@ class LookupEstimator(Decider):
         rng: random.Random | None = None,
         prefix: str = LOOKUP_PREFIX,
     ) -> LookupEstimator:
-        """Read ``recordings``, ``fully-match-args``, ``include-failures`` and what Selection has.
+        """Read ``recordings``, ``fully-match-args``, ``include-failures`` and the settings of SkillSelection.
 
-        :param read: reads one of the recordings; their paths are seen from the configuration's file.
-        :raises CxbridgeError: when one cannot be read, or the configuration is wrong.
+        :param read: reads a recording, whose path is relative to the configuration file.
+        :raises CxbridgeError: if a recording is unreadable or the configuration is wrong.
         """
         path = f"{prefix}/recordings"
         texts = config.get_strings(path) if config.is_list(path) else [config.get_str(path)]
@@ -119,7 +119,7 @@ class LookupEstimator(Decider):
         )
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Draw an execution of this skill; None when there is none."""
+        """Draw an execution of the skill; None without one."""
         if not self.selection.allows(call):
             return None
         entry = self.selection.entry(call)
@@ -135,7 +135,7 @@ class LookupEstimator(Decider):
         return Outcome(drawn.seconds / self.selection.speed, drawn.status, drawn.error)
 
     def _fits(self, known: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None) -> bool:
-        """Whether a recorded call is one like ``call``."""
+        """Return whether a recorded call matches."""
         recorded = {key: as_text(value) for key, value in known.args.items()}
         if self._fully_match.of(entry):
             return all(recorded.get(key) in (ANY, as_text(value)) for key, value in call.args.items())

@@ -1,7 +1,7 @@
-"""A Skiller that only waits: each skill takes the time that a decider says, by the run's clock.
+"""A Skiller without robot: each skill waits for the duration that a decider chooses, by the run's clock.
 
-Its writes are those of Fawkes' skiller-simulator, but where Fawkes is odd: ``docs/skiller.md`` lists the
-differences.
+It writes the same states as Fawkes' skiller-simulator, except for the differences listed in
+``docs/skiller.md``.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
 
 LOG_COMPONENT = "SkillerSimulatorExecutionThread"
-"""What log lines of the simulator are under, as in Fawkes."""
+"""The simulator's log component, as in Fawkes."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """A call of a skill string, and how it ends."""
+    """A call of a skill string with its decided end."""
 
     call: SkillStringCall
     decider: Decider
@@ -41,9 +41,9 @@ class _Part:
 class SkillerSimulator(SkillerBackend):
     """Pretends to execute skills.
 
-    :param deciders: say how skills end; empty: each skill takes a second. Closed with the simulator.
-    :param name: id of the SkillerInterface that it writes.
-    :raises BlackBoardError: when the interface has another writer.
+    :param deciders: choose the ends of skills; empty: each skill takes a second. Closed with the simulator.
+    :param name: the id of the SkillerInterface.
+    :raises BlackBoardError: if the interface has another writer.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class SkillerSimulator(SkillerBackend):
         self._board = board
         self._deciders = Deciders(deciders or (StaticEstimator(seconds=1.0),))
         self._readers = ReaderWatch(board)
-        # The fields of the interface come from its XML definition: there is no static type for them here.
+        # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing(
             "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
         )
@@ -79,14 +79,15 @@ class SkillerSimulator(SkillerBackend):
 
     @property
     def running(self) -> bool:
-        """Whether a skill is being simulated or waits for it."""
+        """Whether a skill is simulated or a message is pending."""
         return self._outcome is not None or not self._interface.msgq_empty()
 
     def state(self, now_us: int) -> tuple[Hashable, ...]:
-        """Return all that it does next depends on, besides its interface; times count from now.
+        """Return the state that determines the future behaviour, in addition to the interface.
 
-        In the middle of a call that begins, its deciders are asked: the state is not published yet.
+        Times are relative.
         """
+        # deciders are called while a call starts, before the state is published
         shows = self._interface
         shown = shows.skill_string, shows.status, shows.error, bool(shows.exclusive_controller)
         if self._outcome is None:
@@ -96,7 +97,7 @@ class SkillerSimulator(SkillerBackend):
         return self.name, shown, self._enqueued, self._outcome, times, ends
 
     def loop(self) -> None:
-        """Take the messages, end the skill whose time is up."""
+        """Handle messages, and end the skill that is due."""
         self._enqueued = to_write = False
         while (serial := self._readers.pop()) is not None:
             if serial == self._interface.exclusive_controller:
@@ -125,8 +126,6 @@ class SkillerSimulator(SkillerBackend):
         self._deciders.close()
         self._readers.close()
         self._board.close(self._interface)
-
-    # -- messages
 
     def _acquire(self, message: Any) -> bool:
         thread, serial = message.sender_thread_name, serial_of(message)
@@ -184,7 +183,7 @@ class SkillerSimulator(SkillerBackend):
     def _begin(self, text: str) -> None:
         try:
             self._parts = [self._decide(call) for call in parse_skill_string(text)]
-        except SkillError as error:  # Fawkes lets the exception fly
+        except SkillError as error:  # Fawkes does not catch this exception
             self._outcome = None
             self._log.error(str(error))
             SkillFailure.of_string(error).show(self._interface)
@@ -201,7 +200,7 @@ class SkillerSimulator(SkillerBackend):
         self._log.info(f"Executing '{text}', {duration}")
 
     def _decide(self, call: SkillStringCall) -> _Part:
-        """Return how a call ends, as the deciders say."""
+        """Return the decided end of a call."""
         decision = self._deciders.decide(call)
         if decision is None or decision.outcome.seconds is None:
             raise SkillError(
@@ -211,7 +210,7 @@ class SkillerSimulator(SkillerBackend):
         return _Part(call, *decision, decision.outcome.seconds)
 
     def _progress(self, now_us: int) -> None:
-        """Let the deciders change the world in between, and apply the effects of skills that end."""
+        """Let deciders change the world, and apply the effects of ended skills."""
         seconds = (min(now_us, self._end_us) - self._start_us) / MICROSECONDS
         for part in self._parts:
             part.decider.progress(part.call, min(seconds, part.seconds))
@@ -243,7 +242,7 @@ class SkillerSimulator(SkillerBackend):
 
 
 def _joined(parts: Sequence[_Part]) -> tuple[Outcome, float]:
-    """Return how calls in a row end, which run at the same time: by the first failure, or by the last one."""
+    """Return the end of simultaneous calls: the first failure, or the last success."""
     failed = [part for part in parts if part.outcome.failed]
     last = (min if failed else max)(failed or parts, key=lambda part: part.seconds)
     return last.outcome, last.seconds
