@@ -69,8 +69,8 @@ class Team(Closing):
             made = []
             for name in names:
                 part = None if replay is None else replay.of_agent(name)
-                base = self._base_of(base, name)
-                agent = Run(options, base, part, additions, components(name))
+                agent_base = self._base_of(base, name)
+                agent = Run(options, agent_base, part, additions, components(name))
                 made.append(undo.enter_context(agent))
             undo.pop_all()
         self.agents: tuple[Run, ...] = tuple(made)
@@ -118,8 +118,8 @@ class Team(Closing):
 
         :raises CxbridgeError: if the agent cannot be made.
         """
-        base, components = self._base_of(self._base, name), self._components(name)
-        agent = Run(self.options, base, None, self._additions, components)
+        agent_base, components = self._base_of(self._base, name), self._components(name)
+        agent = Run(self.options, agent_base, None, self._additions, components)
         self.agents = (*self.agents, agent)
         for watcher in self.watchers:
             watcher.joined(agent)

@@ -207,7 +207,7 @@ def test_when_a_state_began_is_known():
 
 @pytest.mark.parametrize("step", STEPS[1:])
 def test_a_step_from_the_wrong_state_is_refused(step):
-    with pytest.raises(LifecycleError, match="n is unconfigured, it would have to be "):
+    with pytest.raises(LifecycleError, match="n is unconfigured, expected "):
         getattr(Node("n", []), step)()
 
 
@@ -265,8 +265,8 @@ def test_a_transition_that_does_not_fit_is_refused_and_leaves_no_trace():
     rig = Rig()
     rig.manager.startup()
     for name, transition, what in (
-        ("a", "configure", "it is active, it would have to be unconfigured"),
-        ("a", "cleanup", "it is active, it would have to be inactive"),
+        ("a", "configure", "it is active, expected unconfigured"),
+        ("a", "cleanup", "it is active, expected inactive"),
         ("a", "fly", "no transition 'fly'"),
         ("x", "activate", "no component 'x' to change"),
     ):

@@ -131,12 +131,12 @@ class _TransformFunctions:
         return self._three("vector", self._buffer.transform_vector, target, source, time, vector)
 
     def _three(
-        self, kind: str, functions: Callable[..., Any], target: str, source: str, time: Value, given: Value
+        self, kind: str, transform: Callable[..., Any], target: str, source: str, time: Value, given: Value
     ) -> Value:
         when, numbers = self._time(time), self._numbers(kind, given, 3)
         if when is None or numbers is None:
             return _NO
-        return self._answer(kind, target, source, lambda: functions(target, numbers, source, when)[0])
+        return self._answer(kind, target, source, lambda: transform(target, numbers, source, when)[0])
 
     def quaternion(self, target: str, source: str, time: Value, quat: Value) -> Value:
         when, rotation = self._time(time), self._numbers("quaternion", quat, 4)
@@ -156,19 +156,19 @@ class _TransformFunctions:
         if when is None or origin is None or quat is None:
             return _NO
 
-        def functions() -> tuple[float, ...]:
+        def transform() -> tuple[float, ...]:
             normalized = self._geometry.normalized((quat[0], quat[1], quat[2], quat[3]))
             given = self._geometry.Transform((origin[0], origin[1], origin[2]), normalized)
             pose, _ = self._buffer.transform_pose(target, given, source, when)
             return (*pose.translation, *pose.rotation)
 
-        return self._answer("pose", target, source, functions)
+        return self._answer("pose", target, source, transform)
 
     def _answer(
-        self, kind: str, target: str, source: str, functions: Callable[[], tuple[float, ...]]
+        self, kind: str, target: str, source: str, transform: Callable[[], tuple[float, ...]]
     ) -> Value:
         try:
-            return functions()
+            return transform()
         except TransformError as error:
             self._log.warn(f"Failed to transform {kind} from {source} to {target}: {error.message}")
             return _NO

@@ -369,7 +369,7 @@ class ComponentManager:
         if node.state not in wanted:
             states = " or ".join(state.name.lower() for state in wanted)
             raise LifecycleError(
-                f"{name} cannot {transition}: it is {node.state.name.lower()}, it would have to be {states}"
+                f"{name} cannot {transition}: it is {node.state.name.lower()}, expected {states}"
             )
         reason = "" if transition == Transition.ACTIVATE else f"{transition} on request"
         if not self._step(node, transition, reason):

@@ -263,7 +263,7 @@ _STUCK_AGENTS: Final = (
     ),
     Mistake(
         "an interface is read that nobody writes",
-        "nobody writes SkillerInterface::Arm",
+        "SkillerInterface::Arm has no writer",
         (
             Edit(
                 _DOMAIN,
