@@ -97,9 +97,9 @@ def command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
 
 
 def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: float) -> dict[str, Any] | None:
-    """Ask a daemon about a rule or a goal.
+    """Ask a daemon about a rule, a goal, an action, a fact or the run.
 
-    :param kind: ``rule``, ``goal`` or empty.
+    :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
     :param rules: how many rules to return of those that fired before each step of a goal.
     :returns: ``lines`` and ``data``; None when it did not answer in time.
     :raises CxbridgeError: when there is no daemon with an executive, or it has nothing to tell.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cxbridge.plugins import PluginError, Table, is_module, package_hint
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from cxbridge.errors import BrokenAgentError
@@ -16,9 +16,20 @@ if TYPE_CHECKING:
     from cxbridge.trace.formats.base import Run
 
 EXPLAINERS: Final[Table[ModuleType]] = Table(
-    "EXPLAINERS", is_module, "a module with a function 'why', 'broken_agent' or 'places'"
+    "EXPLAINERS", is_module, "a module with a function 'why', 'explainer', 'broken_agent' or 'places'"
 )
 """Explainer modules, each with at least one of the functions."""
+
+
+class Explainer(Protocol):
+    """Answers questions about a recorded run at a moment."""
+
+    def __call__(self, kind: str, name: str) -> Mapping[str, Any]:
+        """Return ``lines`` for people and ``data`` for programs.
+
+        :param kind: ``rule``, ``goal``, ``action``, ``fact``, or ``run``, which has no name.
+        :raises CxbridgeError: when the run has nothing of that name, or does not know it.
+        """
 
 
 class Places:
@@ -72,6 +83,21 @@ def why(run: Run, name: str) -> Sequence[str]:
         if explain is not None:
             lines: Sequence[str] = explain(run, name)
             return lines
+    raise PluginError("no installed package explains runs", hint=package_hint("why"))
+
+
+def explainer(run: Run, at_s: float | None = None, env: str | None = None) -> Explainer:
+    """Return what answers questions about a recorded run; it reads the run once.
+
+    :param at_s: the moment, seconds since the start of the run; None: its end.
+    :param env: the CLIPS environment; None: the executive's, or the only one.
+    :raises CxbridgeError: when the run cannot be read, or no plug-in explains runs.
+    """
+    for row in EXPLAINERS.rows:
+        make = getattr(EXPLAINERS.load(row), "explainer", None)
+        if make is not None:
+            found: Explainer = make(run, at_s, env)
+            return found
     raise PluginError("no installed package explains runs", hint=package_hint("why"))
 
 

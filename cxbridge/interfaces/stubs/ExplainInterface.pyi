@@ -24,7 +24,8 @@ class ExplainInterface(Interface):
         """Its name; for goals also a class, or the begin of an id."""
 
         kind: str
-        """rule or goal; empty: a rule, if there is one of that name."""
+        """rule, goal, action, fact or run; empty: a rule, if there is one of that name.
+        """
 
         rules: int
         """How many rules to tell of those that fired before each step of a goal."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from cxbridge.errors import BrokenAgentError
-from cxbridge.run.explainers import Places
+from cxbridge.run.explainers import Explainer, Places
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.base import Run
 
@@ -17,6 +18,22 @@ def why(run: Run, name: str) -> Sequence[str]:
     from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
 
     return explain(RecordedEvidence(run, None, None), name).lines
+
+
+def explainer(run: Run, at_s: float | None, env: str | None) -> Explainer:
+    """Return what answers questions about a recorded run at a moment."""
+    from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - as above
+    from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
+
+    evidence = RecordedEvidence(run, at_s, env)
+
+    def answer(kind: str, name: str) -> Mapping[str, Any]:
+        evidence.notes = [*notes]
+        found = explain(evidence, name, kind)
+        return {"lines": found.lines, "data": found.plain}
+
+    notes = [*evidence.notes]
+    return answer
 
 
 def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:

@@ -28,6 +28,12 @@ ANSWER_S: Final = 10.0
 
 OWNER: Final = "cxbridge web"
 _LONGEST_NAME: Final = 250
+_WHY_KINDS: Final = {
+    "rule": "Name of a rule.",
+    "goal": "Id or class of a goal.",
+    "action": "Goal and id of a plan-action: GOAL/ID.",
+    "fact": "Index of a fact: f-12.",
+}
 
 
 class Figures:
@@ -130,10 +136,10 @@ def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
 
 
 def _why(call: ApiCall) -> dict[str, Any]:
-    asked = [(kind, call.query[kind]) for kind in ("rule", "goal") if call.query.get(kind)]
-    if len(asked) != 1:
-        raise ApiError(400, "Name a rule or a goal: ?rule=NAME or ?goal=NAME")
-    kind, name = asked[0]
+    asked = [(kind, call.query[kind]) for kind in _WHY_KINDS if kind in call.query]
+    if len(asked) > 1 or not all(name for _, name in asked):
+        raise ApiError(400, "Name one thing: ?rule=NAME, ?goal=NAME, ?action=GOAL/ID or ?fact=f-12")
+    kind, name = asked[0] if asked else ("run", "")
     if "\0" in name or len(name.encode("utf-8", "replace")) > _LONGEST_NAME:
         raise ApiError(400, "There is nothing of such a name")
     answer = call.host.why(name, kind, ANSWER_S)
@@ -313,10 +319,11 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
         _get(
             "/why",
             _why,
-            "Why a rule has not fired, or how a goal came to its outcome.",
+            "Why a rule has not fired, a goal or an action came to its outcome, a fact is there; without a "
+            "query the story of the run.",
             "Answer",
-            query=(Query("rule", "Name of a rule."), Query("goal", "Id or class of a goal.")),
-            errors={400: "There is no such rule or goal"},
+            query=tuple(Query(kind, about) for kind, about in _WHY_KINDS.items()),
+            errors={400: "There is no such thing"},
             where=Where.THREAD,
         ),
     )

@@ -97,9 +97,9 @@ class WebHost(ABC):
         return self._transforms.buffer.frames
 
     def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
-        """Explain why a rule has not fired, or how a goal came about; in any thread but the main loop's.
+        """Explain a rule, a goal, an action, a fact or the run; in any thread but the main loop's.
 
-        :param kind: ``rule``, ``goal`` or empty.
+        :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
         :returns: ``lines`` and ``data``; None when there is no answer in time.
         :raises CxbridgeError: when there is nothing to explain.
         """

@@ -1,4 +1,4 @@
-"""``cxbridge why``: explains why a rule has not fired, or how a goal came to its outcome."""
+"""``cxbridge why``: explains why a rule has not fired, how a goal came to its outcome, or a whole run."""
 
 from __future__ import annotations
 
@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 _END = "end"
 _EXECUTIVE = "executive"
 _PATIENCE_S = 30.0
-KINDS = ("rule", "goal")
-"""Kinds of names that can be explained."""
+_RUN = "run"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,9 +64,10 @@ def why(
     words: Annotated[
         list[str],
         typer.Argument(
-            metavar="[rule|goal] NAME [SCENARIO]",
-            help="A rule, a goal's id, or a class of goals; of a daemon. SCENARIO: run it up to --at, "
-            "and ask it; with --run: whose rules they are.",
+            metavar="[rule|goal|action|fact] NAME [SCENARIO]",
+            help="A rule, a goal's id, a class of goals, a plan-action GOAL/ID, or a fact f-12; 'run': the "
+            "whole run; of a daemon. SCENARIO: run it up to --at, and ask it; with --run: whose rules they "
+            "are.",
         ),
     ],
     url: Connect = DEFAULT_URL,
@@ -90,10 +90,10 @@ def why(
     rules: Annotated[int, typer.Option(min=0, max=3, help="Rules shown before each step of a goal.")] = 1,
     as_json: AsJson = False,
 ) -> int:
-    """Explain why a rule has not fired, or how a goal came to its outcome.
+    """Explain why a rule has not fired, how a goal or an action came to its outcome, or tell the whole run.
 
-    `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 explained; 2 nothing of
-    that name, or the source cannot tell; 3 the daemon did not answer.
+    `why rule NAME`, `why goal NAME` when a name may be both; `why run` explains the whole run. Exit status:
+    0 explained; 2 nothing of that name, or the source cannot tell; 3 the daemon did not answer.
 
     Example: cxbridge why goal TESTGOAL-PARENT --run out/run.mcap
     """
@@ -166,11 +166,15 @@ def _evidence(
 
 def _words(words: list[str]) -> tuple[str, str, Path | None]:
     """Return kind, name and scenario from the words of the command."""
+    from cxbridge_studio.explain.answer import KINDS
+
     kind = ""
-    if words[0] in KINDS and len(words) > 1:
+    if words[0] == _RUN:
+        kind, words = _RUN, ["", *words[1:]]
+    elif words[0] in KINDS and len(words) > 1:
         kind, *words = words
     if len(words) > 2:  # noqa: PLR2004
-        raise typer.BadParameter(f"too many: {' '.join(words[2:])}", param_hint="[rule|goal] NAME [SCENARIO]")
+        raise typer.BadParameter(f"too many: {' '.join(words[2:])}", param_hint="NAME [SCENARIO]")
     return kind, words[0], Path(words[1]) if len(words) > 1 else None
 
 

@@ -1,18 +1,21 @@
-"""Explains a rule or a goal by its name."""
+"""Explains a rule, a goal, a plan-action or a fact by its name, or the whole run."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_studio.explain import goal_report
+from cxbridge_studio.explain import facts, goal_report, run_story
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_rules import makers
 from cxbridge_studio.explain.rules import report as rule_report
 from cxbridge_studio.explain.rules.lost import refused, unloaded
 
-_NO_GOAL = "there is no goal"
+KINDS: Final = ("rule", "goal", "action", "fact", "run")
+"""The kinds of things that can be explained; ``run`` has no name."""
+
+_NO_GOAL: Final = "there is no goal"
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,16 +31,29 @@ class Explanation:
 
 
 def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Explanation:
-    """Explain a rule or a goal.
+    """Explain something of a run.
 
-    :param kind: ``rule``, ``goal``, or empty to try in order: an existing rule, a goal, a missing rule.
+    :param kind: one of :data:`KINDS`, or empty to try in order: an existing rule, a goal, a missing rule.
     :param rules: the number of rules to list before each step of a goal.
     :raises CxbridgeError: if the name is unknown, or its state cannot be explained.
     """
-    if kind == "goal":
-        return _goal(evidence, name, rules)
-    if kind == "rule":
-        return _rule(evidence, name)
+    match kind:
+        case "goal":
+            return _goal(evidence, name, rules)
+        case "rule":
+            return _rule(evidence, name)
+        case "action":
+            return _action(evidence, name)
+        case "fact":
+            return _fact(evidence, name)
+        case "run":
+            return _run(evidence)
+        case _:
+            return _of_any_kind(evidence, name, rules)
+
+
+def _of_any_kind(evidence: Evidence, name: str, rules: int) -> Explanation:
+    """Explain a rule, or else a goal."""
     try:
         known = name in evidence.rulebook().rules
     except CxbridgeError as no_rules:
@@ -84,6 +100,23 @@ def _goal(evidence: Evidence, name: str, rules: int) -> Explanation:
     return Explanation(
         tuple(goal_report.lines(stories, evidence, rules)), goal_report.plain(stories, evidence)
     )
+
+
+def _action(evidence: Evidence, name: str) -> Explanation:
+    stories = goal_report.explain_actions(evidence, name)
+    return Explanation(
+        tuple(goal_report.action_lines(stories, evidence)), goal_report.plain_actions(stories, evidence)
+    )
+
+
+def _fact(evidence: Evidence, name: str) -> Explanation:
+    story = facts.explain_fact(evidence, name)
+    return Explanation(tuple(facts.lines(story)), facts.plain(story))
+
+
+def _run(evidence: Evidence) -> Explanation:
+    story = run_story.tell_run(evidence)
+    return Explanation(tuple(run_story.lines(story)), run_story.plain(story))
 
 
 def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:

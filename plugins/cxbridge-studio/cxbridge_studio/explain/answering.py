@@ -12,7 +12,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.errors import ClipsError, CxbridgeError
-from cxbridge.events import Event, InterfaceWrite, PlannerCall, RuleFired
+from cxbridge.events import Event, FactChange, InterfaceWrite, PlannerCall, RuleFired
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.history.transitions import TRANSITION_TYPES
@@ -59,9 +59,13 @@ class Explainer(Component):
         # Subscribe to firings only if a recording produces them anyway.
         options = context.options
         recorded = options.trace is not None and options.trace_level != "transitions"
-        self._history.rules_known = recorded or options.log is not None
-        types: tuple[type[Event], ...] = (*TRANSITION_TYPES, PlannerCall, InterfaceWrite)
-        context.bus.subscribe(self._history.take, *types, *([RuleFired] if self._history.rules_known else []))
+        # the page of a run asks why, and the run has the time of the world: firings and facts cost little
+        watched = not self._is_daemon and context.has_clients
+        self._history.rules_known = recorded or options.log is not None or watched
+        types: list[type[Event]] = [*TRANSITION_TYPES, PlannerCall, InterfaceWrite]
+        types += [RuleFired] if self._history.rules_known else []
+        types += [FactChange] if watched or (recorded and options.trace_level == "facts") else []
+        context.bus.subscribe(self._history.take, *types)
         self._thread: threading.Thread | None = None
         self._answer: str | None = None
         self._msgid = 0
@@ -121,6 +125,7 @@ class Explainer(Component):
         copied = copy(self._history)
         copied.steps = self._history.steps.copy()
         copied.firings = self._history.firings.copy()
+        copied.lives = {index: copy(life) for index, life in self._history.lives.items()}
         return copied
 
     def _facts_of(self, template: str) -> list[Mapping[str, str]]:

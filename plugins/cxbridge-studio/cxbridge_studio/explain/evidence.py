@@ -11,6 +11,7 @@ from typing import Final
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import TraceError
 from cxbridge.events import (
     Event,
     FactChange,
@@ -52,9 +53,16 @@ RULES_BEFORE: Final = 3
 MOST_LOOKS: Final = 100
 """The limit of looks at failed actions: each look searches the facts of the domain."""
 
+MOST_LIVES: Final = 200_000
+"""The number of latest facts to keep, with the rules that asserted and retracted them."""
+
 _SKILLER = "SkillerInterface"
 _FEEDBACK = "FeedbackMessage"
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
+
+
+class NoFactsError(TraceError):
+    """A recording without facts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +78,24 @@ class EvidenceStep:
     look: ActionLook | None = None
 
 
+@dataclass(slots=True)
+class FactLife:
+    """A fact from its assertion to its retraction.
+
+    :param rule: the rule that fired just before the assertion; empty: not known. ``end_rule``: likewise.
+    :param instead_of: index of the fact of the same template that the same firing retracted; -1: none.
+    """
+
+    index: int
+    template: str
+    text: str
+    begin_us: int
+    rule: str
+    instead_of: int = -1
+    end_us: int | None = None
+    end_rule: str = ""
+
+
 class History:
     """The events up to the moment. A sink for an event bus.
 
@@ -78,6 +104,7 @@ class History:
     :param most_firings: number of firings to keep.
     :param facts_of: returns the current facts while an event is taken; None if facts are unavailable.
     :ivar rules_known: whether firings are recorded.
+    :ivar lives: the facts by index, with the retracted facts; empty if facts are not recorded.
     """
 
     def __init__(
@@ -96,6 +123,8 @@ class History:
         self.rules_known = False
         self._errors: dict[str, str] = {}
         self._rules: deque[str] = deque(maxlen=RULES_BEFORE)
+        self.lives: dict[int, FactLife] = {}
+        self._retracted: FactLife | None = None  # by the last firing
 
     def take(self, event: Event) -> None:
         """Keep an event if it explains goals."""
@@ -115,7 +144,9 @@ class History:
             self.rules_known = True
             self.firings.append(event)
             self._rules.append(event.rule)
+            self._retracted = None
         elif isinstance(event, FactChange):
+            self._live(event)
             if event.template == _SKILLER and event.asserted:
                 with suppress(FactSyntaxError):
                     _, slots = parse_fact(event.text)
@@ -128,6 +159,20 @@ class History:
         else:
             look = self._look(event) if isinstance(event, PlanActionTransition) else None
             self.steps.append(EvidenceStep(event, tuple(self._rules), look))
+
+    def _live(self, event: FactChange) -> None:
+        """Remember which rule asserted or retracted a fact."""
+        rule = self._rules[-1] if self._rules else ""
+        if event.asserted:
+            before = self._retracted
+            replaced = before.index if before is not None and before.template == event.template else -1
+            self.lives[event.index] = FactLife(
+                event.index, event.template, event.text, event.time_us, rule, replaced
+            )
+            if len(self.lives) > MOST_LIVES:
+                del self.lives[next(iter(self.lives))]
+        elif (life := self.lives.get(event.index)) is not None:
+            life.end_us, life.end_rule, self._retracted = event.time_us, rule, life
 
     def _look(self, event: PlanActionTransition) -> ActionLook | None:
         """Look at an action when it fails first: later changes are consequences."""
@@ -156,10 +201,12 @@ class Evidence(ABC):
     :param start_us: the start of the run.
     :param now_us: the moment.
     :param history: the events before the moment; None without a recording.
+    :ivar ending: how the run ended, in a sentence; empty while it continues, and if unknown.
     :ivar is_moment: whether the user asked for a time, so that a reused goal id means the goal at that time.
     """
 
     is_moment = False
+    ending = ""
 
     def __init__(self, where: str, start_us: int, now_us: int, history: History | None) -> None:
         self.where = where

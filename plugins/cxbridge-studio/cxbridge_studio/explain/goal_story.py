@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -17,6 +17,9 @@ from cxbridge_studio.explain.goals import Goals, failed_actions
 
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 _DEEPEST: Final = 20
+
+NOT_RECORDED: Final = "which rule decided so is not known: firings were not recorded (level rules)"
+"""The cause that a recording without firings has."""
 
 MOST_FACTS: Final = 10_000
 """The limit of facts copied per deftemplate: copying a fact stops the loop for about 10 us."""
@@ -75,6 +78,20 @@ class GoalStory:
     moments: tuple[GoalMoment, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class ActionStory:
+    """The report about a plan-action.
+
+    :param goal: id and class of its goal.
+    :param cause: of its outcome, or of its wait.
+    """
+
+    goal: str
+    action: str
+    cause: Cause
+    moments: tuple[GoalMoment, ...]
+
+
 class GoalReporter:
     """Reporter of the goals of a run.
 
@@ -91,7 +108,8 @@ class GoalReporter:
         self._depth = 0
 
     def report(self, goal: GoalRecord) -> GoalStory:
-        waits = goal.ended is None and not self._is_gone(goal)
+        """Return the story of a goal."""
+        waits = self.waits(goal)
         parent = self._goals.parent(goal)
         return GoalStory(
             goal.name,
@@ -108,6 +126,43 @@ class GoalReporter:
             else Cause(self._outcome(goal), (*self._because(goal, {goal.name}), *self._left_over(goal))),
             tuple(self._moments(goal)),
         )
+
+    def report_action(self, goal: GoalRecord, action: PlanActionRecord) -> ActionStory:
+        """Return the story of a plan-action: why it failed or waits, and its states."""
+        if action.state not in DONE_STATES:
+            cause = self._open_action(goal, action, 0)
+        elif action.state == "FAILED":
+            cause = self._failed_action(goal, action)
+        else:
+            link = self._goals.skill(action)
+            end = f"action {action.id} {action.name} is {action.state} since {self._at(action.changes[-1])}"
+            skill = (
+                ()
+                if link is None
+                else (
+                    Cause(
+                        f"{link.word}skill {link.call.skill_string} "
+                        f"of {link.call.skiller} ended {link.call.status}"
+                    ),
+                )
+            )
+            cause = Cause(end, skill)
+        rules = [(change, self._goals.rules(change)) for change in action.changes]
+        moments = tuple(GoalMoment(self._seconds(change), change.state, fired) for change, fired in rules)
+        if cause.because or not action.changes:
+            return ActionStory(goal.title, action.id, cause, moments)
+        decision = self._decision_of(rules[-1][1], f"action {action.id}", action.state)
+        return ActionStory(goal.title, action.id, Cause(cause.text, (decision,)), moments)
+
+    def outcome(self, goal: GoalRecord) -> Cause:
+        """Return how a goal ended, with the reasons."""
+        if goal.ended is None and goal.former_ends:
+            return Cause(self._since(goal))
+        return Cause(self._outcome(goal), tuple(self._because(goal, {goal.name})))
+
+    def waits(self, goal: GoalRecord) -> bool:
+        """Whether a goal has not ended."""
+        return goal.ended is None and not self._is_gone(goal)
 
     def _is_gone(self, goal: GoalRecord) -> bool:
         """Return whether the fact of a goal is retracted, as far as facts are known."""
@@ -219,12 +274,15 @@ class GoalReporter:
 
     def _decision(self, change: GoalChange, goal: GoalRecord) -> Cause:
         """Return the rule that ended a goal."""
-        rules = self._goals.rules(change)
+        return self._decision_of(self._goals.rules(change), goal.name, change.outcome)
+
+    def _decision_of(self, rules: Sequence[str], name: str, state: str) -> Cause:
+        """Return which of the rules that fired just before set a state."""
         if rules:
-            return Cause(f"rule {rules[-1]} set {goal.name} to {change.outcome}")
+            return Cause(f"rule {rules[-1]} set {name} to {state}")
         if self._rules_known:
-            return Cause(f"no rule fired just before {goal.name} ended")
-        return Cause("which rule decided so is not known: firings were not recorded (level rules)")
+            return Cause(f"no rule fired just before {name} became {state}")
+        return Cause(NOT_RECORDED)
 
     def _completed(self, goal: GoalRecord, change: GoalChange) -> Iterator[Cause]:
         actions = goal.last_actions

@@ -13,6 +13,8 @@ from cxbridge.history.model import (
     GoalChange,
     GoalRecord,
     PlanActionRecord,
+    PlannerExecution,
+    SkillExecution,
     goal_forest,
     goals_named,
 )
@@ -29,6 +31,7 @@ class Goals:
         run = RunHistory.of((step.event for step in self._steps), UNLIMITED)
         self.all = run.goals
         self._forest = goal_forest(run.goals)
+        self._run = run
         self._skills = {link.action.number: link for link in links(run)}
 
     def parent(self, goal: GoalRecord) -> GoalRecord | None:
@@ -43,6 +46,33 @@ class Goals:
     def skill(self, action: PlanActionRecord) -> SkillLink | None:
         """Return the link to the last skill that executed an action, or None if it is unknown."""
         return self._skills.get(action.number)
+
+    def open_calls(self) -> Iterator[tuple[SkillExecution, PlanActionRecord | None]]:
+        """Yield the skills that are executed now, each with its action if that is known."""
+        actions = {id(link.call): link.action for link in self._skills.values()}
+        for call in self._run.calls:
+            if call.end is None:
+                yield call, actions.get(id(call))
+
+    def open_plannings(self) -> list[PlannerExecution]:
+        """Return the planner calls without an answer."""
+        return [call for call in self._run.planner_calls if call.end is None]
+
+    def actions_named(self, name: str) -> list[tuple[GoalRecord, PlanActionRecord]]:
+        """Return the plan-actions that ``GOAL/ID``, or ``GOAL/ACTION``, stands for, each with its goal.
+
+        :raises CxbridgeError: when there is none.
+        """
+        goal_name, _, action_name = name.rpartition("/")
+        found = [
+            (goal, action)
+            for goal in (self.find(goal_name) if goal_name else self.all)
+            for action in goal.actions
+            if action_name in (action.id, action.name)
+        ]
+        if not found:
+            raise CxbridgeError(f"there is no plan-action '{name}'", hint="name its goal and its id: GOAL/ID")
+        return found
 
     def rules(self, change: GoalChange | ActionChange) -> tuple[str, ...]:
         """Return the rules that fired just before a change, the latest last."""

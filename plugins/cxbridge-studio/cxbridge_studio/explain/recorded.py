@@ -28,7 +28,7 @@ from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import building_steps
 from cxbridge_studio.agent.rule import parse_rule
-from cxbridge_studio.explain.evidence import Evidence, History
+from cxbridge_studio.explain.evidence import Evidence, History, NoFactsError
 from cxbridge_studio.explain.recorded_mistakes import Refusals, agent_folders
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.recorded_facts import rows_of
@@ -126,6 +126,8 @@ class RecordedEvidence(Evidence):
         )
         super().__init__(f"{short_path(run.path)} {when}", start_us, now_us, history)
         self.is_moment = at_s is not None
+        if not past.cut:
+            self.ending = _ending(run.metadata())
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
     def _source(self) -> RuleSource:
@@ -153,7 +155,7 @@ class RecordedEvidence(Evidence):
     def snapshot(self, rule: str) -> Snapshot:
         """Return a rule with the facts of the moment."""
         if self._facts is None:
-            raise TraceError(
+            raise NoFactsError(
                 "this recording has no facts",
                 file=self._path,
                 hint="record with --trace-level facts; a Fawkes needs clips-executive/debug/enable",
@@ -184,6 +186,12 @@ class RecordedEvidence(Evidence):
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         return self._tables.slots(self.env, template)
+
+
+def _ending(metadata: Mapping[str, str]) -> str:
+    """Return how a run ended that did not end by its goals; empty when the recording does not tell."""
+    status, reason = metadata.get("status", ""), metadata.get("reason", "")
+    return f"the run ended with status {status}: {reason}" if status.isdigit() and int(status) > 1 else ""
 
 
 def _choose(env: str | None, names: set[str], path: Path) -> str:

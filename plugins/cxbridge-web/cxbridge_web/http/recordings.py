@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import html
-import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
-from urllib.parse import quote
+from urllib.parse import parse_qsl, quote
 
-from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response, StreamingResponse
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import (
+    FileResponse,
+    HTMLResponse,
+    JSONResponse,
+    PlainTextResponse,
+    Response,
+    StreamingResponse,
+)
 
+from cxbridge.errors import CxbridgeError
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.linking import links
+from cxbridge.run.explainers import Explainer, explainer
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
@@ -33,6 +43,9 @@ _LIST: Final = """<!doctype html>
 _LINKS: Final = b"links"
 """The query of the pairs of plan-actions and skill calls that a recording does not say."""
 
+_WHY: Final = b"why&"
+"""The beginning of a query that asks why: ``why&kind=goal&name=gen14&at=3.5``."""
+
 _MCAP: Final = b"\x89MCAP"
 
 
@@ -47,6 +60,8 @@ class RecordingsApp:
         for path in paths:
             next(iter(open_run(path)), None)
         self._paths = {f"{RUNS}{number}/{_name(path)}": path for number, path in enumerate(paths)}
+        self._explaining = Lock()
+        self._known: tuple[tuple[Path, str, str], Explainer] | None = None
         self._pages = Pages([(quote(known), path.name) for known, path in self._paths.items()])
 
     @property
@@ -62,7 +77,8 @@ class RecordingsApp:
         """Serve one request."""
         path = scope["path"]
         if path.startswith(RUNS):
-            await self._answer(path, scope["method"], scope["query_string"])(scope, receive, send)
+            answer = await run_in_threadpool(self._answer, path, scope["method"], scope["query_string"])
+            await answer(scope, receive, send)
         elif path.startswith("/api"):
             text = "These are recorded runs: there is no daemon to ask\n"
             await PlainTextResponse(text, 404)(scope, receive, send)
@@ -81,13 +97,41 @@ class RecordingsApp:
         file = self._paths.get(path)
         if file is None:
             return PlainTextResponse("There is no such run here\n", 404)
-        headers = {"Cache-Control": "no-cache"}
-        if query == _LINKS:
-            text = json.dumps(guessed_links(open_run(file)))
-            return Response(text, media_type="application/json", headers=headers)
-        if is_mcap(file):
-            return FileResponse(file, media_type="application/octet-stream", headers=headers)
-        return StreamingResponse(_lines(file), media_type="application/x-ndjson", headers=headers)
+        if query.startswith(_WHY):
+            return self._why(file, dict(parse_qsl(query.decode("ascii", "replace"))))
+        return _events(file, with_links=query == _LINKS)
+
+    def _why(self, file: Path, query: Mapping[str, str]) -> Response:
+        """Answer a question about a recording; with status 400 when it has no answer."""
+        try:
+            answer = self._explainer(file, query.get("at", ""), query.get("env", ""))(
+                query.get("kind", ""), query.get("name", "")
+            )
+        except CxbridgeError as error:
+            return JSONResponse({"message": str(error)}, 400)
+        return JSONResponse(answer)
+
+    def _explainer(self, file: Path, at: str, env: str) -> Explainer:
+        """Return what answers questions about a recording at a moment; the last one is kept."""
+        key = (file, at, env)
+        with self._explaining:
+            if self._known is None or self._known[0] != key:
+                try:
+                    at_s = float(at) if at else None
+                except ValueError:
+                    raise CxbridgeError(f"'{at}' is not a time", hint="seconds since the start") from None
+                self._known = key, explainer(open_run(file), at_s, env or None)
+            return self._known[1]
+
+
+def _events(file: Path, *, with_links: bool) -> Response:
+    """Return a recording, or its guessed pairs of plan-actions and skill calls."""
+    headers = {"Cache-Control": "no-cache"}
+    if with_links:
+        return JSONResponse(guessed_links(open_run(file)), headers=headers)
+    if is_mcap(file):
+        return FileResponse(file, media_type="application/octet-stream", headers=headers)
+    return StreamingResponse(_lines(file), media_type="application/x-ndjson", headers=headers)
 
 
 def _name(path: Path) -> str:

@@ -95,7 +95,18 @@ def test_why(there):
     assert answer["kind"] == "Answer"
     assert any("mini-never" in line for line in answer["lines"])
     assert client.get("/api/cxbridge/why?goal=G").json["lines"][0].startswith("G (MINI) ")
-    for query in ("", "?rule=", "?rule=a&goal=b", "?rule=nope", f"?goal={'x' * 500}"):
+    assert client.get("/api/cxbridge/why?action=G/1").json["data"]["actions"][0]["goal"] == "G (MINI)"
+    story = client.get("/api/cxbridge/why").json["data"]
+    assert story["wanted"][0]["text"].startswith("G (MINI)")
+    assert "record with --trace-level rules" in story["unknown"][0]
+    for query in (
+        "?rule=",
+        "?action=G/99",
+        "?fact=f-1",
+        "?rule=a&goal=b",
+        "?rule=nope",
+        f"?goal={'x' * 500}",
+    ):
         assert client.get(f"/api/cxbridge/why{query}").status == 400, query
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.evidence import Evidence, NoFactsError
 from cxbridge_studio.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
 from cxbridge_studio.explain.rules.locations import SourceLine, find_rule, why_missing
 from cxbridge_studio.explain.rules.sandbox import diagnose_in_sandbox
@@ -29,6 +29,7 @@ class RuleExplanation:
     :param ahead: the activations before its first; None without an activation.
     :param fired: time in seconds and facts of each firing; None if unknown.
     :param notes: remarks about the source.
+    :param unknown: why a match of the condition is not known; empty if it is known.
     """
 
     rule: str
@@ -41,6 +42,7 @@ class RuleExplanation:
     ahead: tuple[Waiting, ...] | None = None
     fired: tuple[tuple[float, str], ...] | None = None
     notes: tuple[str, ...] = ()
+    unknown: str = ""
 
 
 def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
@@ -54,20 +56,26 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
         if not missing:
             raise unknown("rule", rule, book.rules)
         return RuleExplanation(rule, evidence.where, missing=missing, notes=tuple(evidence.notes))
-    snapshot = evidence.snapshot(rule)
-    own, ahead = _on_agenda(rule, snapshot)
     firings = evidence.firings(rule)
-    return RuleExplanation(
+    known = RuleExplanation(
         rule,
         evidence.where,
         SourceLine(*book.places[rule]) if rule in book.places else find_rule(rule, book.files),
-        "",
-        snapshot,
-        diagnose_in_sandbox(snapshot),
-        own,
-        ahead,
-        None if firings is None else tuple((evidence.seconds(e.time_us), e.basis) for e in firings),
-        tuple(evidence.notes),
+        fired=None if firings is None else tuple((evidence.seconds(e.time_us), e.basis) for e in firings),
+        notes=tuple(evidence.notes),
+    )
+    try:
+        snapshot = evidence.snapshot(rule)
+    except NoFactsError as error:
+        return replace(known, unknown=f"{error.message}: {error.hint}")
+    own, ahead = _on_agenda(rule, snapshot)
+    return replace(
+        known,
+        snapshot=snapshot,
+        diagnosis=diagnose_in_sandbox(snapshot),
+        waiting=own,
+        ahead=ahead,
+        notes=tuple(evidence.notes),
     )
 
 
@@ -96,6 +104,10 @@ def plain(story: RuleExplanation) -> dict[str, Any]:
         "line": story.place.line if story.place else None,
         "verdict": verdict(story),
         "notes": list(story.notes),
+        "fired": None if story.fired is None else len(story.fired),
+        "last_fired": None
+        if not story.fired
+        else {"seconds": story.fired[-1][0], "facts": story.fired[-1][1]},
     }
     if story.diagnosis is not None and story.snapshot is not None:
         result |= asdict(story.diagnosis)
@@ -104,10 +116,6 @@ def plain(story: RuleExplanation) -> dict[str, Any]:
             "clips_matches": list(story.snapshot.own_counts),
             "on_agenda": story.waiting,
             "ahead_on_agenda": None if story.ahead is None else [asdict(item) for item in story.ahead],
-            "fired": None if story.fired is None else len(story.fired),
-            "last_fired": None
-            if not story.fired
-            else {"seconds": story.fired[-1][0], "facts": story.fired[-1][1]},
             "halted": story.snapshot.halted,
         }
     return result
@@ -133,6 +141,8 @@ def headline(story: RuleExplanation) -> str:
 def verdict(story: RuleExplanation) -> str:
     """Return in a sentence why the rule does not fire."""
     found, snapshot = story.diagnosis, story.snapshot
+    if story.unknown:
+        return f"whether its condition matches is not known: {story.unknown}"
     if found is None or snapshot is None:
         return f"there is no such rule: {story.missing}"
     if found.unknown:
@@ -180,7 +190,7 @@ def lines(story: RuleExplanation) -> Iterator[str]:
     yield f"rule {story.rule}{_bracketed(about)}"
     yield f"in {story.where}"
     yield ""
-    if story.fired is not None and found is not None:
+    if story.fired is not None and not story.missing:
         yield _fired(story.fired)
     yield _capital(f"{verdict(story)}.")
     if found is not None and snapshot is not None:

@@ -73,7 +73,6 @@ def test_of_two_rules_of_one_name_the_later_counts():
     ("run", "message", "hint"),
     [
         (ListRun((), FILES), "this recording has no events", None),
-        (ListRun(EVENTS[:1], FILES), "this recording has no facts", "--trace-level facts"),
         (ListRun(EVENTS), "this recording has no CLIPS files with it", "name the scenario"),
     ],
 )
@@ -82,6 +81,13 @@ def test_a_recording_that_cannot_tell_says_what_to_record(run, message, hint):
         explain(RecordedEvidence(run, None, None), "drive")
     assert message in caught.value.message
     assert hint is None or hint in str(caught.value.hint)
+
+
+def test_without_facts_it_says_what_is_known_and_what_to_record():
+    answer = explain(RecordedEvidence(ListRun([fired(1, "drive")], FILES), None, None), "drive")
+    assert answer.plain["fired"] == 1
+    assert "whether its condition matches is not known" in answer.plain["verdict"]
+    assert "record with --trace-level facts" in answer.plain["verdict"]
 
 
 def test_an_unknown_environment():
