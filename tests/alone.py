@@ -30,7 +30,7 @@ TOOLS = ("pytest", "pytest-xdist", "hypothesis", "jsonschema-rs", "mcap", "mongo
 SOURCES = (CORE, "plugins", "tests", "conftest.py", "pyproject.toml")
 """The parts of the checkout to which there are no links: the sources, and what is copied."""
 
-OF_THE_CHECKOUT = ("architecture", "extras", "output_files", "packaging", "release")
+OF_THE_CHECKOUT = ("architecture", "dependencies", "extras", "output_files", "packaging", "release")
 """The tests of the checkout as a whole, which has no sources here."""
 
 
@@ -101,7 +101,20 @@ def make_environment(folder: Path, name: str, wheels: Path, tools: Iterable[str]
         (wheel,) = wheels.glob(f"{each.replace('-', '_')}-*.whl")
         with zipfile.ZipFile(wheel) as archive:
             archive.extractall(site)
+    write_scripts(folder / "bin", site)
     return folder / "bin" / "python"
+
+
+def write_scripts(folder: Path, site: Path) -> None:
+    """Write the programs of the packages of this repository that are in an environment."""
+    for package in importlib.metadata.distributions(path=[str(site)]):
+        if package.name in distributions():
+            for script in package.entry_points.select(group="console_scripts"):
+                file = folder / script.name
+                file.write_text(
+                    f"#!{folder / 'python'}\nfrom {script.module} import {script.attr}\n{script.attr}()\n"
+                )
+                file.chmod(0o755)
 
 
 def lay_out(folder: Path, name: str) -> Path:

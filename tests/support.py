@@ -69,6 +69,9 @@ def needs_plugin(name: str) -> pytest.MarkDecorator:
     return pytest.mark.skipif(absent, reason=f"needs cxbridge-{name}, which is not installed")
 
 
+needs_pymongo = pytest.mark.skipif(find_spec("pymongo") is None, reason="needs pymongo (the extra mongodb)")
+"""For tests of the robot memory on MongoDB, and of files of mongodump."""
+
 needs_all_plugins = pytest.mark.skipif(not WHOLE, reason="a plug-in of the repository is not installed")
 """For tests that enumerate what all distributions have: commands, pages, servers."""
 

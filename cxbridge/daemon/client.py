@@ -11,6 +11,7 @@ from cxbridge.blackboard.exclusive_control import CONTROLLER, name_controller
 from cxbridge.blackboard.following import Deadline, Feed
 from cxbridge.daemon.board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
 from cxbridge.errors import BlackBoardError, CxbridgeError
+from cxbridge.plugins import package_with
 
 OWNER = "cxbridge daemon client"
 SKILLER = "SkillerInterface"
@@ -107,7 +108,8 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
     if not any(info.has_writer for info in board.list(EXPLAIN_TYPE, EXPLAIN_ID)):
         raise BlackBoardError(
             "there is no daemon with an executive to ask",
-            hint="only 'cxbridge daemon' answers; or name a scenario, or a recording with --run",
+            hint=f"only a 'cxbridge daemon' with {package_with('why')} answers; or name a scenario, or a "
+            "recording with --run",
         )
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:

@@ -37,5 +37,13 @@ def test_a_file_of_rules(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> N
     with unprivileged():
         assert invoke(["run", str(scenario)]) == 2
         assert f"{rules} cannot be read: Permission denied" in capfd.readouterr().err
+
+
+@needs_plugin("studio")
+def test_a_file_of_rules_that_is_checked(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    scenario = write_scenario(tmp_path / "mini")
+    rules = scenario / "mini.clp"
+    rules.chmod(0)
+    with unprivileged():
         assert invoke(["check", str(scenario)]) == 1
         assert f"{rules} cannot be read: Permission denied" in capfd.readouterr().out

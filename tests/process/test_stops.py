@@ -22,7 +22,7 @@ from tests.daemon.test_daemon import WAIT_S, start
 from tests.process import stops
 from tests.programs import Started
 from tests.run.mini import write_scenario
-from tests.support import SEED, many, share
+from tests.support import SEED, many, needs_plugin, share
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,13 @@ def boards():
         yield urls
 
 
-@pytest.mark.parametrize("name", share(stops.PROGRAMS, 4))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=needs_plugin("studio")) if name == "monitor" else name
+        for name in share(stops.PROGRAMS, 4)
+    ],
+)
 def test_stops_at_random_instants(name, boards, monkeypatch):
     monkeypatch.setattr(stops, "blackboards", lambda _folder: nullcontext(boards))
     report = stops.run(many(10, 1), [name], SEED)

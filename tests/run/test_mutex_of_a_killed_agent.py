@@ -6,6 +6,10 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+pytest.importorskip("pymongo", reason="needs pymongo")
+
 from cxbridge.run import RunOptions, run_scenario
 from tests.executive.robmem.mongo_server import MongoServer
 from tests.programs import Started

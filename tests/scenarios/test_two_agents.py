@@ -7,21 +7,22 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, RuleFired
-from cxbridge.executive.robmem.mongodb import store as mongo
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent import Run, make_base
 from cxbridge.run.agents import agent_names
 from cxbridge.run.team import Team
 from cxbridge.trace.formats.registry import open_run
-from tests.executive.robmem.mongo_server import MongoServer
 from tests.forked import Forked, nursery
 from tests.support import ROOT
+
+if TYPE_CHECKING:
+    from tests.executive.robmem.mongo_server import MongoServer
 
 SCENARIO = ROOT / "scenarios" / "two-agents"
 ROOMS = ("kitchen", "bath", "hall", "study")
@@ -151,6 +152,14 @@ def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path)
 # --- two processes, a database, one of them is killed -----------------------------------------------------
 
 
+def mongo_server(port: int = 0, before: MongoServer | None = None) -> MongoServer:
+    """Start a server that speaks MongoDB's protocol."""
+    pytest.importorskip("pymongo", reason="needs pymongo")
+    from tests.executive.robmem.mongo_server import MongoServer
+
+    return MongoServer(port, before)
+
+
 def start(stack: ExitStack, agent: str, config: Path) -> Forked:
     """Start an agent in a process of its own."""
     options = f"--agent {agent} --clock real --timeout {WAIT_S}".split()
@@ -169,7 +178,7 @@ def until(condition: Callable[[], Any]) -> None:
 
 @pytest.mark.parametrize("work", ["fill", "mop"])
 def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> None:
-    with MongoServer() as server:
+    with mongo_server() as server:
         # who is to be killed is so for sure before it is done with that work
         slow = paced(**{"sweep": 0.1, "fill": 0.1, work: 30.0})
         config, world = overlay(tmp_path, server.uri, slow, QUICK)
@@ -208,6 +217,9 @@ def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> Non
 @pytest.fixture
 def fast(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody waits long for a server that is away."""
+    pytest.importorskip("pymongo", reason="needs pymongo")
+    from cxbridge.executive.robmem.mongodb import store as mongo
+
     monkeypatch.setattr(mongo, "_SELECTION_MS", 300)
     monkeypatch.setattr(mongo, "_PAUSE_S", 0.1)
 
@@ -238,13 +250,13 @@ class Alone(Run):
 
 @pytest.mark.usefixtures("fast")
 def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
-    with MongoServer() as server:
+    with mongo_server() as server:
         port = server.port
     config, world = overlay(tmp_path, server.uri, QUICK)
     with Alone(config) as robot:
         robot.loop.run(lambda: robot.loop.loops >= 30)
         assert not robot.executive.initialized
-        with MongoServer(port):
+        with mongo_server(port):
             robot.until(lambda: robot.is_over)
             robot.finalize()
         assert robot.outcomes()["HOUSE"] == "COMPLETED"
@@ -254,14 +266,14 @@ def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("fast")
 def test_a_database_that_goes_away_in_a_run_and_comes_back(tmp_path: Path) -> None:
     """What was done meanwhile is reported when it is back; nothing that had ended is done again."""
-    server = MongoServer()
+    server = mongo_server()
     # nobody else takes the lock that it loses: it waits until that has expired
     config, world = overlay(tmp_path, server.uri, QUICK)
     with Alone(config) as robot:
         robot.until(lambda: "robot1 ends mop kitchen" in robot.lines)
         server.stop()
         robot.until(lambda: any("failed" in line for line in robot.lines))
-        with MongoServer(server.port, before=server) as again:
+        with mongo_server(server.port, before=server) as again:
             robot.until(lambda: robot.is_over)
             facts = {document["_id"] for document in again.store.find("syncedrobmem.worldmodel")}
             robot.finalize()

@@ -21,12 +21,10 @@ from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.robmem.mongodb.store import MongoStore
 from cxbridge.executive.robmem.store import Store
 from cxbridge.interfaces.registry import InterfaceRegistry
 from tests.executive.conftest import Log
-from tests.executive.robmem.mongo_server import MongoServer
-from tests.support import FAWKES_DIR, needs_fawkes
+from tests.support import FAWKES_DIR, needs_fawkes, needs_pymongo
 
 FILES = (
     "saliences.clp",
@@ -230,8 +228,12 @@ def test_the_trigger_ends_with_the_executive(world: World, robots: tuple[Robot, 
     assert errors == []
 
 
+@needs_pymongo
 @pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
 def test_two_robots_and_a_database_between_them(core: str, tmp_path: Path) -> None:
+    from cxbridge.executive.robmem.mongodb.store import MongoStore
+    from tests.executive.robmem.mongo_server import MongoServer
+
     with MongoServer() as server:
         store = MongoStore(server.uri)
         world = World(core, tmp_path, store)

@@ -15,8 +15,7 @@ from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.robmem.mongodb import store as mongo
-from tests.executive.robmem.mongo_server import MongoServer
+from tests.support import needs_pymongo
 
 C = "robmem.test"
 MUTEXES = "robmem_coordination.mutex"
@@ -266,6 +265,7 @@ def test_an_upsert_that_comes_too_late_is_no_mistake(do, doc, log, memory):
     assert problems(log) == []
 
 
+@needs_pymongo
 def test_dumping_and_restoring(do, doc, log, memory, tmp_path):
     for number in range(3):
         do("robmem-insert", C, doc(f'{{"_id": {number}, "l": [{number}]}}'))
@@ -280,6 +280,7 @@ def test_dumping_and_restoring(do, doc, log, memory, tmp_path):
     assert problems(log) == []
 
 
+@needs_pymongo
 def test_a_dump_that_is_none_destroys_nothing(do, doc, log, memory, tmp_path):
     do("robmem-insert", C, doc('{"_id": 1}'))
     assert do("robmem-restore-collection", C, f"{tmp_path}/nowhere", "") == FALSE
@@ -492,7 +493,11 @@ def test_one_operation_a_mutex_at_a_time(bus, board, tmp_path):
     memory.close()
 
 
+@needs_pymongo
 def test_a_database_that_is_away(bus, board, tmp_path, log, monkeypatch):
+    from cxbridge.executive.robmem.mongodb import store as mongo
+    from tests.executive.robmem.mongo_server import MongoServer
+
     monkeypatch.setattr(mongo, "_SELECTION_MS", 200)
     with MongoServer() as gone:
         pass

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+pytest.importorskip("pymongo", reason="needs pymongo")
+
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import Clock, RealClock, VirtualClock
 from cxbridge.config import Configuration

@@ -8,6 +8,7 @@ from cxbridge_web import pages
 from cxbridge_web.daemon_source import DaemonWeb
 from cxbridge_web.models import SCHEMAS
 from tests.run.mini import AGENT, write_scenario
+from tests.support import needs_plugin
 from web_tests.support import read_events, serving
 
 MORE = """
@@ -89,6 +90,7 @@ def test_the_agenda_of_a_paused_daemon_is_told(there):
     client.until("/api/cxbridge/agenda", lambda rows: not rows)
 
 
+@needs_plugin("studio")
 def test_why(there):
     _, client = there
     answer = client.get("/api/cxbridge/why?rule=mini-never").json
@@ -108,6 +110,12 @@ def test_why(there):
         f"?goal={'x' * 500}",
     ):
         assert client.get(f"/api/cxbridge/why{query}").status == 400, query
+
+
+def test_why_of_a_daemon_without_explainers_names_the_package():
+    with serving((("executive", False),)) as (_, client, _lines):
+        answer = client.get("/api/cxbridge/why?goal=G")
+    assert (answer.status, "with cxbridge-studio" in answer.text) == (400, True), answer.text
 
 
 def test_why_that_takes_too_long(there, monkeypatch):

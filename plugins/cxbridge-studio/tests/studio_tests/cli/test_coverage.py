@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from tests.run.mini import AGENT, write_scenario
-from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_shared
+from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_plugin, needs_shared
 
 LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
 
@@ -60,6 +60,7 @@ def test_the_tracefile(recording, tmp_path, capsys):
     assert "FNF:8\nFNH:7\n" in text
 
 
+@needs_plugin("web")
 def test_the_page(recording, tmp_path, capsys):
     page = tmp_path / "c.html"
     status, out, _ = ask(capsys, recording, "--html", page)

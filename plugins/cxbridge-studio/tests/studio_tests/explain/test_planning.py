@@ -15,7 +15,7 @@ from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.program.plain_options import make_options
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.explain.planning import PlannerAnswer, choose_answer, planner_answers
-from tests.support import ROOT, ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
+from tests.support import ROOT, ROS2CX_DIR, SHARED, needs_plugin, needs_ros2cx, needs_shared
 
 
 def main(arguments):
@@ -104,6 +104,7 @@ def test_a_recording_has_the_problem_of_each_call(meeting, capsys):
     ]
 
 
+@needs_plugin("planning")
 def test_the_recorded_problem_can_be_planned_again(meeting, tmp_path, capsys):
     assert main(["trace", "extract", str(meeting), "pddl/*", "-o", str(tmp_path)]) == 0
     (problem,) = (tmp_path / "pddl").glob("plan-*.pddl")
