@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
+
+from msgspec import Struct
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.agenda import agenda_size
 from cxbridge.executive.host.constructs import rule_names, template_names
 from cxbridge.executive.host.evaluating import Evaluation, evaluate
 from cxbridge.executive.host.facts.editing import count_facts
-from cxbridge.executive.host.loggers import ABOVE, DEFAULT_LOGGER, ClipsLogger, find_level
+from cxbridge.executive.host.loggers import ABOVE, DEFAULT_LOGGER, ClipsLogger, LevelName, find_level
 from cxbridge.executive.host.values import FALSE
 from cxbridge.file_access import why_unreadable
 from cxbridge.suggestions import did_you_mean
@@ -26,8 +27,7 @@ _LONGEST_COMPONENT: Final = 64
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
-@dataclass(frozen=True, slots=True)
-class EnvironmentInfo:
+class EnvironmentInfo(Struct, frozen=True):
     """Describes an environment.
 
     :param own: whether :class:`EnvironmentService` created it.
@@ -45,17 +45,16 @@ class EnvironmentInfo:
     agenda: int
     features: tuple[str, ...]
     watch: tuple[str, ...]
-    log_level: str
+    log_level: LevelName
     ended: bool
 
 
-@dataclass(frozen=True, slots=True)
-class LoggerInfo:
+class LoggerInfo(Struct, frozen=True):
     """Describes a logger, see :class:`ClipsLogger`."""
 
     name: str
     priority: int
-    level: str
+    level: LevelName
     contains: str
     replaces: bool
     component: str

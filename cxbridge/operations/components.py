@@ -7,11 +7,13 @@ from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct
 
+from cxbridge.operations.answers import ComponentState
 from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
 from cxbridge.rights import Right
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/components"
+_KIND: Final = "ComponentInfo"
 _UNKNOWN: Final = {404: "There is no such component"}
 _TRANSITIONS: Final = ["configure", "activate", "deactivate", "cleanup", "shutdown"]
 
@@ -36,8 +38,9 @@ def _find(context: OperationContext, name: str) -> Mapping[str, Any]:
 
 
 def _of_one(method: str, about: str, **more: Any) -> Route[Any]:
-    path, errors = f"{_PATH}/{{component}}", _UNKNOWN | more.pop("errors", {})
-    return Route(method, path, about, "ComponentInfo", answer=_info, check=_check, errors=errors, **more)
+    more["errors"] = _UNKNOWN | more.get("errors", {})
+    path = f"{_PATH}/{{component}}"
+    return Route(method, path, about, ComponentState, _KIND, answer=_info, check=_check, **more)
 
 
 def _info(context: OperationContext, given: Any) -> Mapping[str, Any]:
@@ -53,7 +56,7 @@ OPERATIONS.add("component-info", Right.LOOK, _Component, _of_one("GET", "One com
     "component-list",
     Right.LOOK,
     NoParameters,
-    Route("GET", _PATH, "All components of the daemon, in the order of their start.", "ComponentInfo", True),
+    Route("GET", _PATH, "All components, in the order of their start.", list[ComponentState], _KIND),
 )
 def _list(context: OperationContext, _given: NoParameters) -> Sequence[Mapping[str, Any]]:
     return context.component_rows()

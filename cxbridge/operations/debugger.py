@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from msgspec import Meta, Struct
+from msgspec import UNSET, Meta, Struct, UnsetType, convert
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.breakpoints import parse_breakpoint
+from cxbridge.operations.answers import StopInfo
 from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
 from cxbridge.rights import Right
 
@@ -42,25 +43,33 @@ class _Step(Struct):
     what: Annotated[str, Meta(extra_json_schema={"enum": ["rule", "loop", "transition"]})]
 
 
-def breakpoint_rows(debugger: Debugger | None) -> list[dict[str, Any]]:
+class BreakpointInfo(Struct):
+    """A breakpoint."""
+
+    number: int
+    spec: str
+
+
+class DebuggerInfo(Struct):
+    """How the debugger stands; ``stopped`` while the rules are stopped."""
+
+    breakpoints: list[BreakpointInfo]
+    stopped: StopInfo | UnsetType = UNSET
+
+
+def breakpoint_rows(debugger: Debugger | None) -> list[BreakpointInfo]:
     """Return number and text of each breakpoint."""
     return [] if debugger is None else [_row(item) for item in debugger.breakpoints]
 
 
-def stop_row(debugger: Debugger | None) -> dict[str, Any] | None:
+def stop_info(debugger: Debugger | None) -> StopInfo | None:
     """Return where the rules are stopped; None while they are not."""
     stop: Stop | None = None if debugger is None else debugger.stopped
-    return None if stop is None else stop.plain()
+    return None if stop is None else convert(stop, StopInfo, from_attributes=True)
 
 
-def stopped(debugger: Debugger | None) -> dict[str, Any]:
-    """Return the member ``stopped`` of an answer over HTTP; nothing while rules are not."""
-    row = stop_row(debugger)
-    return {} if row is None else {"stopped": row}
-
-
-def _row(item: Breakpoint) -> dict[str, Any]:
-    return {"number": item.number, "spec": str(item)}
+def _row(item: Breakpoint) -> BreakpointInfo:
+    return BreakpointInfo(item.number, str(item))
 
 
 def _check_number(context: OperationContext, path: Mapping[str, str]) -> None:
@@ -75,14 +84,14 @@ def _check_there(context: OperationContext, _path: Mapping[str, str]) -> None:
     _ = context.debugger
 
 
-def _look(context: OperationContext, _given: object) -> dict[str, Any]:
-    return {"breakpoints": breakpoint_rows(context.debugger), **stopped(context.debugger)}
+def _look(context: OperationContext, _given: object) -> DebuggerInfo:
+    return DebuggerInfo(breakpoint_rows(context.debugger), stop_info(context.debugger) or UNSET)
 
 
 def _route(method: str, path: str, about: str, **more: Any) -> Route[Any]:
     """Return a route that answers how the debugger stands."""
     more = {"answer": _look, "check": _check_there, **more}
-    return Route(method, f"{_PATH}{path}", about, "Debugger", **more)
+    return Route(method, f"{_PATH}{path}", about, DebuggerInfo, "Debugger", **more)
 
 
 OPERATIONS.add(
@@ -95,13 +104,13 @@ OPERATIONS.add(
 
 
 @OPERATIONS.add("break-list", Right.LOOK, NoParameters)
-def _list(context: OperationContext, _given: NoParameters) -> list[dict[str, Any]]:
+def _list(context: OperationContext, _given: NoParameters) -> list[BreakpointInfo]:
     return breakpoint_rows(context.debugger)
 
 
 @OPERATIONS.add("where", Right.LOOK, NoParameters)
-def _where(context: OperationContext, _given: NoParameters) -> dict[str, Any] | None:
-    return stop_row(context.debugger)
+def _where(context: OperationContext, _given: NoParameters) -> StopInfo | None:
+    return stop_info(context.debugger)
 
 
 @OPERATIONS.add(
@@ -112,6 +121,7 @@ def _where(context: OperationContext, _given: NoParameters) -> dict[str, Any] | 
         "POST",
         f"{_PATH}/breakpoints",
         "Stop there from now on.",
+        BreakpointInfo,
         "Breakpoint",
         check=_check_there,
         body="BreakpointSpec",
@@ -119,7 +129,7 @@ def _where(context: OperationContext, _given: NoParameters) -> dict[str, Any] | 
     ),
     is_verb=False,
 )
-def _add(context: OperationContext, given: _Spec) -> dict[str, Any]:
+def _add(context: OperationContext, given: _Spec) -> BreakpointInfo:
     return _row(context.debugger.add(_checked(context, given.spec)))
 
 
@@ -136,7 +146,7 @@ def _checked(context: OperationContext, spec: str) -> Breakpoint:
 
 
 @OPERATIONS.add("break-add", Right.CONTROL, _Specs)
-def _add_all(context: OperationContext, given: _Specs) -> list[object]:
+def _add_all(context: OperationContext, given: _Specs) -> list[BreakpointInfo]:
     made = [_checked(context, spec) for spec in given.specs]  # all of them, or none
     return [_row(context.debugger.add(item)) for item in made]
 

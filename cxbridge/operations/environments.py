@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.executive.host.evaluating import Evaluation
+from cxbridge.executive.host.loggers import LevelName
+from cxbridge.executive.service import EnvironmentInfo
 from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
 from cxbridge.rights import Right
-
-if TYPE_CHECKING:
-    from cxbridge.executive.host.evaluating import Evaluation
-    from cxbridge.executive.service import EnvironmentInfo
 
 OPERATIONS: Final = Operations()
 PATH: Final = "/cxbridge/environments"
 
 Name = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
-LevelName = Annotated[str, Meta(extra_json_schema={"enum": ["debug", "info", "warn", "error"]})]
 _Item = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]})]
 
 
@@ -28,6 +26,12 @@ class NamedEnvironment(Struct):
     """An environment."""
 
     env: str
+
+
+class Loaded(Struct):
+    """The mistakes in a file that was loaded."""
+
+    diagnostics: list[str]
 
 
 class _NewEnvironment(Struct):
@@ -68,7 +72,7 @@ def check_environment(context: OperationContext, path: Mapping[str, str]) -> Non
 
 
 def of_environment(
-    method: str, path: str, about: str, reply: str = "EnvironmentInfo", errors: Any = None, **more: Any
+    method: str, path: str, about: str, reply: Any = EnvironmentInfo, errors: Any = None, **more: Any
 ) -> Route[Any]:
     """Return the route of something that an environment has."""
     errors = {404: "There is no such environment", **(errors or {})}
@@ -89,7 +93,7 @@ OPERATIONS.add(
     "env-list",
     Right.LOOK,
     NoParameters,
-    Route("GET", PATH, "All environments, in the order in which they were created.", "EnvironmentInfo", True),
+    Route("GET", PATH, "All environments, in the order in which they were created.", list[EnvironmentInfo]),
 )
 def _list(context: OperationContext, _given: NoParameters) -> Sequence[EnvironmentInfo]:
     return context.service.list()
@@ -103,7 +107,7 @@ def _list(context: OperationContext, _given: NoParameters) -> Sequence[Environme
         "POST",
         PATH,
         "Create an environment; its rules run in each loop, after the executive's.",
-        "EnvironmentInfo",
+        EnvironmentInfo,
         answer=_info,
         body="EnvironmentName",
         names={"env": "name"},
@@ -136,10 +140,10 @@ def _destroy(context: OperationContext, given: NamedEnvironment) -> None:
     context.service.destroy(given.env)
 
 
-def _load_absolute(context: OperationContext, given: _File) -> dict[str, object]:
+def _load_absolute(context: OperationContext, given: _File) -> Loaded:
     if not Path(given.file).is_absolute():
         raise CxbridgeError("The file must be an absolute path of the daemon's machine")
-    return {"diagnostics": _load(context, given)}
+    return Loaded(list(_load(context, given)))
 
 
 @OPERATIONS.add(
@@ -150,7 +154,7 @@ def _load_absolute(context: OperationContext, given: _File) -> dict[str, object]
         "POST",
         "/load",
         "Load a file of the daemon's machine; tells what is wrong with it.",
-        "Loaded",
+        Loaded,
         {400: "CLIPS cannot read the file"},
         instead=_load_absolute,
         body="EnvironmentFile",
@@ -231,8 +235,9 @@ def _evaluate_text(context: OperationContext, given: _Expression) -> object:
         "POST",
         "/eval",
         "Evaluate an expression of CLIPS.",
-        "Value",
+        Evaluation,
         {400: "It does not parse, fails, or takes too long"},
+        kind="Value",
         instead=_evaluate_text,
         body="Expression",
     ),

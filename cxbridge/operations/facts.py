@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from itertools import islice
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.agenda import agenda
@@ -71,6 +71,12 @@ class _Slots(_Index):
     slots: Annotated[dict[str, str], Meta(description=_SLOTS, extra_json_schema={"minProperties": 1})]
 
 
+class FactIndex(Struct):
+    """The index of a fact."""
+
+    index: int
+
+
 # -- over HTTP: the index of a fact as an object, and 404 for an unknown one
 
 
@@ -88,35 +94,35 @@ def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
         raise CxbridgeError("The index of a fact is a number")
 
 
-def _assert_there(context: OperationContext, given: _Fact) -> dict[str, object]:
+def _assert_there(context: OperationContext, given: _Fact) -> FactIndex:
     _environment(context, given.env)
     if "\0" in given.fact or not given.fact.lstrip().startswith("("):
         raise CxbridgeError("A fact begins with a parenthesis, e.g. (battery (level 3))")
-    return {"index": _assert(context, given)}
+    return FactIndex(_assert(context, given))
 
 
-def _modify_there(context: OperationContext, given: _Slots) -> dict[str, object]:
+def _modify_there(context: OperationContext, given: _Slots) -> FactIndex:
     env = _environment(context, given.env)
     if any("\0" in text for pair in given.slots.items() for text in pair):
         raise CxbridgeError("CLIPS has no such text")
     with env.lock:
         if env.maker.find(given.index) == NULL:
             raise NotFoundError(f"There is no fact f-{given.index}")
-        return {"index": _modify(context, given)}
+        return FactIndex(_modify(context, given))
 
 
-def _retract_there(context: OperationContext, given: _Index) -> dict[str, object]:
+def _retract_there(context: OperationContext, given: _Index) -> FactIndex:
     env = _environment(context, given.env)
     with env.lock:
         if not env.retract(given.index):
             raise NotFoundError(f"There is no fact f-{given.index}")
-    return {"index": given.index}
+    return FactIndex(given.index)
 
 
 def _of_one(method: str, about: str, wrong: str, **more: Any) -> Route[Any]:
     path, errors = f"{_PATH}/{{index}}", {400: wrong, 404: "There is no such fact, or environment"}
     more |= {"check": _check_index, "given": _GIVEN, "query": _QUERY, "errors": errors}
-    return Route(method, path, about, "FactIndex", **more)
+    return Route(method, path, about, FactIndex, **more)
 
 
 # -- on every way
@@ -152,7 +158,7 @@ def _agenda(context: OperationContext, given: _Agenda) -> list[tuple[int, str, s
         "POST",
         _PATH,
         "Assert a fact.",
-        "FactIndex",
+        FactIndex,
         instead=_assert_there,
         body="FactText",
         given=_GIVEN,

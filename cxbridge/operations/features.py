@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from msgspec import Struct
 
+from cxbridge.executive.manager import FeatureInfo
 from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
 from cxbridge.rights import Right
-
-if TYPE_CHECKING:
-    from cxbridge.executive.manager import FeatureInfo
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/features"
@@ -32,14 +30,15 @@ def _info(context: OperationContext, given: _Feature) -> FeatureInfo:
 
 def _of_one(method: str, about: str, **errors: str) -> Route[Any]:
     known = {404: "There is no such feature", **({400: errors["wrong"]} if errors else {})}
-    return Route(method, f"{_PATH}/{{feature}}", about, "Feature", answer=_info, check=_check, errors=known)
+    path = f"{_PATH}/{{feature}}"
+    return Route(method, path, about, FeatureInfo, "Feature", answer=_info, check=_check, errors=known)
 
 
 @OPERATIONS.add(
     "feature-list",
     Right.LOOK,
     NoParameters,
-    Route("GET", _PATH, "All features of CLIPS, by name.", "Feature", many=True),
+    Route("GET", _PATH, "All features of CLIPS, by name.", list[FeatureInfo], "Feature"),
 )
 def _list(context: OperationContext, _given: NoParameters) -> Sequence[FeatureInfo]:
     return context.service.features()

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import Annotated, Any, Final
 
 from msgspec import Meta
 from msgspec.structs import asdict
 
-from cxbridge.executive.host.loggers import ABOVE
-from cxbridge.operations.environments import LevelName, Name, NamedEnvironment, of_environment
+from cxbridge.executive.host.loggers import ABOVE, LevelName
+from cxbridge.executive.service import LoggerInfo
+from cxbridge.operations.environments import Name, NamedEnvironment, of_environment
 from cxbridge.operations.operation import OperationContext, Operations
 from cxbridge.rights import Right
-
-if TYPE_CHECKING:
-    from cxbridge.executive.service import LoggerInfo
 
 OPERATIONS: Final = Operations()
 
@@ -40,8 +38,8 @@ class _NewLogger(NamedEnvironment):
         "GET",
         "/loggers",
         "The loggers of an environment, in the order in which they get a line.",
-        "Logger",
-        many=True,
+        list[LoggerInfo],
+        kind="Logger",
     ),
 )
 def _list(context: OperationContext, given: Any) -> Sequence[LoggerInfo]:
@@ -56,9 +54,9 @@ def _list(context: OperationContext, given: Any) -> Sequence[LoggerInfo]:
         "POST",
         "/loggers",
         "Give an environment another logger.",
-        "Logger",
+        list[LoggerInfo],
         {400: "There is one of that name, or it makes no sense"},
-        many=True,
+        kind="Logger",
         answer=_list,
         body="NewLogger",
         names={"logger": "name"},
@@ -78,9 +76,9 @@ def _add(context: OperationContext, given: _NewLogger) -> None:
         "DELETE",
         "/loggers/{logger}",
         "Take a logger away.",
-        "Logger",
+        list[LoggerInfo],
         {400: "There is no such logger, or every environment has it"},
-        many=True,
+        kind="Logger",
         answer=_list,
     ),
 )

@@ -104,6 +104,7 @@ class OperationContext:
 
 _Part = TypeVar("_Part")
 _Parameters = TypeVar("_Parameters", bound=msgspec.Struct)
+_Result = TypeVar("_Result")
 
 
 def _there(part: _Part | None) -> _Part:
@@ -116,6 +117,7 @@ class NoParameters(msgspec.Struct):
     """An operation without parameters."""
 
 
+_Carrier = Callable[[OperationContext, _Parameters], _Result]
 Handler = Callable[[OperationContext, _Parameters], object]
 """Carries an operation out; returns what JSON can have, or dataclasses of it."""
 
@@ -126,8 +128,8 @@ class Route(Generic[_Parameters]):
 
     :param path: below ``/api``; ``{x}`` is the parameter of that name.
     :param about: one line on its purpose.
-    :param reply: name of the model of the answer.
-    :param many: the answer is a list of them.
+    :param reply: the type of the answer: a struct, or a list of one.
+    :param kind: the member ``kind`` of the answer; by default the name of its type.
     :param answer: returns the answer afterwards; None: the operation's result.
     :param instead: is called in the operation's place.
     :param check: raises when a name in the path is unknown; called before the body is parsed.
@@ -141,8 +143,8 @@ class Route(Generic[_Parameters]):
     method: str
     path: str
     about: str
-    reply: str
-    many: bool = False
+    reply: Any
+    kind: str = ""
     answer: Handler[_Parameters] | None = None
     instead: Handler[_Parameters] | None = None
     check: Callable[[OperationContext, Mapping[str, str]], object] | None = None
@@ -208,10 +210,10 @@ class Operations(list[Operation[Any]]):
         *routes: Route[_Parameters],
         is_verb: bool = True,
         at_prompt: bool = False,
-    ) -> Callable[[Handler[_Parameters]], Handler[_Parameters]]:
+    ) -> Callable[[_Carrier[_Parameters, _Result]], _Carrier[_Parameters, _Result]]:
         """Add the operation that a function carries out; see :class:`Operation`."""
 
-        def decorate(carry_out: Handler[_Parameters]) -> Handler[_Parameters]:
+        def decorate(carry_out: _Carrier[_Parameters, _Result]) -> _Carrier[_Parameters, _Result]:
             self.append(Operation(name, right, parameters, carry_out, routes, is_verb, at_prompt))
             return carry_out
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from msgspec import UNSET, Struct, UnsetType, to_builtins
 
-from cxbridge.operations.debugger import breakpoint_rows, stop_row
+from cxbridge.operations.debugger import breakpoint_rows, stop_info
 from cxbridge.operations.operation import OperationContext, Operations
 from cxbridge.rights import Right
 
@@ -23,7 +23,7 @@ class _Wanted(Struct):
 def _state(context: OperationContext, given: _Wanted) -> dict[str, Any]:
     debugger = None if context.executive is None else context.executive.debugger
     return context.describe_state(to_builtins(given)) | {
-        "where": stop_row(debugger),
+        "where": stop_info(debugger),
         "breakpoints": breakpoint_rows(debugger),
         "environments": list(context.environments),
     }

@@ -23,15 +23,16 @@ ADDED = "  (slot deadline    ; seconds\n    (type INTEGER) (default 0))\n  (mult
 REST = """
 import json
 from cxbridge.run.program.additions import NOTHING
-from cxbridge_web.fawkes.executive import _goal
-from cxbridge_web.models import SCHEMAS
+from cxbridge_web.fawkes.executive import Goal, _goal
+from cxbridge_web.models import plain, schemas
 from cxbridge.executive.host.values import Symbol
 values = {"id": Symbol("g"), "priority": 0.0, "message": "", "deadline": 7}
 for name in ("type", "sub-type", "class", "mode", "outcome", "parent"):
     values[name] = Symbol("x")
 for name in ("error", "params", "meta", "required-resources", "acquired-resources"):
     values[name] = ()
-print(json.dumps([_goal({}, values)["deadline"], SCHEMAS["Goal"]["properties"]["deadline"]["type"]]))
+schema = schemas([Goal], [])["Goal"]["properties"]["deadline"]["type"]
+print(json.dumps([plain(_goal({}, values))["deadline"], schema]))
 """
 
 
@@ -106,7 +107,7 @@ def test_text_lines_have_it(package: Path):
 
 @needs_plugin("web")
 def test_rest_has_it(package: Path):
-    assert json.loads(run(package, "-c", REST)) == [7, "number"]
+    assert json.loads(run(package, "-c", REST)) == [7, "integer"]
 
 
 @needs_plugin("web")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
+
+from msgspec import Struct
 
 from cxbridge.clipstext.values import show_alone
 from cxbridge.errors import ClipsError
@@ -20,8 +21,7 @@ MOST_LINES: Final = 1000
 """The maximum number of output lines."""
 
 
-@dataclass(frozen=True, slots=True)
-class Evaluation:
+class Evaluation(Struct, frozen=True):
     """The result of an expression.
 
     :param text: the value as CLIPS text; empty without a value.

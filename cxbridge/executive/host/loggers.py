@@ -8,9 +8,9 @@ passes them on.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from typing import Annotated, Final
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 from msgspec.structs import replace
 
 from cxbridge.errors import ClipsError
@@ -36,6 +36,9 @@ MOST_PRIORITY: Final = 2000
 
 ORDER: Final = tuple(Level)
 """The levels in ascending order."""
+
+LevelName = Annotated[str, Meta(extra_json_schema={"enum": ["debug", "info", "warn", "error"]})]
+"""The name of a level in requests and answers."""
 
 
 class ClipsLogger(Struct, frozen=True):

@@ -18,6 +18,7 @@ from cxbridge.rights import RefusedError
 from cxbridge_web import openapi
 from cxbridge_web.endpoint import ApiCall, ApiError, Directory, Endpoint, Handler, Text, Where, to_json
 from cxbridge_web.host import WebHost
+from cxbridge_web.models import plain
 from cxbridge_web.paging import ListPart, PagingError
 from cxbridge_web.queue import QueueClosedError, RequestQueue, RequestQueueFullError
 
@@ -195,7 +196,7 @@ def _finish(endpoint: Endpoint, call: ApiCall, answer: Any, pretty: bool) -> Res
     answer = endpoint.finish(call, answer)
     if not endpoint.paged:
         return _reply(answer, 200, pretty=pretty)
-    part = answer if isinstance(answer, ListPart) else call.window.cut(answer)
+    part = answer if isinstance(answer, ListPart) else call.window.cut(plain(answer))
     reply = _reply(part.items, 200, pretty=pretty)
     reply.headers["X-Total-Count"] = str(part.total)
     return reply

@@ -8,15 +8,15 @@ import re
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, Final
+from typing import Annotated, Any, Final
+
+from msgspec import Meta, Struct
 
 from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge.rights import Right, Rights
 from cxbridge_web.host import WebHost
-from cxbridge_web.paging import Window
-
-API_VERSION: Final = "v1beta1"
-"""Of all models."""
+from cxbridge_web.models import Model, plain
+from cxbridge_web.paging import MOST_COUNT, Window
 
 
 class ApiError(Exception):
@@ -27,7 +27,7 @@ class ApiError(Exception):
     :param model: the reply as a model; None: the text is the reply.
     """
 
-    def __init__(self, status: int, text: str, model: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, status: int, text: str, model: Mapping[str, Any] | Model | None = None) -> None:
         super().__init__(text)
         self.status = status
         self.text = text
@@ -96,14 +96,21 @@ class Text(str):
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """A parameter of the query.
-
-    :param schema: its JSON schema.
-    """
+    """A parameter of the query."""
 
     name: str
     about: str
-    schema: Mapping[str, Any] = field(default_factory=lambda: {"type": "string"})
+    type: Any = str
+
+
+_Count = Annotated[int, Meta(ge=0, le=MOST_COUNT)]
+
+PAGING: Final = (
+    Query("limit", "So many at most.", _Count),
+    Query("offset", "From that one on; the first is 0.", _Count),
+    Query("search", "Those that have this text in any of their texts."),
+)
+"""The parameters of the query of a paged list; :class:`~cxbridge_web.paging.Window` reads them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,11 +120,11 @@ class Endpoint:
     :param path: below ``/api``; ``{x}`` is one segment, ``{x+}`` one or more characters, slashes included;
         ``/?`` at the end: with or without a slash.
     :param about: one line on its purpose.
-    :param reply: name of the model that it replies with; empty: a text.
-    :param many: it replies with a list of them.
+    :param reply: the type of its answer, a model or a list of models; a text by default.
+    :param names: the types of names in the path that are no texts.
     :param paged: parts of the list can be asked for. What ``finish`` returns is cut, unless it is a
         :class:`~cxbridge_web.paging.Part`.
-    :param body: name of the model of the body; empty: none.
+    :param body: the type of the body, a struct; None: there is none.
     :param errors: what else may result, by status.
     :param right: what clients need; None: for a GET to look, for all else to run programs.
     :param is_skill: it runs a skill string, which is a program when it is evaluated as Lua.
@@ -131,11 +138,11 @@ class Endpoint:
     path: str
     handler: Handler
     about: str
-    reply: str = ""
-    many: bool = False
+    reply: Any = str
+    names: Mapping[str, Any] = field(default_factory=dict)
     paged: bool = False
     query: tuple[Query, ...] = ()
-    body: str = ""
+    body: type[Struct] | None = None
     errors: Mapping[int, str] = field(default_factory=dict)
     right: Right | None = None
     is_skill: bool = False
@@ -202,6 +209,7 @@ class Directory:
 
 def to_json(value: Any, *, pretty: bool = False) -> bytes:
     """Return a value as JSON; numbers that JSON lacks are null, bytes that are not UTF-8 a question mark."""
+    value = plain(value)
     try:
         text = _dump(value, pretty=pretty)
     except ValueError:
@@ -210,25 +218,18 @@ def to_json(value: Any, *, pretty: bool = False) -> bytes:
 
 
 def _dump(value: Any, *, pretty: bool) -> str:
-    if pretty:
-        return json.dumps(value, ensure_ascii=False, allow_nan=False, indent=4, default=_plain)
-    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=_plain)
+    layout: dict[str, Any] = {"indent": 4} if pretty else {"separators": (",", ":")}
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, default=_hex, **layout)
 
 
-def _plain(value: object) -> Any:
-    """Return a value of an interface that JSON does not know in a form that it knows."""
-    if isinstance(value, bytes | bytearray | memoryview):
-        return value.hex()
-    if isinstance(value, Mapping):
-        return dict(value)
-    return str(value)
+def _hex(value: bytes) -> str:
+    """Return the only values that :func:`plain` leaves and json does not know."""
+    return bytes(value).hex()
 
 
 def _finite(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return {name: _finite(item) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return value
+    return [_finite(item) for item in value] if isinstance(value, list) else value

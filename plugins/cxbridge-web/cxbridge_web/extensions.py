@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from msgspec import UNSET, Struct, UnsetType, convert
 
 from cxbridge.interfaces.assignments import put
-from cxbridge.operations.debugger import stopped
+from cxbridge.operations.answers import ComponentState, StopInfo
 from cxbridge.rights import Right
 from cxbridge_web.clips_views import RuleRow, activations, census, rules
-from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Handler, Query, Where
-from cxbridge_web.fawkes.blackboard import data_models, find
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Query, Where
+from cxbridge_web.fawkes.blackboard import InterfaceData, data_models, find
 from cxbridge_web.fawkes.slots import ENVIRONMENT, environment
+from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
 from cxbridge_web.written import WrittenConstructs
 
@@ -36,6 +39,129 @@ _WHY_KINDS: Final = {
 }
 
 
+State = Literal["STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING", "FINISHED"]
+
+
+class LoopState(Struct):
+    """How often the main loop has run, and its period."""
+
+    count: int
+    period_us: int
+
+
+class EnvironmentSize(Struct):
+    """The numbers of facts, rules and activations of a CLIPS environment."""
+
+    name: str
+    facts: int
+    rules: int
+    agenda: int
+
+
+class WebState(Struct):
+    """The clients that follow events, the events, and the events that were dropped."""
+
+    clients: int
+    events: int
+    dropped: int
+
+
+class RunEnd(Struct):
+    """How a run ended."""
+
+    status: int
+    word: str
+    reason: str
+
+
+class Status(Model, kw_only=True):
+    """How a daemon and its components stand."""
+
+    state: State
+    version: str
+    pid: int
+    started_us: int
+    now_us: int
+    clock: str
+    endpoints: list[str]
+    error: str
+    loop: LoopState
+    components: list[ComponentState]
+    result: RunEnd | UnsetType = UNSET
+    remote_control: bool
+    remote_programs: bool
+    environments: list[EnvironmentSize]
+    web: WebState
+    stalled: str
+    stopped: StopInfo | UnsetType = UNSET
+
+
+class Health(Model, kw_only=True):
+    """Whether all is well."""
+
+    state: State
+    error: str
+
+
+class NavGraph(Model, kw_only=True):
+    """A navigation graph."""
+
+    graph: str
+    nodes: dict[str, Any]
+    edges: dict[str, Any]
+
+
+class Rule(Model, kw_only=True):
+    """A rule: its place, how often it is on the agenda and has fired."""
+
+    name: str
+    module: str
+    agenda: int
+    file: str | UnsetType = UNSET
+    line: int | UnsetType = UNSET
+    core: bool | UnsetType = UNSET
+    firings: int | UnsetType = UNSET
+
+
+class Construct(Model, kw_only=True):
+    """A construct of a loaded file."""
+
+    construct: str
+    name: str
+    file: str
+    line: int
+    core: bool
+    text: str | UnsetType = UNSET
+
+
+class Activation(Model, kw_only=True):
+    """An activation: a rule, and the facts that it matches."""
+
+    rule: str
+    salience: int
+    basis: str
+
+
+class Answer(Model, kw_only=True):
+    """Why a rule has not fired, or how a goal came to its outcome."""
+
+    lines: list[str]
+    data: dict[str, Any]
+
+
+class MessageText(Struct):
+    """A message to the writer of an interface."""
+
+    type: str
+    fields: dict[str, Any] = {}
+
+
+class MessageId(Model, kw_only=True):
+    """The id of a message that was sent."""
+
+    msgid: int
+
+
 class Figures:
     """The web server's state.
 
@@ -50,33 +176,31 @@ class Figures:
         self.navgraphs = navgraphs
         self.constructs = WrittenConstructs()
 
-    def plain(self) -> dict[str, int]:
-        """Return it as JSON can have it."""
-        streams = self.streams
-        return {"clients": streams.clients, "events": streams.count, "dropped": streams.dropped}
+    def server(self) -> WebState:
+        """Return how the web server stands."""
+        return WebState(self.streams.clients, self.streams.count, self.streams.dropped)
 
-    def maps(self, _call: ApiCall) -> list[dict[str, Any]]:
+    def maps(self, _call: ApiCall) -> list[NavGraph]:
         """Return the navigation graphs."""
         return [
-            _model("NavGraph", graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
+            NavGraph(graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
             for event in self.navgraphs.all()
         ]
 
-    def status(self, call: ApiCall) -> dict[str, Any]:
+    def status(self, call: ApiCall) -> Status:
         """Return how the daemon stands, as far as it can be read in any thread: without environments."""
-        return _model(
-            "Status",
+        return Status(
             **call.host.status(),
             remote_control=call.host.rights.control,
             remote_programs=call.host.rights.programs,
             environments=[],
-            web=self.plain(),
+            web=self.server(),
             stalled=call.host.stall,
         )
 
     def describe_constructs(
         self, _call: ApiCall, wanted: tuple[tuple[str, ...], str, str, bool]
-    ) -> list[dict[str, Any]]:
+    ) -> list[Construct]:
         """Return the models of the constructs that :func:`_constructs` wants."""
         files, kinds, names, with_text = wanted
         found = [
@@ -85,14 +209,13 @@ class Figures:
             if matches(each.kind, kinds) and matches(each.name, names)
         ]
         return [
-            _model(
-                "Construct",
+            Construct(
                 construct=each.kind,
                 name=each.name,
                 file=each.file,
                 line=each.line,
                 core=each.core,
-                **({"text": each.text} if with_text else {}),
+                text=each.text if with_text else UNSET,
             )
             for each in found
         ]
@@ -103,10 +226,6 @@ def _environment(call: ApiCall) -> ClipsEnvironment:
     return environment(call, name, 503 if name == ENVIRONMENT else 404)
 
 
-def _model(kind: str, **members: Any) -> dict[str, Any]:
-    return {"kind": kind, "apiVersion": API_VERSION, **members}
-
-
 # -- CLIPS
 
 
@@ -114,9 +233,7 @@ def _agenda(call: ApiCall) -> ListPart:
     env = _environment(call)
     with env.lock:
         found = activations(env, call.query.get("rule", ""), call.window)
-    rows = [
-        _model("Activation", rule=row.rule, salience=row.salience, basis=row.basis) for row in found.items
-    ]
+    rows = [Activation(rule=row.rule, salience=row.salience, basis=row.basis) for row in found.items]
     return ListPart(rows, found.total)
 
 
@@ -135,7 +252,7 @@ def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
     return files, query.get("construct", ""), query.get("name", ""), query.get("text") == "true"
 
 
-def _why(call: ApiCall) -> dict[str, Any]:
+def _why(call: ApiCall) -> Answer:
     asked = [(kind, call.query[kind]) for kind in _WHY_KINDS if kind in call.query]
     if len(asked) > 1 or not all(name for _, name in asked):
         raise ApiError(400, "Name one thing: ?rule=NAME, ?goal=NAME, ?action=GOAL/ID or ?fact=f-12")
@@ -145,13 +262,13 @@ def _why(call: ApiCall) -> dict[str, Any]:
     answer = call.host.why(name, kind, ANSWER_S)
     if answer is None:
         raise ApiError(503, f"There was no answer within {ANSWER_S:g} s")
-    return _model("Answer", lines=answer["lines"], data=answer["data"])
+    return Answer(lines=answer["lines"], data=answer["data"])
 
 
 # -- interfaces
 
 
-def _interfaces(call: ApiCall) -> list[dict[str, Any]]:
+def _interfaces(call: ApiCall) -> list[InterfaceData]:
     wanted = [(name, call.query.get(name, "")) for name in ("type", "id")]
     infos = call.host.board.list_all()
     return data_models(
@@ -159,7 +276,7 @@ def _interfaces(call: ApiCall) -> list[dict[str, Any]]:
     )
 
 
-def _send(call: ApiCall) -> dict[str, Any]:
+def _send(call: ApiCall) -> MessageId:
     name, fields = call.text("type"), call.body.get("fields", {})
     if not isinstance(fields, dict):
         raise ApiError(400, "'fields' must be an object: the fields' values by name")
@@ -175,25 +292,30 @@ def _send(call: ApiCall) -> dict[str, Any]:
                 put(message, field, tuple(value) if isinstance(value, list) else value)
             except (TypeError, ValueError, OverflowError) as error:
                 raise ApiError(400, f"{name} cannot have this in '{field}': {error}") from error
-        return _model("MessageId", msgid=instance.msgq_enqueue(message))
+        return MessageId(msgid=instance.msgq_enqueue(message))
 
 
-def _health(call: ApiCall) -> dict[str, Any]:
+def _health(call: ApiCall) -> Health:
     found = call.host.status()
-    fine = found["state"] in {"RUNNING", "PAUSED"}
-    model = _model("Health", state=found["state"], error=found["error"] or call.host.stall)
-    if not fine:
-        raise ApiError(503, model["error"], model)
-    return model
+    health = Health(state=found["state"], error=found["error"] or call.host.stall)
+    if health.state not in {"RUNNING", "PAUSED"}:
+        raise ApiError(503, health.error, health)
+    return health
 
 
-def _status(figures: Figures, call: ApiCall) -> dict[str, Any]:
+def _status(figures: Figures, call: ApiCall) -> Status:
     """Return how the daemon stands, with its environments; in the thread of the main loop."""
-    environments = [{"name": name, **census(env)} for name, env in sorted(call.host.environments().items())]
-    return figures.status(call) | {"environments": environments, **stopped(call.host.debugger)}
+    status = figures.status(call)
+    status.environments = [
+        EnvironmentSize(name, **census(env)) for name, env in sorted(call.host.environments().items())
+    ]
+    debugger = call.host.debugger
+    if debugger is not None and debugger.stopped is not None:
+        status.stopped = convert(debugger.stopped, StopInfo, from_attributes=True)
+    return status
 
 
-def _interrupt(figures: Figures, call: ApiCall) -> dict[str, Any]:
+def _interrupt(figures: Figures, call: ApiCall) -> Status:
     """End what rules do at this moment; return how the daemon stands."""
     call.host.interrupt()
     return figures.status(call)
@@ -201,18 +323,18 @@ def _interrupt(figures: Figures, call: ApiCall) -> dict[str, Any]:
 
 def _describe_rules(
     figures: Figures, _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
-) -> list[dict[str, Any]]:
+) -> list[Rule]:
     """Return the models of the rules that :func:`_rules` found."""
     name, rows, files = found
     constructs = figures.constructs.of(files)
     models = []
     for row in rows:
-        model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
+        rule = Rule(name=row.name, module=row.module, agenda=row.agenda)
         if (place := constructs.get(("defrule", row.name))) is not None:
-            model |= {"file": place.file, "line": place.line, "core": place.core}
+            rule.file, rule.line, rule.core = place.file, place.line, place.core
         if figures.collector.counts_firings:
-            model["firings"] = figures.collector.firings[name, row.name]
-        models.append(model)
+            rule.firings = figures.collector.firings[name, row.name]
+        models.append(rule)
     return models
 
 
@@ -225,12 +347,12 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
     return (*_of_daemon(figures), *_of_rules(figures), *_of_interfaces(figures))
 
 
-def _get(path: str, handler: Handler, about: str, reply: str, **more: Any) -> Endpoint:
+def _get(path: str, handler: Handler, about: str, reply: Any, **more: Any) -> Endpoint:
     return Endpoint(method="GET", path=f"/cxbridge{path}", handler=handler, about=about, reply=reply, **more)
 
 
 def _command(figures: Figures, verb: str, about: str) -> Endpoint:
-    def carry_out(call: ApiCall) -> dict[str, Any]:
+    def carry_out(call: ApiCall) -> Status:
         call.host.command(verb)
         return _status(figures, call)
 
@@ -239,7 +361,7 @@ def _command(figures: Figures, verb: str, about: str) -> Endpoint:
         path=f"/cxbridge/{verb}",
         handler=carry_out,
         about=about,
-        reply="Status",
+        reply=Status,
         right=Right.CONTROL,
     )
 
@@ -251,14 +373,14 @@ def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
             "/status",
             partial(_status, figures),
             "How the daemon and its components stand; without environments while the main loop is stuck.",
-            "Status",
+            Status,
             stalled=figures.status,
         ),
         _get(
             "/health",
             _health,
             "Whether all is well; answered even when the main loop is stuck.",
-            "Health",
+            Health,
             errors={503: "Something is not well: it says what"},
             where=Where.THREAD,
         ),
@@ -267,7 +389,7 @@ def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
             path="/cxbridge/interrupt",
             handler=partial(_interrupt, figures),
             about="End what rules do at this moment, as an error in them would.",
-            reply="Status",
+            reply=Status,
             right=Right.CONTROL,
             where=Where.THREAD,
         ),
@@ -284,8 +406,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
             "/rules",
             _rules,
             "All rules: where they are, how often they are on the agenda.",
-            "Rule",
-            many=True,
+            list[Rule],
             paged=True,
             query=(_ENVIRONMENT, Query("name", "A pattern of their names.")),
             finish=partial(_describe_rules, figures),
@@ -295,13 +416,12 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
             "/constructs",
             _constructs,
             "The constructs of the loaded files: where they are, whose they are, their text.",
-            "Construct",
-            many=True,
+            list[Construct],
             query=(
                 _ENVIRONMENT,
                 Query("construct", "A pattern: defrule, deftemplate ..."),
                 Query("name", "A pattern of their names."),
-                Query("text", "Whether with their text.", {"type": "boolean"}),
+                Query("text", "Whether with their text.", bool),
             ),
             finish=figures.describe_constructs,
             errors=_NO_ENVIRONMENT,
@@ -310,8 +430,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
             "/agenda",
             _agenda,
             "What would fire.",
-            "Activation",
-            many=True,
+            list[Activation],
             paged=True,
             query=(_ENVIRONMENT, Query("rule", "A pattern of the rules' names.")),
             errors=_NO_ENVIRONMENT,
@@ -321,7 +440,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
             _why,
             "Why a rule has not fired, a goal or an action came to its outcome, a fact is there; without a "
             "query the story of the run.",
-            "Answer",
+            Answer,
             query=tuple(Query(kind, about) for kind, about in _WHY_KINDS.items()),
             errors={400: "There is no such thing"},
             where=Where.THREAD,
@@ -336,16 +455,14 @@ def _of_interfaces(figures: Figures) -> Sequence[Endpoint]:
             "/navgraphs",
             figures.maps,
             "The navigation graphs that skills and rules use: nodes in metres, edges.",
-            "NavGraph",
-            many=True,
+            list[NavGraph],
             where=Where.THREAD,
         ),
         _get(
             "/interfaces",
             _interfaces,
             "The values of all interfaces.",
-            "InterfaceData",
-            many=True,
+            list[InterfaceData],
             query=(Query("type", "A pattern of types."), Query("id", "A pattern of ids.")),
         ),
         Endpoint(
@@ -353,8 +470,8 @@ def _of_interfaces(figures: Figures) -> Sequence[Endpoint]:
             path="/cxbridge/blackboard/{type}/{id+}/messages",
             handler=_send,
             about="Send a message to the writer of an interface.",
-            reply="MessageId",
-            body="MessageText",
+            reply=MessageId,
+            body=MessageText,
             errors={
                 400: "There is no such message or field, or no writer",
                 404: "There is no such interface",

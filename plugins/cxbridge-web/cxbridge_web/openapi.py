@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Annotated, Any, Final
+
+from msgspec import Meta
 
 from cxbridge import __version__
-from cxbridge_web.endpoint import Endpoint
-from cxbridge_web.models import INTEGER, SCHEMAS, STRING
-from cxbridge_web.operations import body_schemas
-from cxbridge_web.paging import PARAMETERS
+from cxbridge_web.endpoint import PAGING, Endpoint, Query
+from cxbridge_web.models import schema_of, schemas
 
 EVENTS_PATH: Final = "/cxbridge/events"
 PATH: Final = "/openapi.json"
@@ -23,6 +23,8 @@ _ALWAYS: Final = {
     404: "There is no such thing",
     503: "It cannot be answered now",
 }
+_Text = Annotated[str, Meta(min_length=1)]
+_PRETTY: Final = Query("pretty", "Laid out for people.", bool)
 _BODY: Final = {413: "The body is too long"}
 
 
@@ -34,7 +36,7 @@ def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
         paths.setdefault(path, {})[endpoint.method.lower()] = _operation(endpoint)
     paths[EVENTS_PATH] = {"get": _events()}
     return {
-        "openapi": "3.0.3",
+        "openapi": "3.1.0",
         "info": {
             "title": "cxbridge",
             "version": __version__,
@@ -43,7 +45,10 @@ def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
         "servers": [{"url": "/api"}],
         "paths": paths,
         "components": {
-            "schemas": SCHEMAS | body_schemas(),
+            "schemas": schemas(
+                [endpoint.reply for endpoint in endpoints],
+                [endpoint.body for endpoint in endpoints if endpoint.body is not None],
+            ),
             "securitySchemes": {
                 "bearer": {"type": "http", "scheme": "bearer"},
                 "basic": {"type": "http", "scheme": "basic"},
@@ -54,36 +59,33 @@ def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
 
 
 def _operation(endpoint: Endpoint) -> dict[str, Any]:
-    ok: dict[str, Any] = {"description": endpoint.about}
-    if endpoint.reply:
-        schema: dict[str, Any] = {"$ref": f"#/components/schemas/{endpoint.reply}"}
-        if endpoint.many:
-            schema = {"type": "array", "items": schema}
-        ok["content"] = {"application/json": {"schema": schema}}
-    else:
-        ok["content"] = {"text/plain": {"schema": STRING}}
+    kind = "text/plain" if endpoint.reply is str else "application/json"
+    ok = {"description": endpoint.about, "content": _content(kind, endpoint.reply)}
     if endpoint.paged:
-        ok["headers"] = {"X-Total-Count": {"description": "How many there are in all.", "schema": INTEGER}}
+        ok["headers"] = {
+            "X-Total-Count": {"description": "How many there are in all.", "schema": schema_of(int)}
+        }
     errors = {**_ALWAYS, **(_BODY if endpoint.body else {}), **endpoint.errors}
     operation: dict[str, Any] = {
         "tags": [endpoint.component],
         "summary": endpoint.about,
         "operationId": _operation_id(endpoint),
         "parameters": [
-            *(_in_path(name) for name in _NAME.findall(endpoint.path)),
-            *(_in_query(query.name, query.about, dict(query.schema)) for query in endpoint.query),
-            *(_in_query(name, about, dict(schema)) for name, about, schema in PARAMETERS if endpoint.paged),
-            _in_query("pretty", "Laid out for people.", {"type": "boolean"}),
+            *(_in_path(name, endpoint.names.get(name, _Text)) for name in _NAME.findall(endpoint.path)),
+            *map(_in_query, (*endpoint.query, *(PAGING if endpoint.paged else ()), _PRETTY)),
         ],
         "responses": {
             "200": ok,
             **{str(status): {"description": text} for status, text in sorted(errors.items())},
         },
     }
-    if endpoint.body:
-        schema = {"$ref": f"#/components/schemas/{endpoint.body}"}
-        operation["requestBody"] = {"required": True, "content": {"application/json": {"schema": schema}}}
+    if endpoint.body is not None:
+        operation["requestBody"] = {"required": True, "content": _content("application/json", endpoint.body)}
     return operation
+
+
+def _content(kind: str, type_: Any) -> dict[str, Any]:
+    return {kind: {"schema": schema_of(type_)}}
 
 
 def _operation_id(endpoint: Endpoint) -> str:
@@ -91,13 +93,12 @@ def _operation_id(endpoint: Endpoint) -> str:
     return "_".join([endpoint.method.lower(), *words])
 
 
-def _in_path(name: str) -> dict[str, Any]:
-    schema = INTEGER if name in ("index", "number") else {**STRING, "minLength": 1}
-    return {"name": name, "in": "path", "required": True, "schema": schema}
+def _in_path(name: str, type_: Any) -> dict[str, Any]:
+    return {"name": name, "in": "path", "required": True, "schema": schema_of(type_)}
 
 
-def _in_query(name: str, about: str, schema: dict[str, Any]) -> dict[str, Any]:
-    return {"name": name, "in": "query", "description": about, "schema": schema}
+def _in_query(query: Query) -> dict[str, Any]:
+    return {"name": query.name, "in": "query", "description": query.about, "schema": schema_of(query.type)}
 
 
 def _events() -> dict[str, Any]:
@@ -106,12 +107,12 @@ def _events() -> dict[str, Any]:
         "summary": "Events as they happen: server-sent events, each a JSON object with its kind.",
         "operationId": "get_cxbridge_events",
         "parameters": [
-            _in_query("kinds", "Which, with commas between.", dict(STRING)),
-            _in_query("env", "Of which CLIPS environment.", dict(STRING)),
-            _in_query("since", "Go on after the event of this id; 0: all that is kept.", dict(STRING)),
+            _in_query(Query("kinds", "Which, with commas between.")),
+            _in_query(Query("env", "Of which CLIPS environment.")),
+            _in_query(Query("since", "Go on after the event of this id; 0: all that is kept.")),
         ],
         "responses": {
-            "200": {"description": "A stream", "content": {"text/event-stream": {"schema": STRING}}},
+            "200": {"description": "A stream", "content": _content("text/event-stream", str)},
             "400": {"description": "There is no such kind or event"},
             "503": {"description": "Too many follow already"},
         },

@@ -1,8 +1,8 @@
-"""The operations of :mod:`cxbridge.operations` over HTTP: endpoints of their routes, models of bodies."""
+"""The operations of :mod:`cxbridge.operations` over HTTP: the endpoints of their routes, and their models."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any, Final, get_args, get_origin
 
 import msgspec
@@ -17,7 +17,8 @@ from cxbridge.operations.operation import (
     plain,
 )
 from cxbridge.operations.table import operations
-from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.models import API_VERSION, model_of
 
 _WANTED: Final = {str: "a text", bool: "true or false", int: "a whole number", list: "a list of texts"}
 
@@ -46,24 +47,24 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         except NotFoundError as error:
             raise ApiError(error.status, error.message) from error
         answer = plain(result)
-        return [_model(route, row) for row in answer] if route.many else _model(route, answer)
+        return [head | row for row in answer] if is_list else head | answer
 
+    is_list = get_origin(route.reply) is list
+    answer = get_args(route.reply)[0] if is_list else route.reply
+    kind = route.kind or answer.__name__
+    head, model = {"kind": kind, "apiVersion": API_VERSION}, model_of(kind, answer)
     return Endpoint(
         method=route.method,
         path=route.path,
         handler=handler,
         about=route.about,
-        reply=route.reply,
-        many=route.many,
+        reply=list[model] if is_list else model,  # type: ignore[valid-type]  # is made here
+        names={each.name: int for each in fields(operation.parameters) if _type(each) is int},
         query=tuple(Query(name, about) for name, about in route.query.items()),
-        body=route.body,
+        body=_body(operation.parameters, route) if route.body else None,
         errors=route.errors,
         right=operation.right,
     )
-
-
-def _model(route: Route[Any], row: Mapping[str, Any]) -> dict[str, Any]:
-    return {"kind": route.reply, "apiVersion": API_VERSION, **row}
 
 
 def _given(operation: Operation[Any], route: Route[Any], call: ApiCall) -> dict[str, Any]:
@@ -106,18 +107,6 @@ def _type(parameter: FieldInfo) -> Any:
     return get_origin(bare) or bare
 
 
-def body_schemas() -> dict[str, Any]:
-    """Return the JSON schemas of all bodies by the names of their models."""
-    models = [
-        _body(operation.parameters, route)
-        for operation in operations().values()
-        for route in operation.routes
-        if route.body
-    ]
-    _, schemas = msgspec.json.schema_components(models)
-    return {name: _bare(schema) for name, schema in schemas.items()}
-
-
 def _body(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.Struct]:
     """Return the parameters that come with a body."""
     members: list[Any] = []
@@ -126,15 +115,3 @@ def _body(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.S
             member = (route.names.get(each.name, each.name), each.type)
             members.append(member if each.required and each.name not in route.given else (*member, None))
     return msgspec.defstruct(route.body, members, kw_only=True)
-
-
-def _bare(schema: Any) -> Any:
-    """Return a schema without titles, descriptions and defaults."""
-    if isinstance(schema, list):
-        return [_bare(item) for item in schema]
-    if not isinstance(schema, dict):
-        return schema
-    kept = {name: value for name, value in schema.items() if name not in {"title", "description", "default"}}
-    if "properties" in kept:
-        kept["properties"] = {name: _bare(value) for name, value in kept["properties"].items()}
-    return {name: value if name == "properties" else _bare(value) for name, value in kept.items()}

@@ -8,15 +8,11 @@ from fnmatch import fnmatchcase
 from typing import Any, Final
 
 _MOST_DIGITS: Final = 15
-_NO_TEXTS: Final = frozenset({"kind", "apiVersion"})
-_COUNT: Final[Mapping[str, Any]] = {"type": "integer", "minimum": 0, "maximum": 10**_MOST_DIGITS - 1}
 
-PARAMETERS: Final[tuple[tuple[str, str, Mapping[str, Any]], ...]] = (
-    ("limit", "So many at most.", _COUNT),
-    ("offset", "From that one on; the first is 0.", _COUNT),
-    ("search", "Those that have this text in any of their texts.", {"type": "string"}),
-)
-"""Name, meaning and JSON schema of the parameters of a query."""
+MOST_COUNT: Final = 10**_MOST_DIGITS - 1
+"""The highest number in a query."""
+
+_NO_TEXTS: Final = frozenset({"kind", "apiVersion"})
 
 
 class PagingError(ValueError):

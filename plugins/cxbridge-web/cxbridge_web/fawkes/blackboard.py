@@ -7,58 +7,104 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Any, Final
 
-from cxbridge.blackboard import InterfaceInfo
+from msgspec import UNSET, Struct, UnsetType
+
+from cxbridge.blackboard import InterfaceInfo as BoardInfo
 from cxbridge.clock import split_us
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import plain_values
-from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
+from cxbridge_web.models import Model
 
 OWNER: Final = "BlackboardRestApi"
 _EPOCH_S: Final = 1_000_000_000
 """Earlier times are given as numbers."""
 
 
-def _fields(fields: Iterable[FieldSchema]) -> list[dict[str, Any]]:
+class InterfaceFieldType(Struct):
+    """A field of an interface or of a message."""
+
+    name: str
+    type: str
+    is_array: bool
+    enums: list[str]
+
+
+class InterfaceMessageType(Struct):
+    """A message of an interface."""
+
+    name: str
+    fields: list[InterfaceFieldType]
+
+
+class InterfaceInfo(Model, kw_only=True):
+    """An interface of the blackboard, with its type."""
+
+    id: str
+    type: str
+    hash: str
+    writer: str | UnsetType = UNSET
+    readers: list[str]
+    fields: list[InterfaceFieldType]
+    message_types: list[InterfaceMessageType]
+
+
+class InterfaceData(Model, kw_only=True):
+    """The values of an interface."""
+
+    id: str
+    type: str
+    writer: str | UnsetType = UNSET
+    readers: list[str]
+    data: dict[str, Any]
+    timestamp: str
+
+
+class TransformsGraph(Model, kw_only=True):
+    """A graph in the dot language."""
+
+    dotgraph: str
+
+
+def _fields(fields: Iterable[FieldSchema]) -> list[InterfaceFieldType]:
     return [
-        {
-            "name": field.name,
-            "type": field.type,
-            "is_array": field.runtime_length > 1 and not field.is_string,
-            "enums": [] if field.enum is None else [item.name for item in field.enum.items],
-        }
+        InterfaceFieldType(
+            field.name,
+            field.type,
+            field.runtime_length > 1 and not field.is_string,
+            [] if field.enum is None else [item.name for item in field.enum.items],
+        )
         for field in fields
     ]
 
 
-def _owners(info: InterfaceInfo) -> dict[str, Any]:
-    writer = {"writer": info.writer} if info.has_writer else {}
-    return {**writer, "readers": list(info.readers)}
+def _writer(info: BoardInfo) -> str | UnsetType:
+    return info.writer if info.has_writer else UNSET
 
 
-def _info(call: ApiCall, info: InterfaceInfo) -> dict[str, Any]:
-    fields: list[dict[str, Any]] = []
-    messages: list[dict[str, Any]] = []
+def _info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
+    fields: list[InterfaceFieldType] = []
+    messages: list[InterfaceMessageType] = []
     try:
         schema = call.host.board.registry.get(info.type).SCHEMA
     except InterfaceError:
         pass  # a foreign interface without a definition here
     else:
         fields = _fields(schema.fields)
-        messages = [{"name": message.name, "fields": _fields(message.fields)} for message in schema.messages]
-    return {
-        "kind": "InterfaceInfo",
-        "apiVersion": API_VERSION,
-        "id": info.id,
-        "type": info.type,
-        "hash": info.hash.hex().upper(),
-        **_owners(info),
-        "fields": fields,
-        "message_types": messages,
-    }
+        messages = [InterfaceMessageType(each.name, _fields(each.fields)) for each in schema.messages]
+    return InterfaceInfo(
+        id=info.id,
+        type=info.type,
+        hash=info.hash.hex().upper(),
+        writer=_writer(info),
+        readers=list(info.readers),
+        fields=fields,
+        message_types=messages,
+    )
 
 
-def find(call: ApiCall) -> InterfaceInfo | None:
+def find(call: ApiCall) -> BoardInfo | None:
     """Return the interface that the path names.
 
     :raises ApiError: when the path is a pattern.
@@ -71,18 +117,18 @@ def find(call: ApiCall) -> InterfaceInfo | None:
     return next((info for info in infos if (info.type, info.id) == wanted), None)
 
 
-def _list(call: ApiCall) -> list[dict[str, Any]]:
+def _list(call: ApiCall) -> list[InterfaceInfo]:
     return [_info(call, info) for info in call.host.board.list_all()]
 
 
-def _one(call: ApiCall) -> dict[str, Any]:
+def _one(call: ApiCall) -> InterfaceInfo:
     info = find(call)
     if info is None:
         raise ApiError(404, f"Interface {call.path['type']}:{call.path['id']} not found")
     return _info(call, info)
 
 
-def _data(call: ApiCall) -> dict[str, Any]:
+def _data(call: ApiCall) -> InterfaceData:
     info = find(call)
     if info is None:
         uid = f"{call.path['type']}::{call.path['id']}"
@@ -93,7 +139,7 @@ def _data(call: ApiCall) -> dict[str, Any]:
         raise ApiError(404, f"Failed to open {info.uid}: {error.message}") from error
 
 
-def data_models(call: ApiCall, infos: Iterable[InterfaceInfo]) -> list[dict[str, Any]]:
+def data_models(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData]:
     """Return the values of interfaces; those of which there is no definition here are left out."""
     models = []
     for info in infos:
@@ -102,7 +148,7 @@ def data_models(call: ApiCall, infos: Iterable[InterfaceInfo]) -> list[dict[str,
     return models
 
 
-def _data_model(call: ApiCall, info: InterfaceInfo) -> dict[str, Any]:
+def _data_model(call: ApiCall, info: BoardInfo) -> InterfaceData:
     """Return the values of an interface.
 
     :raises CxbridgeError: when it cannot be opened.
@@ -116,15 +162,14 @@ def _data_model(call: ApiCall, info: InterfaceInfo) -> dict[str, Any]:
         fields = instance.fields()
     finally:
         board.close(instance)
-    return {
-        "kind": "InterfaceData",
-        "apiVersion": API_VERSION,
-        "id": info.id,
-        "type": info.type,
-        **_owners(info),
-        "data": {field.name: _value(field, values[field.name]) for field in fields},
-        "timestamp": _stamp(time_us),
-    }
+    return InterfaceData(
+        id=info.id,
+        type=info.type,
+        writer=_writer(info),
+        readers=list(info.readers),
+        data={field.name: _value(field, values[field.name]) for field in fields},
+        timestamp=_stamp(time_us),
+    )
 
 
 def _value(field: FieldSchema, value: Any) -> Any:
@@ -146,12 +191,12 @@ def _stamp(time_us: int) -> str:
 # -- the graph
 
 
-def _graph(call: ApiCall) -> dict[str, Any]:
+def _graph(call: ApiCall) -> TransformsGraph:
     infos = sorted(call.host.board.list_all(), key=lambda info: (info.type, info.id))
-    return {"kind": "TransformsGraph", "apiVersion": API_VERSION, "dotgraph": graph(infos)}
+    return TransformsGraph(dotgraph=graph(infos))
 
 
-def graph(infos: Sequence[InterfaceInfo]) -> str:
+def graph(infos: Sequence[BoardInfo]) -> str:
     """Return who reads and writes what, in the dot language."""
     lines = ["digraph bbmap {", "  graph [fontsize=12,rankdir=LR];"]
     lines += ["  node [fontsize=12 shape=box width=4 margin=0.05];", "  { rank=same; "]
@@ -179,7 +224,7 @@ def _quoted(name: str) -> str:
     return f'"{escaped}"'
 
 
-def _get(path: str, handler: Any, reply: str, about: str, **more: Any) -> Endpoint:
+def _get(path: str, handler: Any, reply: Any, about: str, **more: Any) -> Endpoint:
     return Endpoint(
         method="GET", path=f"/blackboard{path}", handler=handler, reply=reply, about=about, **more
     )
@@ -188,10 +233,10 @@ def _get(path: str, handler: Any, reply: str, about: str, **more: Any) -> Endpoi
 _ERRORS: Final = {400: "Type or id is a pattern", 404: "There is no such interface"}
 
 ENDPOINTS: Final = (
-    _get("/interfaces", _list, "InterfaceInfo", "All interfaces.", many=True),
+    _get("/interfaces", _list, list[InterfaceInfo], "All interfaces."),
     _get(
-        "/interfaces/{type}/{id+}/data", _data, "InterfaceData", "The values of an interface.", errors=_ERRORS
+        "/interfaces/{type}/{id+}/data", _data, InterfaceData, "The values of an interface.", errors=_ERRORS
     ),
-    _get("/interfaces/{type}/{id+}", _one, "InterfaceInfo", "One interface.", errors=_ERRORS),
-    _get("/graph", _graph, "TransformsGraph", "Who reads and writes what, in the dot language."),
+    _get("/interfaces/{type}/{id+}", _one, InterfaceInfo, "One interface.", errors=_ERRORS),
+    _get("/graph", _graph, TransformsGraph, "Who reads and writes what, in the dot language."),
 )

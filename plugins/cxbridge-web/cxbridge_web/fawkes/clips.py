@@ -2,24 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from typing import Any, Final
+
+from msgspec import UNSET, Struct, UnsetType
 
 from cxbridge.clipstext.facts import fact_text
 from cxbridge.executive.host.facts.copying import FactCopy, FactRow, FactTemplate
-from cxbridge_web.endpoint import API_VERSION, ApiCall, Endpoint, Query
+from cxbridge_web.endpoint import ApiCall, Endpoint, Query
 from cxbridge_web.fawkes.slots import copy, texts
+from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
 
 _LONGEST: Final = 16_382
 """Characters of a fact that is formatted."""
 
 
-def _environments(call: ApiCall) -> list[dict[str, Any]]:
-    return [
-        {"kind": "Environment", "apiVersion": API_VERSION, "name": name}
-        for name in sorted(call.host.environments())
-    ]
+class Environment(Model, kw_only=True):
+    """A CLIPS environment."""
+
+    name: str
+
+
+class SlotValue(Struct, rename="kebab"):
+    """The values of a slot as texts."""
+
+    name: str
+    is_multifield: bool
+    values: list[str]
+
+
+class Fact(Model, kw_only=True):
+    """A fact; its slots, or its text."""
+
+    index: int
+    template_name: str
+    formatted: str | UnsetType = UNSET
+    slots: Sequence[SlotValue] = ()
+
+
+def _environments(call: ApiCall) -> list[Environment]:
+    return [Environment(name=name) for name in sorted(call.host.environments())]
 
 
 def _copy(call: ApiCall) -> Generator[None, None, FactCopy]:
@@ -34,23 +57,17 @@ def _facts(call: ApiCall) -> Any:
     return models if call.window.search else ListPart(models, call.facts.total)
 
 
-def _model(template: FactTemplate, row: FactRow, *, formatted: bool) -> dict[str, Any]:
-    model: dict[str, Any] = {
-        "kind": "Fact",
-        "apiVersion": API_VERSION,
-        "index": row.index,
-        "template_name": row.template,
-    }
-    slots = (("implied", True),) if template.slots is None else template.slots
+def _model(template: FactTemplate, row: FactRow, *, formatted: bool) -> Fact:
+    fact = Fact(index=row.index, template_name=row.template)
     if formatted:
-        model["formatted"] = fact_text(template.name, template.slots_of(row))[:_LONGEST]
-        model["slots"] = []
+        fact.formatted = fact_text(template.name, template.slots_of(row))[:_LONGEST]
     else:
-        model["slots"] = [
-            {"name": name, "is-multifield": multi, "values": texts({name: value}, name, "ADDR")}
+        slots = (("implied", True),) if template.slots is None else template.slots
+        fact.slots = [
+            SlotValue(name, multi, texts({name: value}, name, "ADDR"))
             for (name, multi), value in zip(slots, row.values, strict=True)
         ]
-    return model
+    return fact
 
 
 ENDPOINTS: Final = (
@@ -59,8 +76,7 @@ ENDPOINTS: Final = (
         path="/clips/",
         handler=_environments,
         about="All CLIPS environments.",
-        reply="Environment",
-        many=True,
+        reply=list[Environment],
     ),
     Endpoint(
         method="GET",
@@ -68,11 +84,10 @@ ENDPOINTS: Final = (
         handler=_facts,
         copy=_copy,
         about="All facts of an environment.",
-        reply="Fact",
-        many=True,
+        reply=list[Fact],
         paged=True,
         query=(
-            Query("formatted", "Facts as CLIPS prints them.", {"type": "boolean"}),
+            Query("formatted", "Facts as CLIPS prints them.", bool),
             Query("template", "A pattern of their deftemplates' names."),
         ),
         errors={404: "There is no such environment"},

@@ -2,43 +2,163 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Any, Final
+from typing import Annotated, Any, Final, TypeVar, cast, get_origin
+
+import msgspec
+from msgspec import UNSET, Meta, Struct, UnsetType
 
 from cxbridge.clipstext.goal_slots import GOAL_SLOTS, GoalSlot
 from cxbridge.executive.host.facts.copying import FactCopy
-from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.fawkes import formulas
-from cxbridge_web.fawkes.slots import (
-    ENVIRONMENT,
-    SlotError,
-    Slots,
-    copy,
-    facts,
-    flag,
-    integer,
-    number,
-    text,
-    texts,
-)
-from cxbridge_web.models import FAWKES_SLOTS, NUMBERS, goal_member
+from cxbridge_web.fawkes.formulas import GroundedFormula, GroundedPredicate, PDDLGrounding
+from cxbridge_web.fawkes.slots import ENVIRONMENT, SlotError, Slots, copy, facts, read, text
+from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart
 
-Model = dict[str, Any]
-Make = Callable[[Slots], Model]
+_M = TypeVar("_M", bound=Model)
 
 COMPONENT: Final = "ClipsExecutiveRestApi"
 """Under which Fawkes' plugin logs."""
 
 
-def _model(kind: str, **members: Any) -> Model:
-    """Return a model; names have dashes where the members have underscores."""
-    named = {name.replace("_", "-"): value for name, value in members.items()}
-    return {"kind": kind, "apiVersion": API_VERSION, **named}
+_FAWKES_SLOTS: Final = frozenset(
+    {
+        *("id", "type", "sub-type", "class", "mode", "outcome", "error", "message", "parent", "priority"),
+        *("params", "meta", "required-resources", "acquired-resources"),
+    }
+)
+"""The slots of goals that Fawkes' API shows: each goal has them."""
 
 
-def _readable(call: ApiCall, noun: str, found: Iterable[Slots], make: Make) -> list[Model]:
+_TYPES: Final[Mapping[str, type]] = {"INTEGER": int, "FLOAT": float}
+
+
+def _goal_member(slot: GoalSlot) -> tuple[Any, ...]:
+    """Return name and type of a slot of goals, and the default of a slot that other cores may lack."""
+    if slot.name == "params":
+        return "parameters", Annotated[list[str], Meta(extra={"slot": slot.name})]
+    name, kind = slot.name.replace("-", "_"), _TYPES.get(slot.type, str)
+    if slot.name == "priority":
+        kind = int  # as in Fawkes
+    kind = list[str] if slot.is_multi else kind
+    return (name, kind) if slot.name in _FAWKES_SLOTS else (name, kind | UnsetType, UNSET)
+
+
+Goal: Final = cast(
+    "type[Model]",
+    msgspec.defstruct(
+        "Goal",
+        [("plans", list[str]), *map(_goal_member, GOAL_SLOTS)],
+        bases=(Model,),
+        kw_only=True,
+        rename="kebab",
+    ),
+)
+"""A goal with its plans: all slots of the deftemplate."""
+
+
+class DomainOperatorParameter(Struct):
+    """A parameter of an operator."""
+
+    name: str
+    type: str
+
+
+class DomainOperator(Model, kw_only=True, rename="kebab"):
+    """An operator of the domain."""
+
+    name: str
+    wait_sensed: bool
+    parameters: list[DomainOperatorParameter]
+
+
+class DomainObject(Model, kw_only=True):
+    """An object of the domain."""
+
+    name: str
+    type: str
+
+
+class DomainPredicate(Model, kw_only=True, rename="kebab"):
+    """A predicate of the domain."""
+
+    name: str
+    sensed: bool
+    param_names: list[str]
+    param_types: list[str]
+
+
+class DomainFact(Model, kw_only=True, rename="kebab"):
+    """A fact of the domain."""
+
+    name: str
+    param_values: list[str]
+
+
+class PlanAction(Model, kw_only=True, rename="kebab"):
+    """An action of a plan; its precondition when it is grounded."""
+
+    id: int
+    operator_name: Annotated[str, Meta(extra={"slot": "action-name"})]
+    param_values: list[str]
+    duration: float
+    dispatch_time: float
+    state: str
+    executable: bool
+    precondition: PDDLGrounding | UnsetType = UNSET
+    effects: Sequence[dict[str, Any]] = ()
+    preconditions: GroundedFormula | GroundedPredicate | UnsetType = UNSET
+
+
+class Plan(Model, kw_only=True, rename="kebab"):
+    """A plan of a goal."""
+
+    id: str
+    goal_id: str
+    cost: float
+    actions: list[PlanAction]
+
+
+class PDDLFormula(Model, kw_only=True, rename="kebab"):
+    """A formula of PDDL."""
+
+    id: str
+    type: str
+    part_of: str
+
+
+class PDDLPredicate(Model, kw_only=True, rename="kebab"):
+    """An atom of PDDL."""
+
+    id: str
+    part_of: str
+    predicate: str
+    param_names: list[str]
+    param_constants: list[str]
+
+
+class GroundedPDDLFormula(Model, kw_only=True, rename="kebab"):
+    """Whether a formula is satisfied in a grounding."""
+
+    id: str
+    formula_id: str
+    grounding: str
+    is_satisfied: bool
+
+
+class GroundedPDDLPredicate(Model, kw_only=True, rename="kebab"):
+    """Whether an atom is satisfied in a grounding."""
+
+    id: str
+    predicate_id: str
+    grounding: str
+    is_satisfied: bool
+
+
+def _readable(call: ApiCall, noun: str, found: Iterable[Slots], make: Callable[[Slots], _M]) -> list[_M]:
     """Return the models of facts; those that cannot be read are left out, and reported."""
     models = []
     for slots in found:
@@ -63,20 +183,7 @@ def _plans_of_goals(call: ApiCall) -> dict[str, list[str]]:
 
 
 def _goal(plans: dict[str, list[str]], slots: Slots) -> Model:
-    members = {
-        goal_member(slot): _value(slot, slots)
-        for slot in GOAL_SLOTS
-        if slot.name in FAWKES_SLOTS or slot.name in slots
-    }
-    return _model("Goal", plans=plans.get(text(slots, "id"), []), **members)
-
-
-def _value(slot: GoalSlot, slots: Slots) -> Any:
-    if slot.is_multi:
-        return texts(slots, slot.name)
-    if slot.name == "priority":
-        return integer(slots, slot.name)  # as Fawkes does
-    return number(slots, slot.name) if slot.type in NUMBERS else text(slots, slot.name)
+    return read(Goal, slots, plans=plans.get(text(slots, "id"), []))
 
 
 def _goals(call: ApiCall) -> list[Model]:
@@ -94,182 +201,90 @@ def _one_goal(call: ApiCall) -> Model:
 # -- the domain
 
 
-def _operators(call: ApiCall) -> list[Model]:
-    params: dict[str, list[Model]] = {}
+def _operators(call: ApiCall) -> list[DomainOperator]:
+    params: dict[str, list[DomainOperatorParameter]] = {}
     for slots in facts(call, "domain-operator-parameter"):
-        param = {"name": text(slots, "name"), "type": text(slots, "type")}
+        param = DomainOperatorParameter(text(slots, "name"), text(slots, "type"))
         params.setdefault(text(slots, "operator"), []).append(param)
 
-    def make(slots: Slots) -> Model:
-        name = text(slots, "name")
-        return _model(
-            "DomainOperator",
-            name=name,
-            wait_sensed=flag(slots, "wait-sensed"),
-            parameters=params.get(name, []),
-        )
+    def make(slots: Slots) -> DomainOperator:
+        return read(DomainOperator, slots, parameters=params.get(text(slots, "name"), []))
 
     return _readable(call, "operator", facts(call, "domain-operator"), make)
-
-
-def _object(slots: Slots) -> Model:
-    return _model("DomainObject", name=text(slots, "name"), type=text(slots, "type"))
-
-
-def _predicate(slots: Slots) -> Model:
-    return _model(
-        "DomainPredicate",
-        name=text(slots, "name"),
-        sensed=flag(slots, "sensed"),
-        param_names=texts(slots, "param-names"),
-        param_types=texts(slots, "param-types"),
-    )
-
-
-def _fact(slots: Slots) -> Model:
-    return _model("DomainFact", name=text(slots, "name"), param_values=texts(slots, "param-values"))
 
 
 # -- plans
 
 
-def _plan(actions: dict[tuple[str, str], list[Model]], slots: Slots) -> Model:
-    key = (text(slots, "goal-id"), text(slots, "id"))
-    return _model(
-        "Plan",
-        id=key[1],
-        goal_id=key[0],
-        cost=float(number(slots, "cost")),
-        actions=sorted(actions.get(key, []), key=lambda action: int(action["id"])),
-    )
+def _plan(actions: dict[tuple[str, str], list[PlanAction]], slots: Slots) -> Plan:
+    found = actions.get((text(slots, "goal-id"), text(slots, "id")), [])
+    return read(Plan, slots, actions=sorted(found, key=lambda action: action.id))
 
 
-def _action(known: formulas.Known, slots: Slots) -> Model:
-    name = text(slots, "action-name")
-    model = _model(
-        "PlanAction",
-        id=integer(slots, "id"),
-        operator_name=name,
-        param_values=texts(slots, "param-values"),
-        duration=float(number(slots, "duration")),
-        dispatch_time=float(number(slots, "dispatch-time")),
-        state=text(slots, "state"),
-        executable=flag(slots, "executable"),
-    )
+def _action(known: formulas.Known, slots: Slots) -> PlanAction:
+    action = read(PlanAction, slots)
     grounding = known.groundings.get(text(slots, "precondition"))
     if grounding is not None:
-        model["precondition"] = _grounding(grounding)
-    model["effects"] = []
-    if grounding is not None and (tree := formulas.tree(known, name, grounding)) is not None:
-        model["preconditions"] = tree
-    return model
+        action.precondition = read(PDDLGrounding, grounding)
+        action.preconditions = formulas.tree(known, action.operator_name, grounding) or UNSET
+    return action
 
 
-def _plans(call: ApiCall) -> list[Model]:
+def _plans(call: ApiCall) -> list[Plan]:
     known = formulas.Known.of(call)
-    actions: dict[tuple[str, str], list[Model]] = {}
+    actions: dict[tuple[str, str], list[PlanAction]] = {}
 
-    def add(slots: Slots) -> Model:
+    def add(slots: Slots) -> PlanAction:
         key, action = (text(slots, "goal-id"), text(slots, "plan-id")), _action(known, slots)
         actions.setdefault(key, []).append(action)
         return action
 
     _readable(call, "plan action", facts(call, "plan-action"), add)
     plans = _readable(call, "plan", facts(call, "plan"), partial(_plan, actions))
-    return sorted(plans, key=lambda plan: (plan["goal-id"], plan["id"]))
+    return sorted(plans, key=lambda plan: (plan.goal_id, plan.id))
 
 
-def _one_plan(call: ApiCall) -> Model:
+def _one_plan(call: ApiCall) -> Plan:
     goal_id, plan_id = call.path["goal_id"], call.path["id"]
     for plan in _plans(call):
-        if (plan["goal-id"], plan["id"]) == (goal_id, plan_id):
+        if (plan.goal_id, plan.id) == (goal_id, plan_id):
             return plan
     raise ApiError(400, f"No plan for goal '{goal_id}' with ID '{plan_id}' found")
-
-
-# -- formulas
-
-
-def _grounding(slots: Slots) -> Model:
-    return _model(
-        "PDDLGrounding",
-        id=text(slots, "id"),
-        param_names=texts(slots, "param-names"),
-        param_values=texts(slots, "param-values"),
-    )
-
-
-def _formula(slots: Slots) -> Model:
-    return _model(
-        "PDDLFormula", id=text(slots, "id"), type=text(slots, "type"), part_of=text(slots, "part-of")
-    )
-
-
-def _pddl_predicate(slots: Slots) -> Model:
-    return _model(
-        "PDDLPredicate",
-        id=text(slots, "id"),
-        part_of=text(slots, "part-of"),
-        predicate=text(slots, "predicate"),
-        param_names=texts(slots, "param-names"),
-        param_constants=texts(slots, "param-constants"),
-    )
-
-
-def _grounded_formula(slots: Slots) -> Model:
-    return _model(
-        "GroundedPDDLFormula",
-        id=text(slots, "id"),
-        formula_id=text(slots, "formula-id"),
-        grounding=text(slots, "grounding"),
-        is_satisfied=flag(slots, "is-satisfied"),
-    )
-
-
-def _grounded_predicate(slots: Slots) -> Model:
-    return _model(
-        "GroundedPDDLPredicate",
-        id=text(slots, "id"),
-        predicate_id=text(slots, "predicate-id"),
-        grounding=text(slots, "grounding"),
-        is_satisfied=flag(slots, "is-satisfied"),
-    )
 
 
 # -- endpoints
 
 
-def _listing(path: str, kind: str, template: str, noun: str, make: Make) -> Endpoint:
+def _listing(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
     def copy_part(call: ApiCall) -> Generator[None, None, FactCopy]:
         return copy(call, ENVIRONMENT, template.__eq__, window=call.window)
 
     def handler(call: ApiCall) -> Any:
-        models = _readable(call, noun, facts(call, template), make)
+        models = _readable(call, noun, facts(call, template), partial(read, model))
         return models if call.window.search else ListPart(models, call.facts.total)
 
-    return _get(path, kind, f"All facts {template}.", handler, (template,), many=True, copy=copy_part)
+    about = f"All facts {template}."
+    return _get(path, list[model], about, handler, (template,), copy=copy_part)  # type: ignore[valid-type]
 
 
-def _single(path: str, kind: str, template: str, noun: str, make: Make) -> Endpoint:
+def _single(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
     def handler(call: ApiCall) -> Model:
         wanted = call.path["id"]
         found = (slots for slots in facts(call, template) if slots.get("id") == wanted)
-        for model in _readable(call, noun, found, make):
-            return model
+        for found_model in _readable(call, noun, found, partial(read, model)):
+            return found_model
         raise ApiError(400, f"No {noun} with ID '{wanted}' found")
 
     errors = {400: f"There is no such {noun}"}
-    return _get(f"{path}/{{id}}", kind, f"One fact {template}.", handler, (template,), errors=errors)
+    return _get(f"{path}/{{id}}", model, f"One fact {template}.", handler, (template,), errors=errors)
 
 
 def _get(
     path: str,
-    kind: str,
+    reply: Any,
     about: str,
     handler: Callable[[ApiCall], Any],
     templates: tuple[str, ...],
-    *,
-    many: bool = False,
     **more: Any,
 ) -> Endpoint:
     """Return an endpoint whose handler gets copies of the facts of these deftemplates."""
@@ -279,9 +294,8 @@ def _get(
         path=f"/clips-executive{path}",
         handler=handler,
         about=about,
-        reply=kind,
-        many=many,
-        paged=many,
+        reply=reply,
+        paged=get_origin(reply) is list,
         **more,
     )
 
@@ -290,43 +304,24 @@ _GOALS: Final = ("goal", "plan")
 _OPERATORS: Final = ("domain-operator", "domain-operator-parameter")
 _PLANS: Final = ("plan", "plan-action", *formulas.TEMPLATES)
 
-_PDDL: Final[Sequence[tuple[str, str, str, str, Make]]] = (
-    ("/pddl-groundings", "PDDLGrounding", "pddl-grounding", "grounding", _grounding),
-    ("/pddl-predicates", "PDDLPredicate", "pddl-predicate", "predicate", _pddl_predicate),
-    ("/pddl-formulas", "PDDLFormula", "pddl-formula", "formula", _formula),
-    (
-        "/grounded-pddl-predicates",
-        "GroundedPDDLPredicate",
-        "grounded-pddl-predicate",
-        "grounded predicate",
-        _grounded_predicate,
-    ),
-    (
-        "/grounded-pddl-formulas",
-        "GroundedPDDLFormula",
-        "grounded-pddl-formula",
-        "grounded formula",
-        _grounded_formula,
-    ),
+_PDDL: Final[Sequence[tuple[str, type[Model], str, str]]] = (
+    ("/pddl-groundings", PDDLGrounding, "pddl-grounding", "grounding"),
+    ("/pddl-predicates", PDDLPredicate, "pddl-predicate", "predicate"),
+    ("/pddl-formulas", PDDLFormula, "pddl-formula", "formula"),
+    ("/grounded-pddl-predicates", GroundedPDDLPredicate, "grounded-pddl-predicate", "grounded predicate"),
+    ("/grounded-pddl-formulas", GroundedPDDLFormula, "grounded-pddl-formula", "grounded formula"),
 )
 
 ENDPOINTS: Final = (
-    _get("/goals", "Goal", "All goals.", _goals, _GOALS, many=True),
-    _get("/goals/{id}", "Goal", "One goal.", _one_goal, _GOALS, errors={400: "There is no such goal"}),
+    _get("/goals", list[Goal], "All goals.", _goals, _GOALS),  # type: ignore[valid-type]  # is made here
+    _get("/goals/{id}", Goal, "One goal.", _one_goal, _GOALS, errors={400: "There is no such goal"}),
+    _get("/domain-operators", list[DomainOperator], "All operators of the domain.", _operators, _OPERATORS),
+    _listing("/domain-objects", DomainObject, "domain-object", "object"),
+    _listing("/domain-predicates", DomainPredicate, "domain-predicate", "predicate"),
+    _listing("/domain-facts", DomainFact, "domain-fact", "fact"),
+    _get("/plans", list[Plan], "All plans with their actions.", _plans, _PLANS),
     _get(
-        "/domain-operators",
-        "DomainOperator",
-        "All operators of the domain.",
-        _operators,
-        _OPERATORS,
-        many=True,
-    ),
-    _listing("/domain-objects", "DomainObject", "domain-object", "object", _object),
-    _listing("/domain-predicates", "DomainPredicate", "domain-predicate", "predicate", _predicate),
-    _listing("/domain-facts", "DomainFact", "domain-fact", "fact", _fact),
-    _get("/plans", "Plan", "All plans with their actions.", _plans, _PLANS, many=True),
-    _get(
-        "/plans/{goal-id}/{id}", "Plan", "One plan.", _one_plan, _PLANS, errors={400: "There is no such plan"}
+        "/plans/{goal-id}/{id}", Plan, "One plan.", _one_plan, _PLANS, errors={400: "There is no such plan"}
     ),
     *(_listing(*row) for row in _PDDL),
     *(_single(*row) for row in _PDDL),

@@ -4,11 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from cxbridge.clipstext.values import constants_of
-from cxbridge_web.endpoint import API_VERSION, ApiCall
+from cxbridge_web.endpoint import ApiCall
 from cxbridge_web.fawkes.slots import SlotError, Slots, facts, flag, text, texts
+from cxbridge_web.models import Model
+
+
+class PDDLGrounding(Model, kw_only=True, rename="kebab"):
+    """The values of the parameters of a formula."""
+
+    id: str
+    param_names: list[str]
+    param_values: list[str]
+
+
+class _GroundedNode(Model, kw_only=True, rename="kebab"):
+    """A node of a grounded formula."""
+
+    name: str
+    type: str
+    is_satisfied: bool
+    param_names: list[str]
+    param_values: list[str]
+    param_constants: list[str]
+    child: list[GroundedFormula | GroundedPredicate]
+
+
+class GroundedFormula(_GroundedNode, kw_only=True):
+    """A formula that consists of others."""
+
+
+class GroundedPredicate(_GroundedNode, kw_only=True):
+    """An atom."""
+
 
 TEMPLATES: Final = (
     "pddl-grounding",
@@ -61,7 +91,7 @@ class Known:
         return cls(groundings, nodes, satisfied)
 
 
-def tree(known: Known, operator: str, grounding: Slots) -> dict[str, Any] | None:
+def tree(known: Known, operator: str, grounding: Slots) -> GroundedFormula | GroundedPredicate | None:
     """Return the precondition of an operator in a grounding; None when it has none.
 
     :raises SlotError: when a fact of it cannot be read.
@@ -74,7 +104,9 @@ def tree(known: Known, operator: str, grounding: Slots) -> dict[str, Any] | None
     return found
 
 
-def _node(known: Known, atom: bool, slots: Slots, grounding: Slots, depth: int) -> dict[str, Any]:
+def _node(
+    known: Known, atom: bool, slots: Slots, grounding: Slots, depth: int
+) -> GroundedFormula | GroundedPredicate:
     if depth > _DEEPEST:
         raise SlotError("a formula is part of itself")
     node_id, grounding_id = text(slots, "id"), text(grounding, "id")
@@ -88,18 +120,17 @@ def _node(known: Known, atom: bool, slots: Slots, grounding: Slots, depth: int) 
             given.get(name, "") if constant is None else constant
             for name, constant in zip(names, constants_of(names, constants), strict=True)
         ]
-    return {
-        "kind": "GroundedPredicate" if atom else "GroundedFormula",
-        "apiVersion": API_VERSION,
-        "name": text(slots, "predicate") if atom else node_id,
-        "type": "atom" if atom else text(slots, "type"),
-        "is-satisfied": known.satisfied.get((grounding_id, node_id), False),
-        "param-names": names,
-        "param-values": values,
-        "param-constants": constants,
-        "child": [
+    make = GroundedPredicate if atom else GroundedFormula
+    return make(
+        name=text(slots, "predicate") if atom else node_id,
+        type="atom" if atom else text(slots, "type"),
+        is_satisfied=known.satisfied.get((grounding_id, node_id), False),
+        param_names=names,
+        param_values=values,
+        param_constants=constants,
+        child=[
             _node(known, below, child, grounding, depth + 1)
             for below, child in known.nodes.get(node_id, ())
             if (grounding_id, text(child, "id")) in known.satisfied
         ],
-    }
+    )

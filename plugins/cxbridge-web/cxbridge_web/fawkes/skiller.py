@@ -7,12 +7,16 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 from weakref import WeakKeyDictionary
+
+import msgspec
+from msgspec import UNSET, UnsetType
 
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.rights import Right
-from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query, Text, Where
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, Text, Where
+from cxbridge_web.models import Model, Request
 
 if TYPE_CHECKING:
     from cxbridge_web.host import WebHost
@@ -27,7 +31,31 @@ LONGEST_NAME: Final = 31
 
 _PERIOD_S: Final = 0.05
 _ACTIVE: Final = "active"
-_STATUS: Final = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
+_STATUS: Final[dict[str, Any]] = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
+
+
+class SkillInfo(Model, kw_only=True):
+    """The name of a skill."""
+
+    name: str
+
+
+class Skill(Model, kw_only=True):
+    """A skill; of the active skill also the state of its Skiller."""
+
+    name: str
+    graph: str | UnsetType = UNSET
+    skill_string: str | UnsetType = msgspec.field(default=UNSET, name="skill-string")
+    error: str | UnsetType = UNSET
+    msg_id: int | UnsetType = UNSET
+    exclusive_controller: str | UnsetType = UNSET
+    status: Literal["INACTIVE", "FINAL", "RUNNING", "FAILED"] | UnsetType = UNSET
+
+
+class SkillCall(Request, kw_only=True):
+    """The request to run a skill string."""
+
+    skill_string: str
 
 
 @dataclass(slots=True)
@@ -112,7 +140,7 @@ def _ask(debug: Any, subject: str) -> None:
     debug.msgq_enqueue(message)
 
 
-def _skills(call: ApiCall) -> list[dict[str, Any]]:
+def _skills(call: ApiCall) -> list[SkillInfo]:
     with _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _), _alone_with(call, debug):
         before = debug.graph_fsm
         try:
@@ -120,10 +148,10 @@ def _skills(call: ApiCall) -> list[dict[str, Any]]:
             names = str(debug.graph).splitlines()
         finally:
             _ask(debug, before)
-    return [{"kind": "SkillInfo", "apiVersion": API_VERSION, "name": name} for name in names]
+    return [SkillInfo(name=name) for name in names]
 
 
-def _skill(call: ApiCall) -> dict[str, Any]:
+def _skill(call: ApiCall) -> Skill:
     name = "ACTIVE" if call.path["id"] == _ACTIVE else call.path["id"]
     with (
         _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller),
@@ -131,18 +159,18 @@ def _skill(call: ApiCall) -> dict[str, Any]:
     ):
         _show(debug, name)
         _note(shown, debug)
-        model = {"kind": "Skill", "apiVersion": API_VERSION, "name": debug.graph_fsm, "graph": debug.graph}
-        if name == "ACTIVE":
-            skiller.read()
-            model |= {
-                "graph": shown.last,
-                "skill-string": skiller.skill_string,
-                "error": skiller.error,
-                "msg_id": skiller.msgid,
-                "exclusive_controller": skiller.exclusive_controller,
-                "status": _STATUS.get(getattr(skiller.status, "name", ""), "INACTIVE"),
-            }
-    return model
+        if name != "ACTIVE":
+            return Skill(name=debug.graph_fsm, graph=debug.graph)
+        skiller.read()
+        return Skill(
+            name=debug.graph_fsm,
+            graph=shown.last,
+            skill_string=skiller.skill_string,
+            error=skiller.error,
+            msg_id=skiller.msgid,
+            exclusive_controller=skiller.exclusive_controller,
+            status=_STATUS.get(getattr(skiller.status, "name", ""), "INACTIVE"),
+        )
 
 
 def _check_control(skiller: Any) -> None:
@@ -150,7 +178,7 @@ def _check_control(skiller: Any) -> None:
         raise ApiError(409, "Another thread is exclusive controller")
 
 
-def _call(call: ApiCall) -> dict[str, Any]:
+def _call(call: ApiCall) -> Skill:
     text = call.body.get("skill_string")
     if not isinstance(text, str):
         raise ApiError(400, "Request lacks skill string")
@@ -162,7 +190,7 @@ def _call(call: ApiCall) -> dict[str, Any]:
         message = skiller.create_message("ExecSkillMessage")
         message.skill_string = text.encode("utf-8", "replace").decode()
         msgid = skiller.msgq_enqueue(message)
-    return {"kind": "Skill", "apiVersion": API_VERSION, "name": _ACTIVE, "msg_id": msgid}
+    return Skill(name=_ACTIVE, msg_id=msgid)
 
 
 def _stop(call: ApiCall) -> Text:
@@ -187,8 +215,7 @@ ENDPOINTS: Final = (
         path="/skiller/skills",
         handler=_skills,
         about="The names of all skills.",
-        reply="SkillInfo",
-        many=True,
+        reply=list[SkillInfo],
         query=_WHICH,
         errors=_LATE,
         where=Where.THREAD,
@@ -198,7 +225,7 @@ ENDPOINTS: Final = (
         path="/skiller/skills/{id}",
         handler=_skill,
         about="A skill and its graph; 'active' is what runs.",
-        reply="Skill",
+        reply=Skill,
         query=_WHICH,
         errors=_LATE,
         where=Where.THREAD,
@@ -217,8 +244,8 @@ ENDPOINTS: Final = (
         path="/skiller/call",
         handler=_call,
         about="Run a skill string.",
-        reply="Skill",
-        body="SkillCall",
+        reply=Skill,
+        body=SkillCall,
         query=_WHICH,
         errors=_HELD,
         right=Right.CONTROL,

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, TypeAlias
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias, TypeVar, get_args, get_origin
+
+from msgspec import UNSET
+from msgspec.structs import fields
 
 from cxbridge.executive.host.facts.copying import FactCopier, FactCopy
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge_web.endpoint import ApiCall, ApiError
+from cxbridge_web.models import Model
 from cxbridge_web.paging import Window
 
 if TYPE_CHECKING:
@@ -129,6 +134,51 @@ def texts(slots: Slots, name: str, other: str = "CANNOT-REPRESENT") -> list[str]
     """
     value = slots.get(name, ())
     return [_text(item, other) for item in (value if isinstance(value, tuple) else (value,))]
+
+
+Reader: TypeAlias = Callable[[Slots, str], Any]
+
+_READERS: Final[Mapping[Any, Reader]] = {
+    str: text,
+    list[str]: texts,
+    int: integer,
+    float: lambda slots, name: float(number(slots, name)),
+    bool: flag,
+}
+"""How a member of a model is read from a slot, by the member's type."""
+
+_M = TypeVar("_M", bound=Model)
+
+
+@cache
+def _slots_of(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
+    """Return the members of a model that are read from slots: member, slot, reader, whether it must be there.
+
+    The slot has the name of the member in JSON, or the name in ``Meta(extra={"slot": NAME})``.
+    """
+    found = []
+    for each in fields(model):
+        hint, name = each.type, each.encode_name
+        if get_origin(hint) is Annotated:
+            hint, meta = get_args(hint)
+            name = (meta.extra or {}).get("slot", name)
+        if each.default is UNSET:
+            hint = get_args(hint)[0]
+        if hint in _READERS:
+            found.append((each.name, name, _READERS[hint], each.required))
+    return tuple(found)
+
+
+def read(model: type[_M], slots: Slots, **given: Any) -> _M:
+    """Return the model of a fact: each member has the value of the slot of its name.
+
+    :param given: members that are not read from the fact.
+    :raises SlotError: when a slot has no value, or none of the member's type.
+    """
+    for member, name, reader, required in _slots_of(model):
+        if member not in given and (required or name in slots):
+            given[member] = reader(slots, name)
+    return model(**given)
 
 
 def _text(value: Value, other: str) -> str:

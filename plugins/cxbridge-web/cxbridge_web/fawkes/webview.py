@@ -2,14 +2,77 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Any, Final, Literal
+
+from msgspec import UNSET, Struct, UnsetType
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import masked
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
-from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.fawkes.blackboard import TransformsGraph
+from cxbridge_web.models import Model, Request
+
+
+class ConfigTree(Model, kw_only=True):
+    """The configuration, nested from the root."""
+
+    config: dict[str, Any]
+
+
+class Plugin(Model, kw_only=True):
+    """A component that can be loaded and unloaded."""
+
+    name: str
+    description: str
+    is_meta: bool = False
+    meta_children: Sequence[str] = ()
+    is_loaded: bool
+
+
+class PluginOpRequest(Request, kw_only=True):
+    """The request to load or unload a component."""
+
+    desired_state: Literal["LOADED", "UNLOADED", "AVAILABLE"]
+
+
+class PluginOpResponse(Model, kw_only=True):
+    """The result of such a request."""
+
+    name: str
+    state: str
+    message: str | UnsetType = UNSET
+
+
+class Service(Struct):
+    """A service of another webview."""
+
+    name: str
+    url: str
+
+
+class Backend(Model, kw_only=True):
+    """Another webview."""
+
+    id: str
+    name: str
+    url: str
+    services: list[Service]
+
+
+class ImageInfo(Model, kw_only=True):
+    """An image in shared memory."""
+
+    id: str
+    colorspace: str
+    frame: str
+    width: int
+    height: int
+    mem_size: int
+
 
 _CONVERSIONS: Final = {
     ConfigType.UINT: to_uint,
@@ -48,42 +111,32 @@ def config_tree(config: Configuration, query: str) -> dict[str, Any]:
     return tree
 
 
-def _config(call: ApiCall) -> dict[str, Any]:
-    tree = config_tree(call.host.config, call.query.get("query", ""))
-    return {"kind": "ConfigTree", "apiVersion": API_VERSION, "config": tree}
+def _config(call: ApiCall) -> ConfigTree:
+    return ConfigTree(config=config_tree(call.host.config, call.query.get("query", "")))
 
 
 # -- plugins
 
 
-def _plugins(call: ApiCall) -> list[dict[str, Any]]:
+def _plugins(call: ApiCall) -> list[Plugin]:
     return [
-        {
-            "kind": "Plugin",
-            "apiVersion": API_VERSION,
-            "name": name,
-            "description": description,
-            "is_meta": False,
-            "meta_children": [],
-            "is_loaded": loaded,
-        }
+        Plugin(name=name, description=description, is_loaded=loaded)
         for name, description, loaded in sorted(call.host.plugins())
     ]
 
 
-def _plugin(call: ApiCall) -> dict[str, Any]:
+def _plugin(call: ApiCall) -> Plugin:
     for plugin in _plugins(call):
-        if plugin["name"] == call.path["name"]:
+        if plugin.name == call.path["name"]:
             return plugin
     raise ApiError(404, f"Plugin '{call.path['name']}' is unknown")
 
 
-def _set_plugin(call: ApiCall) -> dict[str, Any]:
+def _set_plugin(call: ApiCall) -> PluginOpResponse:
     name, wanted = call.path["name"], call.body.get("desired_state")
-    model = {"kind": "PluginOpResponse", "apiVersion": API_VERSION, "name": name}
 
     def refuse(status: int, text: str) -> ApiError:
-        return ApiError(status, text, {**model, "state": "ERROR", "message": text})
+        return ApiError(status, text, PluginOpResponse(name=name, state="ERROR", message=text))
 
     if not isinstance(wanted, str):
         raise refuse(400, "Request is missing required field 'desired_state'")
@@ -93,17 +146,17 @@ def _set_plugin(call: ApiCall) -> dict[str, Any]:
         call.host.load_plugin(name, load=wanted == "LOADED")
     except CxbridgeError as error:
         raise refuse(400, error.message) from error
-    return {**model, "state": wanted}
+    return PluginOpResponse(name=name, state=wanted)
 
 
 # -- backends, images, transforms
 
 
-def _backends(_call: ApiCall) -> list[dict[str, Any]]:
+def _backends(_call: ApiCall) -> list[Backend]:
     return []
 
 
-def _images(_call: ApiCall) -> list[dict[str, Any]]:
+def _images(_call: ApiCall) -> list[ImageInfo]:
     return []
 
 
@@ -111,7 +164,7 @@ def _image(call: ApiCall) -> Any:
     raise ApiError(404, "Stream not found" if "." in call.path["id"] else "Invalid stream ID")
 
 
-def _transforms(call: ApiCall) -> dict[str, Any]:
+def _transforms(call: ApiCall) -> TransformsGraph:
     frames = call.host.frames()
     lines = ["digraph { graph [fontsize=14];", "  node [fontsize=12 shape=box];"]
     for child, parent in frames.items():
@@ -121,7 +174,7 @@ def _transforms(call: ApiCall) -> dict[str, Any]:
         else:
             above = parent.replace("\\", "\\\\").replace('"', '\\"')
             lines.append(f'  "{above}" -> "{name}";')
-    return {"kind": "TransformsGraph", "apiVersion": API_VERSION, "dotgraph": "\n".join([*lines, "}"])}
+    return TransformsGraph(dotgraph="\n".join([*lines, "}"]))
 
 
 ENDPOINTS: Final = (
@@ -130,7 +183,7 @@ ENDPOINTS: Final = (
         path="/config/?",
         handler=_config,
         about="The configuration, nested from the root.",
-        reply="ConfigTree",
+        reply=ConfigTree,
         query=(Query("query", "Only what is below this path."),),
     ),
     Endpoint(
@@ -138,15 +191,14 @@ ENDPOINTS: Final = (
         path="/plugins/?",
         handler=_plugins,
         about="All components that can be loaded and unloaded.",
-        reply="Plugin",
-        many=True,
+        reply=list[Plugin],
     ),
     Endpoint(
         method="GET",
         path="/plugins/{name}",
         handler=_plugin,
         about="One component.",
-        reply="Plugin",
+        reply=Plugin,
         errors={404: "There is no such component"},
     ),
     Endpoint(
@@ -154,8 +206,8 @@ ENDPOINTS: Final = (
         path="/plugins/{name}",
         handler=_set_plugin,
         about="Load or unload a component.",
-        reply="PluginOpResponse",
-        body="PluginOpRequest",
+        reply=PluginOpResponse,
+        body=PluginOpRequest,
         errors={400: "There is no such component, or the request makes no sense"},
         right=Right.CONTROL,
     ),
@@ -164,16 +216,14 @@ ENDPOINTS: Final = (
         path="/backends/?",
         handler=_backends,
         about="Other webviews: none.",
-        reply="Backend",
-        many=True,
+        reply=list[Backend],
     ),
     Endpoint(
         method="GET",
         path="/images/?",
         handler=_images,
         about="Images in shared memory: none.",
-        reply="ImageInfo",
-        many=True,
+        reply=list[ImageInfo],
     ),
     Endpoint(
         method="GET",
@@ -187,6 +237,6 @@ ENDPOINTS: Final = (
         path="/transforms/graph",
         handler=_transforms,
         about="The coordinate frames, in the dot language.",
-        reply="TransformsGraph",
+        reply=TransformsGraph,
     ),
 )

@@ -18,7 +18,7 @@ def test_a_constant_in_a_tree_of_rest(name: str):
     known = Known({"g": grounding}, {"go": [(True, atom)]}, {("g", "a"): True})
     found = tree(known, "go", grounding)
     assert found is not None
-    assert found["param-values"] == ["r1", name]
+    assert found.param_values == ["r1", name]
 
 
 def test_the_parts_of_a_precondition_for_the_web_are_looked_at_once(monkeypatch: pytest.MonkeyPatch):
