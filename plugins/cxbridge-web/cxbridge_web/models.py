@@ -1,4 +1,4 @@
-"""The models of the API: what a type of an answer is, and JSON schemas of all types."""
+"""The models of the API: the base of the types of answers, and the JSON schemas of all types."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def schemas(answers: Iterable[Any], bodies: Iterable[Any]) -> dict[str, Schema]:
 
 
 def _complete(schema: Schema) -> Schema:
-    """Return the schema of an answer: a member with a default value is there."""
+    """Return the schema of an answer: it always has a member with a default value."""
     required = [
         name
         for name, member in schema.get("properties", {}).items()

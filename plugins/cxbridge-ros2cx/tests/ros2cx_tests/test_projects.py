@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
+import cxbridge_ros2cx
 from cxbridge.cli.main import invoke
 from tests.cli.test_new import files_in, launches, passes_its_test
-from tests.support import CX_DIR, ROOT, ROS2CX_DIR, needs_cx, needs_ros2cx
+from tests.support import CX_DIR, ROS2CX_DIR, needs_cx, needs_ros2cx
 
-OWN = "plugins/cxbridge-ros2cx/cxbridge_ros2cx/examples/params"
+OWN = Path(cxbridge_ros2cx.__file__).parent / "examples" / "params"
 AGENTS = ("hello.yaml", "chat.yaml", "count.yaml")
 
 
@@ -31,7 +32,7 @@ def test_the_agent_of_the_thesis_stays_where_it_is(here):
 
 @pytest.mark.parametrize("agent", AGENTS)
 def test_an_agent_of_parameters_without_a_checkout(agent, here):
-    assert invoke(["new", "mine", "--from-ros2cx", str(ROOT / OWN / agent)]) == 0
+    assert invoke(["new", "mine", "--from-ros2cx", str(OWN / agent)]) == 0
     passes_its_test(here / "mine")
     launches(here / "mine")
 

@@ -33,7 +33,7 @@ class _GroundedNode(Model, kw_only=True, rename="kebab"):
 
 
 class GroundedFormula(_GroundedNode, kw_only=True):
-    """A formula that consists of others."""
+    """A formula that consists of formulas."""
 
 
 class GroundedPredicate(_GroundedNode, kw_only=True):

@@ -152,7 +152,7 @@ _M = TypeVar("_M", bound=Model)
 
 @cache
 def _slots_of(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
-    """Return the members of a model that are read from slots: member, slot, reader, whether it must be there.
+    """Return the members of a model that are read from slots: member, slot, reader, whether it is required.
 
     The slot has the name of the member in JSON, or the name in ``Meta(extra={"slot": NAME})``.
     """
