@@ -18,7 +18,7 @@ from cxbridge.rights import EVERYTHING, Rights
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, SkillFailedError
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.definitions import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, Definitions
-from cxbridge_ros2.node import Node, Report
+from cxbridge_ros2.node import Domain, Node, Report
 from cxbridge_ros2.topics import check_topic
 from cxbridge_ros2.transports import TRANSPORTS, has_rclpy
 from cxbridge_ros2.transports.environment import default_reach
@@ -116,7 +116,8 @@ class NodeSettings(Struct, frozen=True):
         :raises Ros2Error: when that is not possible.
         """
         make = resolve_name(TRANSPORTS[self.transport])
-        node: Node = make(re.sub(r"\W", "_", name), definitions, self, report)
+        domain = Domain(self.domain, self.url, self.reach)
+        node: Node = make(re.sub(r"\W", "_", name), definitions, domain, report)
         node.rights = rights
         return node
 

@@ -11,6 +11,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from msgspec import Struct
+
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.closing import Closing
 from cxbridge.errors import Ros2Error
@@ -38,6 +40,19 @@ AnswerLater = Callable[[Message, Reply], None]
 
 Refuse = Callable[[Message, str], Mapping[str, Any]]
 """Gets a request that clients may not send and the reason, and returns the response."""
+
+
+class Domain(Struct, frozen=True):
+    """The domain of a node; each transport reads the fields that it knows.
+
+    :param number: the number of the domain, or None for that of the environment.
+    :param url: the URL of a bridge or router; empty for the default of the transport.
+    :param reach: how far discovery goes, or None for the range of the environment.
+    """
+
+    number: int | None = None
+    url: str = ""
+    reach: str | None = None
 
 
 def _empty(_request: Message, _reason: str) -> Mapping[str, Any]:

@@ -13,13 +13,11 @@ import typer
 from cxbridge.cli.console import say
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import PluginOptions, RunOptions, Setting
+from cxbridge_web import FOXGLOVE_PORT
 
 if TYPE_CHECKING:
     from cxbridge.run.servers import RunServer
     from cxbridge_web.settings import WebSettings
-
-FOXGLOVE_PORT: Final = 8765
-"""The port at which Foxglove looks for a server when its user names no port."""
 
 _MOST_PORT: Final = 65_535
 

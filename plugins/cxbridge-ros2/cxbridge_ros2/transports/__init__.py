@@ -11,7 +11,7 @@ TRANSPORTS: Final = {
     "rosbridge": "cxbridge_ros2.transports.rosbridge:join",
     "zenoh": "cxbridge_ros2.transports.zenoh:join",
 }
-"""What makes a node, ``module:function``, by its transport; called with a name, types and settings."""
+"""The function that makes a node, ``module:function``, by its transport: see :meth:`NodeSettings.join`."""
 
 
 def has_rclpy() -> bool:

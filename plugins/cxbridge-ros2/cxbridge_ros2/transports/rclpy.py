@@ -11,19 +11,16 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from importlib import import_module
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.node import AnswerLater, Client, Domain, Failed, Node, Publisher, Receive, Report
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.topics import check_topic
 from cxbridge_ros2.transports.environment import MOST_DDS_DOMAIN
-
-if TYPE_CHECKING:
-    from cxbridge_ros2.executor import NodeSettings
 
 _PARTS: Final = {
     "SendGoal": "SendGoalService",
@@ -220,9 +217,9 @@ class RclpyNode(Node):
         )
 
 
-def join(name: str, definitions: Definitions, settings: NodeSettings, report: Report | None) -> RclpyNode:
-    """Make a node of the settings of a configuration."""
-    return RclpyNode(name, definitions, settings.domain, report)
+def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> RclpyNode:
+    """Make a node that joins a domain."""
+    return RclpyNode(name, definitions, domain.number, report)
 
 
 class _Publisher(Publisher):

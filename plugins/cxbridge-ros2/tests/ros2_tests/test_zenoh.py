@@ -19,6 +19,7 @@ pytest.importorskip("zenoh", reason="the extra zenoh is not installed")
 
 from cxbridge import extras
 from cxbridge.errors import ConfigError, Ros2Error
+from cxbridge.rights import EVERYTHING
 from cxbridge_ros2.actions import ActionClient
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.executor import NodeSettings
@@ -26,7 +27,7 @@ from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.node import Node, Ros2Warning
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.transports.inbox import InboxSource, MessageInbox
-from cxbridge_ros2.transports.zenoh import ZenohNode, join
+from cxbridge_ros2.transports.zenoh import ZenohNode
 from cxbridge_ros2.transports.zenoh.graph import RosGraph
 from cxbridge_ros2.transports.zenoh.names import (
     GraphEndpoint,
@@ -318,7 +319,7 @@ def test_a_url_that_is_none(plain: int):
 def test_the_settings_of_a_configuration(plain: int):
     with a_router() as url:
         settings = NodeSettings.of({"transport": "zenoh", "url": url, "domain": plain}, Path(), "it")
-        with join("test", types(), settings, None) as node:
+        with settings.join("test", types(), None, EVERYTHING) as node:
             assert isinstance(node, ZenohNode)
     with pytest.raises(ConfigError, match="'reach' goes with"):
         NodeSettings.of({"transport": "zenoh", "reach": "subnet"}, Path(), "it")

@@ -8,7 +8,7 @@ from typing import ClassVar, Final, Self
 from cxbridge.config import Configuration
 from cxbridge.listening import LOOPBACK, check_place, is_loopback
 from cxbridge.run.plugin_settings import PluginSettings
-from cxbridge_web.options import FOXGLOVE_PORT
+from cxbridge_web import FOXGLOVE_PORT
 
 PAGES: Final = ("https://app.foxglove.dev", "file://")
 """The origins of Foxglove in a browser, and of Foxglove as a program."""

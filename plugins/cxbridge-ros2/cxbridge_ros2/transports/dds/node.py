@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cyclonedds.core import (
     DDSException,
@@ -38,16 +38,13 @@ from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec
 from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Client, Node, Publisher, Receive, Report
+from cxbridge_ros2.node import AnswerLater, Client, Domain, Node, Publisher, Receive, Report
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.topics import check_topic
 from cxbridge_ros2.transports.dds.discovery import Discovery, Ours
 from cxbridge_ros2.transports.dds.domain import delete, delete_all, enter, lacks_security
 from cxbridge_ros2.transports.dds.services import DdsClient, DdsServer, matched, named
 from cxbridge_ros2.transports.environment import MOST_DDS_DOMAIN, default_reach, domain_id
-
-if TYPE_CHECKING:
-    from cxbridge_ros2.executor import NodeSettings
 
 _BATCH: Final = 256
 _LOOK_S: Final = 1.0
@@ -335,9 +332,9 @@ class DdsNode(Node):
         )
 
 
-def join(name: str, definitions: Definitions, settings: NodeSettings, report: Report | None) -> DdsNode:
-    """Make a node of the settings of a configuration."""
-    return DdsNode(name, definitions, settings.domain, settings.reach, report)
+def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> DdsNode:
+    """Make a node that joins a domain."""
+    return DdsNode(name, definitions, domain.number, domain.reach, report)
 
 
 class _DdsPublisher(Publisher):

@@ -5,21 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.node import AnswerLater, Client, Domain, Failed, Node, Publisher, Receive, Report
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.topics import check_topic
 from cxbridge_ros2.transports.rosbridge.actions import ActionPartClient, RosbridgeAction
 from cxbridge_ros2.transports.rosbridge.connection import LOST, Operation, RosbridgeConnection
 from cxbridge_ros2.transports.rosbridge.messages import JsonCodec
 from cxbridge_ros2.transports.rosbridge.services import ServiceClient
-
-if TYPE_CHECKING:
-    from cxbridge_ros2.executor import NodeSettings
 
 DEFAULT_URL: Final = "ws://localhost:9090"
 
@@ -247,9 +244,9 @@ class _Publisher(Publisher):
         self._end()
 
 
-def join(name: str, definitions: Definitions, settings: NodeSettings, report: Report | None) -> RosbridgeNode:
-    """Make a node of the settings of a configuration."""
-    return RosbridgeNode(name, definitions, settings.url or DEFAULT_URL, report)
+def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> RosbridgeNode:
+    """Make a node that joins a domain."""
+    return RosbridgeNode(name, definitions, domain.url or DEFAULT_URL, report)
 
 
 def _part(op: Operation, *names: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import zenoh
 from zenoh import ext
@@ -20,7 +20,7 @@ from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec
 from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.node import AnswerLater, Client, Domain, Failed, Node, Publisher, Receive, Report
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.topics import check_topic
 from cxbridge_ros2.transports.environment import domain_id
@@ -39,9 +39,6 @@ from cxbridge_ros2.transports.zenoh.names import (
     tokens_of,
 )
 from cxbridge_ros2.transports.zenoh.session import open_session
-
-if TYPE_CHECKING:
-    from cxbridge_ros2.executor import NodeSettings
 
 _SERVICES: Final = PROFILES["services_default"]
 _HEARTBEAT_S: Final = 0.5
@@ -228,9 +225,9 @@ class ZenohNode(Node):
         note(str(sample.key_expr))
 
 
-def join(name: str, definitions: Definitions, settings: NodeSettings, report: Report | None) -> ZenohNode:
-    """Make a node of the settings of a configuration."""
-    return ZenohNode(name, definitions, settings.url, settings.domain, report)
+def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> ZenohNode:
+    """Make a node that joins a domain."""
+    return ZenohNode(name, definitions, domain.url, domain.number, report)
 
 
 class _Publisher(Publisher):
