@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 TIMED_OUT = 3
 """Exit status when the time is over before the awaited event."""
+
+ANSWER_S: Final = 30.0
+"""Seconds that a daemon has to answer."""
 
 DEFAULT_URL = DAEMON_URL
 
@@ -62,3 +65,11 @@ def split_glob(text: str) -> tuple[str, str]:
     """Split ``TYPE::ID``; a missing part is ``*``."""
     type_glob, _, id_glob = text.partition("::")
     return type_glob or "*", id_glob or "*"
+
+
+def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
+    """Have a daemon do something; see :func:`cxbridge.daemon.client.request`."""
+    from cxbridge.daemon.client import request
+
+    with connect(url, None) as board:
+        return request(board, verb, ANSWER_S, **arguments)

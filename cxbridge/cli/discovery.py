@@ -28,11 +28,12 @@ def top_rows() -> list[Row]:
     return [row for row in COMMANDS.rows if " " not in row.name]
 
 
-def rows_of_group(group: str, package: ModuleType) -> list[Row]:
-    """Return the commands of a group: the modules of its package, and the rows of plug-ins."""
+def rows_of_group(group: str, package: ModuleType | None = None) -> list[Row]:
+    """Return the commands of a group: the modules of its package, if it has one, and the rows of plug-ins."""
     prefix = f"{group} "
     rows = [row for row in COMMANDS.rows if row.name.startswith(prefix)]
-    return [*rows_of_modules(package), *(replace(row, name=row.name.removeprefix(prefix)) for row in rows)]
+    own = () if package is None else rows_of_modules(package)
+    return [*own, *(replace(row, name=row.name.removeprefix(prefix)) for row in rows)]
 
 
 class CommandModules(MutableMapping[str, Any]):

@@ -130,7 +130,7 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
     return None
 
 
-def _check_executive(board: BlackBoard) -> None:
+def check_executive(board: BlackBoard) -> None:
     """Raise when the blackboard is not that of a daemon."""
     if not any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID)):
         raise BlackBoardError("there is no daemon here", hint="only 'cxbridge daemon' takes such requests")
@@ -142,7 +142,7 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
     :returns: the answer, of the kinds that JSON has.
     :raises CxbridgeError: when there is no daemon, it refuses, or does not answer in time.
     """
-    _check_executive(board)
+    check_executive(board)
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
         interface = feed.open(REQUEST_TYPE, DAEMON_ID)
@@ -165,23 +165,3 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
                     raise CxbridgeError(answer["error"], hint=answer["hint"])
                 return answer["result"]
     raise NoAnswerError(f"the daemon did not answer within {timeout_s:g} s")
-
-
-def step(board: BlackBoard, unit: str, timeout_s: float) -> str:
-    """Let the rules of a daemon take a step, and wait for its end.
-
-    :param unit: ``rule``, ``loop`` or ``transition``.
-    :returns: where they have stopped; empty when they have not in time.
-    :raises CxbridgeError: as :func:`request`.
-    """
-    _check_executive(board)
-    deadline = Deadline(timeout_s)
-    with Feed(board, OWNER) as feed:
-        before = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
-        request(board, "step", timeout_s, what=unit)
-        while (news := feed.next(deadline)) is not None:
-            if news.kind == "writer removed":
-                raise BlackBoardError("the daemon has ended")
-            if news.values["stops"] != before and news.values["stopped"]:
-                return str(news.values["stopped"])
-    return ""

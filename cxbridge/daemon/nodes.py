@@ -10,12 +10,9 @@ from cxbridge.run.components.manager import ManagedNode
 from cxbridge.run.ending.mistakes import AgentChecks
 
 if TYPE_CHECKING:
-    from cxbridge.executive.breakpoints import Breakpoint, Stop
-    from cxbridge.executive.debugger import Debugger
-    from cxbridge.executive.executive import Executive
+    from cxbridge.executive.executive import Executive, RuleControl
     from cxbridge.executive.goals import GoalState
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.executive.service import EnvironmentService
     from cxbridge.run.agent import Run
 
 
@@ -33,28 +30,25 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
         super().__init__(name, make, kind)
         self._run = run
 
-    service: EnvironmentService | None = None
-    """What manages the environments."""
-    _breakpoints: tuple[Breakpoint, ...] = ()
+    _configured = False
+    _control: RuleControl | None = None
     _checks: AgentChecks | None = None
 
     def configure_component(self, component: ThinkingComponent) -> None:
         """Load the core and the agent."""
-        from cxbridge.executive.service import EnvironmentService  # noqa: PLC0415 - start-up time is a feature
-
         component.watch()
-        for item in self._breakpoints:
-            component.executive.debugger.add(item)
+        if self._control is not None:
+            self._control.move_to(component.executive)
         self._checks = AgentChecks((self._run,))
         component.configure()
         self._checks.start()
-        self.service = EnvironmentService(component.manager)
+        self._configured = True
 
     def on_cleanup(self) -> None:
         """Finalize, and unload everything."""
-        if self._executive is not None:
-            self._breakpoints = self._executive.debugger.breakpoints
-        self.service = None
+        if self.executive is not None:
+            self._control = self.executive.control
+        self._configured = False
         super().on_cleanup()
 
     def step(self) -> None:
@@ -64,33 +58,24 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
             self._checks.look()
             if self._checks.all_initialized:
                 self._checks = None  # from now on clients load files, too
-        if self.service is not None:
-            self.service.run()
+        if self._configured and self.component is not None:
+            self.component.manager.run_extra()
 
     @property
-    def _executive(self) -> Executive | None:
+    def executive(self) -> Executive | None:
+        """The executive; None while it is not configured."""
         component = self.component
-        return component.executive if component is not None and self.service is not None else None
+        return component.executive if component is not None and self._configured else None
 
     @property
     def env(self) -> ClipsEnvironment | None:
         """The environment."""
-        return None if self._executive is None else self._executive.env
+        return None if self.executive is None else self.executive.env
 
     @property
     def goals(self) -> Mapping[str, GoalState]:
         """The goals that have a fact, by id."""
-        return {} if self._executive is None else self._executive.goals.open
-
-    @property
-    def debugger(self) -> Debugger | None:
-        """The debugger of the executive."""
-        return None if self._executive is None else self._executive.debugger
-
-    @property
-    def stopped(self) -> Stop | None:
-        """Where the debugger has stopped the rules; None while it has not."""
-        return None if self.service is None or self.component is None else self.component.executive.stopped
+        return {} if self.executive is None else self.executive.goals.open
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from cxbridge.blackboard import BlackBoard
     from cxbridge.daemon.nodes import ExecutiveNode
-    from cxbridge.executive.breakpoints import Stop
+    from cxbridge.executive.executive import RuleControl, Stopped
     from cxbridge.mainloop import MainLoop
     from cxbridge.run.components.manager import ComponentStatus
 
@@ -148,10 +148,10 @@ class DaemonRequests:
         self._interface.write()
         self._log = bus.logger("Daemon")
         self._node = node
-        self._stop: Stop | None = None
+        self._stop: Stopped | None = None
         self.context: Final = OperationContext(
             rights,
-            node,
+            None if node is None else lambda: node.executive,
             lambda: [status.plain() for status in components()],
             change_component,
             DaemonState(bus, node, loop).describe,
@@ -170,13 +170,19 @@ class DaemonRequests:
 
     def resume(self) -> None:
         """Resume the rules where they are stopped."""
-        if self._node is not None and self._node.debugger is not None:
-            self._node.debugger.go_on()
+        if (control := self._control) is not None:
+            control.go_on()
 
     @property
-    def _stopped(self) -> Stop | None:
+    def _control(self) -> RuleControl | None:
+        """The debugger of the rules, if a client has asked for it."""
+        executive = None if self._node is None else self._node.executive
+        return None if executive is None else executive.control
+
+    @property
+    def _stopped(self) -> Stopped | None:
         """Where the rules are stopped now."""
-        return None if self._node is None else self._node.stopped
+        return None if (control := self._control) is None else control.stopped
 
     def _report_stop(self) -> None:
         stop = self._stopped

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Final, Protocol
+from typing import ClassVar, Final, Protocol
 
 from msgspec import Struct, field
 
@@ -25,10 +25,6 @@ from cxbridge.history.transitions import (
     TRACKED_TEMPLATES,
     TransitionTracker,
 )
-
-if TYPE_CHECKING:
-    from cxbridge.executive.breakpoints import Stop
-    from cxbridge.executive.debugger import Debugger
 
 BUILTIN_CX = CORE_DIR / "cx"
 """cxbridge's CX core."""
@@ -89,6 +85,39 @@ class CoreFiles(Struct, frozen=True):
     time_of: Callable[[int], tuple[float | int, ...]] = split_us
 
 
+class Stopped(Protocol):
+    """Where a debugger has stopped the rules."""
+
+    @property
+    def reason(self) -> str:
+        """The place and the breakpoint, for people."""
+
+
+class RuleControl(Protocol):
+    """A debugger: it runs the rules in place of the environment, while it is active."""
+
+    @property
+    def active(self) -> bool:
+        """Whether the debugger has a reason to watch the rules."""
+
+    @property
+    def within_loop(self) -> bool:
+        """Whether the rules are stopped in the middle of a loop."""
+
+    @property
+    def stopped(self) -> Stopped | None:
+        """Where the rules are stopped; None while they are not."""
+
+    def run(self) -> int:
+        """Fire the rules of a loop, or the rest of them, until there is a reason to stop; return how many."""
+
+    def go_on(self) -> None:
+        """Continue; no error when the rules are not stopped."""
+
+    def move_to(self, executive: Executive) -> None:
+        """Set the same breakpoints in the executive that follows this one after a reset."""
+
+
 class Executive:
     """Loads and runs the rules of an agent.
 
@@ -110,7 +139,7 @@ class Executive:
         files: CoreFiles,
         name: str = ENVIRONMENT,
     ) -> None:
-        self._manager = manager
+        self.manager = manager
         self._config = config
         self._mapper = mapper
         self._files = files
@@ -121,9 +150,11 @@ class Executive:
         self.goals = GoalWatch(self.env if self.knows_goals else None)
         self.skills = SkillWatch(self.env)
         self.known_skills: Callable[[], Collection[str] | None] = lambda: None
-        """Returns the existing skills; None: unknown."""
-        self._initial_files: frozenset[Path] = frozenset()
-        self._debugger: Debugger | None = None
+        """Returns the existing skills; None when they are unknown."""
+        self.core_files: frozenset[Path] = frozenset()
+        """The files that were loaded before the agent."""
+        self.control: RuleControl | None = None
+        """The debugger of the rules; None: the rules run to the end of each loop."""
         self.place_of_action: Callable[[str], str] = lambda _action: ""
         """Returns ``FILE:LINE`` of a plan's action for messages; empty if unknown."""
         self._time = NumberFact(self.env.env, "time")
@@ -153,17 +184,17 @@ class Executive:
             env.call("path-add-subst", pattern, by)
         for folder in (*self._files.before, self._files.cx, *self._files.clips_dirs):
             env.call("path-add", f"{folder}/")
-        self._manager.request(env.name, self._files.config_feature)
+        self.manager.request(env.name, self._files.config_feature)
         env.define("map-action-skill", self._map_action_skill, 3, types="*;sy;m;m")
         if self._config.get_bool("/clips-executive/request-redefine-warning-feature", default=True):
             self.log.debug("Enabling warnings for redefinitions")
-            self._manager.request(env.name, self._files.redefine_feature)
+            self.manager.request(env.name, self._files.redefine_feature)
         for file in ("saliences.clp", "init.clp"):
             if not env.batch(self._files.cx / file):
                 raise ExecutiveError(
                     f"Failed to initialize CLIPS environment, batch file '{self._files.cx / file}' failed."
                 )
-        self._initial_files = frozenset(env.loader.files)
+        self.core_files = frozenset(env.loader.files)
 
     def _check_stage(self) -> None:
         """Raise if the initialisation has failed."""
@@ -177,49 +208,31 @@ class Executive:
                 raise ExecutiveError(
                     "CLIPS Executive initialization failed: " + ("; ".join(messages) or "see the log"),
                     hint="a feature that a spec's init section asks for must be one of: "
-                    + ", ".join(self._manager.features),
+                    + ", ".join(self.manager.features),
                 )
 
     def loop(self) -> int:
         """Run the rules of one loop; return the number of firings, 0 while the debugger is stopped."""
         env = self.env
         with env.lock:
-            if self.within_loop:
-                return self.debugger.run()
-            self._manager.before_run(env.name)
+            control = self.control
+            if control is not None and control.within_loop:
+                return control.run()
+            self.manager.before_run(env.name)
             if self._assert_time:
                 self._time.add(*self._files.time_of(self.bus.clock.now_us()))
             env.refresh_agenda()
             return self._run()
 
     @property
-    def debugger(self) -> Debugger:
-        """The debugger, made on first use."""
-        if self._debugger is None:
-            from cxbridge.executive.breakpoint_names import (  # noqa: PLC0415 - start-up time is a feature
-                AgentNames,
-            )
-            from cxbridge.executive.debugger import Debugger  # noqa: PLC0415
-
-            names = AgentNames(self.env, self.known_skills, lambda file: file in self._initial_files)
-            with self.env.lock:
-                self._debugger = self._debugger or Debugger(self.env, names)
-        return self._debugger
-
-    @property
-    def stopped(self) -> Stop | None:
-        """The debugger's current stop; None while running or without a debugger."""
-        return None if self._debugger is None else self._debugger.stopped
-
-    @property
     def within_loop(self) -> bool:
-        """Whether the debugger has stopped the rules within a loop."""
-        return self._debugger is not None and self._debugger.within_loop
+        """Whether the debugger has stopped the rules in the middle of a loop."""
+        return self.control is not None and self.control.within_loop
 
     def _run(self) -> int:
-        """Run the rules, with the debugger if it is active."""
-        debugger = self._debugger
-        return debugger.run() if debugger is not None and debugger.active else self.env.run()
+        """Run the rules, with the debugger's eyes on them if there is a reason to."""
+        control = self.control
+        return control.run() if control is not None and control.active else self.env.run()
 
     @property
     def first_error(self) -> str:
@@ -295,7 +308,7 @@ class Executive:
             )
         self.env.emit_settings()
         self._time.dispose()
-        self._manager.destroy(self.env.name)
+        self.manager.destroy(self.env.name)
 
     def close(self) -> None:
         """Release the environment's resources. Further calls do nothing."""

@@ -72,6 +72,8 @@ class EnvironmentManager:
         self._lazy: dict[str, LazyFeature] = {}
         self._withdrawn: set[str] = set()
         self._entries: dict[str, _Entry] = {}
+        self.extra: list[str] = []
+        """The environments of clients: their rules run after those of the executive."""
         for feature in features:
             self.add_feature(feature)
 
@@ -97,6 +99,17 @@ class EnvironmentManager:
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
         return {name: entry.environment for name, entry in self._entries.items()}
+
+    def find(self, name: str) -> ClipsEnvironment:
+        """Return an environment.
+
+        :raises ClipsError: when there is none of that name.
+        """
+        entry = self._entries.get(name)
+        if entry is None:
+            known = ", ".join(self._entries)
+            raise ClipsError(f"there is no CLIPS environment '{name}'", hint=f"there are: {known}")
+        return entry.environment
 
     def add_feature(self, feature: Feature | LazyFeature) -> None:
         """Offer a feature to all environments.
@@ -272,6 +285,15 @@ class EnvironmentManager:
         for feature in entry.waiting:
             feature.before_run(entry.environment)
 
+    def run_extra(self) -> None:
+        """Run the rules of the environments of clients, in the order in which they were created."""
+        for name in self.extra:
+            env = self._entries[name].environment
+            with env.lock:
+                self.before_run(name)
+                env.refresh_agenda()
+                env.run()
+
     def destroy(self, name: str) -> None:
         """Destroy an environment.
 
@@ -280,6 +302,8 @@ class EnvironmentManager:
         entry = self._entries.pop(name, None)
         if entry is None:
             raise ClipsError(f"there is no CLIPS environment '{name}'")
+        if name in self.extra:
+            self.extra.remove(name)
         for feature in entry.loaded:
             self._features[feature].context_destroyed(entry.environment)
         entry.environment.destroy()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import msgspec
 
@@ -13,8 +13,8 @@ from cxbridge.errors import CxbridgeError, ExecutiveError
 from cxbridge.rights import Right, Rights
 
 if TYPE_CHECKING:
-    from cxbridge.executive.debugger import Debugger
-    from cxbridge.executive.service import EnvironmentService
+    from cxbridge.executive.executive import Executive
+    from cxbridge.executive.host.environment import ClipsEnvironment
 
 _AT: Final = re.compile(r"\$\.(\w+)|field `(\w+)`")
 
@@ -45,76 +45,64 @@ class ParameterError(CxbridgeError):
         self.name = name
 
 
-class ExecutiveParts(Protocol):
-    """The parts of an executive that operations work on."""
-
-    @property
-    def debugger(self) -> Debugger | None:
-        """The debugger; None while there is none."""
-
-    @property
-    def service(self) -> EnvironmentService | None:
-        """The manager of environments; None while there is none."""
-
-
 @dataclass(frozen=True, slots=True)
 class OperationContext:
     """What operations work on.
 
-    :param executive: None: there will be none.
+    :param find_executive: returns the executive; None while it is not running. None: there will be none.
     :param component_rows: returns the components of the daemon.
     :param change_component: lets the component of that name take a transition.
     :param describe_state: returns goals, plan-actions, skills and the log.
     """
 
     rights: Rights
-    executive: ExecutiveParts | None
+    find_executive: Callable[[], Executive | None] | None
     component_rows: Callable[[], Sequence[Mapping[str, Any]]] = tuple
     change_component: Callable[[str, str], None] = lambda _name, _transition: None
     describe_state: Callable[[Mapping[str, Any]], dict[str, Any]] = lambda _given: {}
 
     @property
-    def debugger(self) -> Debugger:
-        """The executive's debugger.
+    def executive(self) -> Executive:
+        """The executive.
 
-        :raises UnavailableError: when it is not running.
+        :raises UnavailableError: when the executive is not running.
         """
-        return _there(self._parts.debugger)
-
-    @property
-    def service(self) -> EnvironmentService:
-        """What manages the environments.
-
-        :raises UnavailableError: when it is not running.
-        """
-        return _there(self._parts.service)
-
-    @property
-    def environments(self) -> Sequence[str]:
-        """The names of the environments; none while the executive is not running."""
-        service = None if self.executive is None else self.executive.service
-        return () if service is None else service.names
-
-    @property
-    def _parts(self) -> ExecutiveParts:
-        if self.executive is None:
+        if self.find_executive is None:
             raise UnavailableError("this daemon has no executive", hint="name a configuration with specs")
-        return self.executive
+        found = self.find_executive()
+        if found is None:
+            raise UnavailableError("the executive is not running now", hint="see 'cxbridge daemon status'")
+        return found
 
 
-_Part = TypeVar("_Part")
 _Parameters = TypeVar("_Parameters", bound=msgspec.Struct)
 _Result = TypeVar("_Result")
 
 
-def _there(part: _Part | None) -> _Part:
-    if part is None:
-        raise UnavailableError("the executive is not running now", hint="see 'cxbridge daemon status'")
-    return part
-
-
 class NoParameters(msgspec.Struct):
     """An operation without parameters."""
+
+
+class NamedEnvironment(msgspec.Struct):
+    """An environment."""
+
+    env: str
+
+
+def find_environment(context: OperationContext, name: str) -> ClipsEnvironment:
+    """Return the environment of a name.
+
+    :raises CxbridgeError: when the executive is not running, or there is no such environment.
+    """
+    return context.executive.manager.find(name)
+
+
+def environment_names(context: OperationContext) -> Sequence[str]:
+    """Return the names of the environments; none while the executive is not running."""
+    try:
+        return tuple(context.executive.manager.environments)
+    except UnavailableError:
+        return ()
 
 
 _Carrier = Callable[[OperationContext, _Parameters], _Result]

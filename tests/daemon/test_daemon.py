@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import threading
+from collections.abc import Callable
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -305,7 +306,7 @@ def test_the_executive_runs_its_agent(tmp_path):
         done = threading.Event()
         assert daemon.node is not None
         for _ in range(WAIT_S * 50):
-            executive = daemon.node._executive
+            executive = daemon.node.executive
             if executive is not None and executive.goals.outcomes:
                 break
             done.wait(0.02)
@@ -410,3 +411,13 @@ def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
     assert DaemonSettings.of(config).fawkes is not None
     shown = {value.path.removeprefix("/cxbridge/") for value in config.search("/cxbridge")}
     assert shown == {*_KNOWN, *plugin_keys()}
+
+
+def until(condition: Callable[[], object]) -> bool:
+    """Wait until a condition holds that a loop of the daemon brings about."""
+    pause = threading.Event()
+    for _ in range(WAIT_S * 50):
+        if condition():
+            return True
+        pause.wait(0.02)
+    return False

@@ -78,9 +78,9 @@ def test_requests_are_as_the_table_has_them(file):
 def test_the_command_line_and_the_monitor_are_among_the_clients():
     names = set(map(short_path, clients()))
     assert {
-        "cli/commands/env.py",
-        "cli/daemon_debug.py",
-        "daemon/client.py",
+        "cli/commands/daemon.py",
+        "cxbridge_studio/cli/env.py",
+        "cxbridge_studio/cli/daemon_break.py",
         "cxbridge_studio/monitor/live.py",
     } <= names
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.operations.operation import Operation, OperationContext, ParameterError
+from cxbridge.operations.operation import Operation, OperationContext, ParameterError, environment_names
 from cxbridge.operations.table import operations, verbs
 from cxbridge.plugins import PluginError
 from cxbridge.rights import EVERYTHING, Right
@@ -35,9 +35,9 @@ def test_without_its_plug_in_it_is_gone() -> None:
 
 def test_two_operations_of_one_name_are_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tables = "from cxbridge.plugins import Row\nAPI = 1\nOPERATIONS = (Row('again', 'second.again'),)"
-    files = {"plugin.py": tables, "again.py": "from cxbridge.operations.state import OPERATIONS"}
+    files = {"plugin.py": tables, "again.py": "from cxbridge.operations.rules import OPERATIONS"}
     install(tmp_path, monkeypatch, "second", files)
-    with pytest.raises(PluginError, match=r"two operations are called 'state': .* of second"):
+    with pytest.raises(PluginError, match=r"two operations are called 'where': .* of second"):
         operations()
     forget("second")
 
@@ -50,9 +50,8 @@ def test_two_operations_of_one_name_are_an_error(tmp_path: Path, monkeypatch: py
     [
         ("retract", {"env": "e"}, "'index' is missing"),
         ("retract", {"env": "e", "index": "x"}, "index"),
-        ("env-watch", {"env": "e", "item": "facts", "names": [1]}, "names"),
         ("modify", {"env": "e", "index": 1, "slots": {"a": 1}}, "slots"),
-        ("break-remove", {"all": "perhaps"}, "all"),
+        ("facts", {"env": "e", "limit": "all"}, "limit"),
     ],
 )
 def test_parameters_have_types(name: str, given: dict[str, Any], wrong: str) -> None:
@@ -75,11 +74,11 @@ def test_words_at_a_prompt_are_parameters_in_their_order() -> None:
         "limit": "1000",
     }
     assert operations()["assert"].words("(battery (level 3))") == {"fact": "(battery (level 3))"}
-    assert operations()["go-on"].words("") == {}
+    assert operations()["where"].words("") == {}
 
 
 def test_without_an_executive_each_operation_on_it_says_so() -> None:
     context = OperationContext(EVERYTHING, None)
     with pytest.raises(CxbridgeError, match="this daemon has no executive"):
-        _ = context.service
-    assert context.environments == ()
+        _ = context.executive
+    assert environment_names(context) == ()

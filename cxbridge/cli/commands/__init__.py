@@ -9,7 +9,7 @@ from typing import Final
 HELP_SECTIONS: Final = {
     "Run": ("new", "run", "daemon", "gateway"),
     "Explore": (),
-    "Look": ("env",),
+    "Look": (),
     "Record and compare": ("trace",),
     "Test": (),
     "Edit": (),

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
-from cxbridge.cli import daemon_debug
-from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, ask_daemon, connect
 from cxbridge.cli.console import local_time, say, say_json
 from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.discovery import group_of_commands, rows_of_group
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import in_words_of_check, orderly
 from cxbridge.cli.styling import StyledCommand
 from cxbridge.daemon.options import DaemonOptions
+from cxbridge.errors import CxbridgeError
+from cxbridge.plugins import package_hint
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -23,14 +26,18 @@ _COMMAND_S = 30.0
 _WHERE_S = 5.0
 
 
-class _StartByDefault(TyperGroup):
+class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  # type: ignore[misc]
     """Gives arguments that name no command to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
+
+    format_commands = TyperGroup.format_commands
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         named = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
+        if args and not named and (hint := package_hint(args[0])) and not Path(args[0]).exists():
+            raise CxbridgeError(f"there is no command 'daemon {args[0]}'", hint=hint)
         if not named and (args or not ctx.resilient_parsing):  # completion has no complete word yet
             args = ["start", *args]
-        return list(super().parse_args(ctx, args))
+        return [*super().parse_args(ctx, args)]
 
     def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
         found = super().shell_complete(ctx, incomplete)
@@ -43,9 +50,6 @@ class _StartByDefault(TyperGroup):
 
 
 app = typer.Typer(name="daemon", cls=_StartByDefault)
-app.add_typer(daemon_debug.breaks, name="break")
-app.command("step")(daemon_debug.step)
-app.command("component")(daemon_debug.component)
 
 
 @app.callback()
@@ -183,3 +187,36 @@ def _print_status(row: dict[str, Any]) -> None:
     for component in row["components"]:
         name = component["name"].ljust(max(names))
         say(f"  {name}  {component['state'].lower():12}  {component['reason']}".rstrip())
+
+
+@app.command()
+def component(
+    name: Annotated[
+        str, typer.Argument(metavar="[NAME]", help="which; all by default", show_default=False)
+    ] = "",
+    transition: Annotated[
+        str, typer.Argument(metavar="[configure|activate|deactivate|cleanup|shutdown]", show_default=False)
+    ] = "",
+    url: Connect = DEFAULT_URL,
+    as_json: AsJson = False,
+) -> int:
+    """Report how components stand, in the order of their start, or let one take a step of its life.
+
+    Exit status: 0 done; 2 there is no such component, it is in no state for that step, or it fails.
+
+    Example: cxbridge daemon component executive deactivate
+    """
+    if transition:
+        ask_daemon(url, "component-change", component=name, transition=transition)
+    every = ask_daemon(url, "component-list")
+    found = [row for row in every if row["name"] == name] if name else every
+    if not found:
+        known = ", ".join(row["name"] for row in every)
+        raise CxbridgeError(f"there is no component '{name}'", hint=f"there are: {known}")
+    if as_json:
+        say_json(found, indent=2)
+        return 0
+    width = max(len(row["name"]) for row in found)
+    for row in found:
+        say(f"{row['name']:{width}}  {row['state'].lower():12}  {row['reason']}".rstrip())
+    return 0

@@ -37,7 +37,7 @@ class BreakOptions(PluginOptions):
 
     def check(self, options: RunOptions) -> None:  # noqa: ARG002 - breakpoints fit all options
         """Raise `ExecutiveError` if a text is not a breakpoint."""
-        from cxbridge.executive.breakpoints import parse_breakpoint  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge_studio.debugger.breakpoints import parse_breakpoint  # noqa: PLC0415 - start-up time is a feature
 
         for spec in self.breaks:
             parse_breakpoint(spec)

@@ -15,10 +15,20 @@ COMPONENTS = (
 )
 EXPLAINERS = (Row("studio", "cxbridge_studio.explainer"),)
 OPTIONS = (Row("break", "cxbridge_studio.options:BreakOptions"),)
+OPERATIONS = (
+    Row("debugger", "cxbridge_studio.operations.debugger"),
+    Row("environments", "cxbridge_studio.operations.environments"),
+    Row("features", "cxbridge_studio.operations.features"),
+    Row("loggers", "cxbridge_studio.operations.loggers"),
+    Row("state", "cxbridge_studio.operations.state"),
+)
 COMMANDS = (
     Row("check", "cxbridge_studio.cli.check", section="Run"),
     Row("coverage", "cxbridge_studio.cli.coverage", section="Record and compare"),
     Row("dap", "cxbridge_studio.cli.dap", section="Look"),
+    Row("daemon break", "cxbridge_studio.cli.daemon_break:breaks", section="Commands"),
+    Row("daemon step", "cxbridge_studio.cli.daemon_break:step", section="Commands"),
+    Row("env", "cxbridge_studio.cli.env", section="Look"),
     Row("format", "cxbridge_studio.cli.format", section="Edit"),
     Row("lsp", "cxbridge_studio.cli.lsp", section="Edit"),
     Row("monitor", "cxbridge_studio.cli.monitor", section="Look"),

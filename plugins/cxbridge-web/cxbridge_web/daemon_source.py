@@ -11,7 +11,7 @@ from cxbridge_web.host import WebHost
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.daemon.daemon import Daemon
-    from cxbridge.executive.debugger import Debugger
+    from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.rights import Rights
 
@@ -21,7 +21,7 @@ class DaemonWeb(WebHost):
 
     def __init__(self, daemon: Daemon) -> None:
         super().__init__(daemon)
-        self._daemon, self._executive = daemon, daemon.node
+        self._daemon, self._node = daemon, daemon.node
         self.operations = daemon.operations
 
     def command(self, verb: str) -> None:
@@ -39,13 +39,13 @@ class DaemonWeb(WebHost):
         return self._daemon.settings.rights
 
     @property
-    def debugger(self) -> Debugger | None:
-        """The executive's debugger; None while the executive does not run."""
-        return None if self._executive is None else self._executive.debugger
+    def executive(self) -> Executive | None:
+        """The executive; None while it does not run."""
+        return None if self._node is None else self._node.executive
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
         """Return the CLIPS environments by name; empty while the executive does not run."""
-        return {} if self._executive is None else self._executive.environments
+        return {} if self._node is None else self._node.environments
 
     def status(self) -> dict[str, Any]:
         """Return how the daemon and its components stand."""

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from msgspec import UNSET, Struct, UnsetType, convert
+from msgspec import UNSET, Struct, UnsetType
 
 from cxbridge.interfaces.assignments import put
 from cxbridge.operations.answers import ComponentState, StopInfo
+from cxbridge.operations.rules import stop_info
 from cxbridge.rights import Right
 from cxbridge_web.clips_views import RuleRow, activations, census, rules
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Query, Where
@@ -309,9 +310,9 @@ def _status(figures: Figures, call: ApiCall) -> Status:
     status.environments = [
         EnvironmentSize(name, **census(env)) for name, env in sorted(call.host.environments().items())
     ]
-    debugger = call.host.debugger
-    if debugger is not None and debugger.stopped is not None:
-        status.stopped = convert(debugger.stopped, StopInfo, from_attributes=True)
+    executive = call.host.executive
+    if executive is not None:
+        status.stopped = stop_info(executive.control) or UNSET
     return status
 
 

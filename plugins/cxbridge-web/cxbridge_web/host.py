@@ -12,7 +12,7 @@ from cxbridge.daemon.client import ask_why
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.executive.debugger import Debugger
+    from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.operations.operation import OperationContext
     from cxbridge.rights import Rights
@@ -53,8 +53,8 @@ class WebHost(ABC):
 
     @property
     @abstractmethod
-    def debugger(self) -> Debugger | None:
-        """The executive's debugger; None while the executive does not run."""
+    def executive(self) -> Executive | None:
+        """The executive; None while it does not run."""
 
     @abstractmethod
     def environments(self) -> Mapping[str, ClipsEnvironment]:

@@ -9,8 +9,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from mcp_tests.conftest import assisting
-from tests.daemon.test_daemon import running
-from tests.daemon.test_requests import until
+from tests.daemon.test_daemon import running, until
 from tests.run.mini import write_scenario
 
 WAITING = "(defrule waits (executive-initialized) (not (goal)) => (assert (goal (id G) (class MINI))))"

@@ -117,8 +117,8 @@ class CxNode(Executive):
 
     def loop(self) -> int:
         """Run plug-ins that are due; return how many rules fired: none while the debugger is stopped."""
-        if self.within_loop:
-            return self.debugger.run()
+        if self.control is not None and self.control.within_loop:
+            return self.control.run()
         self._take()
         for plugin in self.node.tickers:
             self.node.attempt(plugin, plugin.tick)

@@ -1,17 +1,17 @@
-"""``cxbridge daemon break`` and ``step``: the debugger of a daemon's rules; ``component``: its parts."""
+"""``cxbridge daemon break`` and ``step``: the debugger of a daemon's rules."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, ask_daemon, connect
 from cxbridge.cli.console import say, say_json
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import BlackBoardError
 
-ANSWER_S: Final = 30.0
-"""Seconds that a daemon has to answer."""
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
 
 breaks = typer.Typer(
     name="break", help="Breakpoints at rules, transitions and skills of a daemon's executive."
@@ -82,10 +82,8 @@ def step(
 
     Example: cxbridge daemon step transition
     """
-    from cxbridge.daemon import client as daemon_client
-
     with connect(url, None) as board:
-        where = daemon_client.step(board, unit, timeout)
+        where = _step(board, unit, timeout)
     if not where:
         say(f"the step has not ended within {timeout:g} s; it goes on", err=True)
         return TIMED_OUT
@@ -93,47 +91,31 @@ def step(
     return 0
 
 
-def component(
-    name: Annotated[
-        str, typer.Argument(metavar="[NAME]", help="which; all by default", show_default=False)
-    ] = "",
-    transition: Annotated[
-        str, typer.Argument(metavar="[configure|activate|deactivate|cleanup|shutdown]", show_default=False)
-    ] = "",
-    url: Connect = DEFAULT_URL,
-    as_json: AsJson = False,
-) -> int:
-    """Report how components stand, in the order of their start, or let one take a step of its life.
-
-    Exit status: 0 done; 2 there is no such component, it is in no state for that step, or it fails.
-
-    Example: cxbridge daemon component executive deactivate
-    """
-    if transition:
-        ask_daemon(url, "component-change", component=name, transition=transition)
-    every = ask_daemon(url, "component-list")
-    found = [row for row in every if row["name"] == name] if name else every
-    if not found:
-        known = ", ".join(row["name"] for row in every)
-        raise CxbridgeError(f"there is no component '{name}'", hint=f"there are: {known}")
-    if as_json:
-        say_json(found, indent=2)
-        return 0
-    width = max(len(row["name"]) for row in found)
-    for row in found:
-        say(f"{row['name']:{width}}  {row['state'].lower():12}  {row['reason']}".rstrip())
-    return 0
-
-
-def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
-    """Have a daemon do something; see :func:`cxbridge.daemon.client.request`."""
-    from cxbridge.daemon.client import request
-
-    with connect(url, None) as board:
-        return request(board, verb, ANSWER_S, **arguments)
-
-
 def _print_breakpoints(found: list[dict[str, Any]]) -> int:
     for item in found:
         say(f"{item['number']}  {item['spec']}")
     return 0
+
+
+def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
+    """Let the rules of a daemon take a step, and wait for its end.
+
+    :param unit: ``rule``, ``loop`` or ``transition``.
+    :returns: where they have stopped; empty when they have not in time.
+    :raises CxbridgeError: as :func:`request`.
+    """
+    from cxbridge.blackboard.following import Deadline, Feed
+    from cxbridge.daemon.board import DAEMON_ID, REQUEST_TYPE
+    from cxbridge.daemon.client import OWNER, check_executive, request
+
+    check_executive(board)
+    deadline = Deadline(timeout_s)
+    with Feed(board, OWNER) as feed:
+        before = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
+        request(board, "step", timeout_s, what=unit)
+        while (news := feed.next(deadline)) is not None:
+            if news.kind == "writer removed":
+                raise BlackBoardError("the daemon has ended")
+            if news.values["stops"] != before and news.values["stopped"]:
+                return str(news.values["stopped"])
+    return ""

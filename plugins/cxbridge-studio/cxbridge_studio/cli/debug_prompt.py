@@ -13,10 +13,6 @@ from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, ExecutiveError
 from cxbridge.events import InterfaceWrite, LogLine, PlannerCall
-from cxbridge.executive.breakpoint_names import MetNames, Mistakes
-from cxbridge.executive.breakpoints import Breakpoint, Stop, parse_breakpoint
-from cxbridge.executive.debugger import STEPS, Debugger
-from cxbridge.executive.service import EnvironmentService
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.history.tree import goal_lines
 from cxbridge.operations.operation import OperationContext
@@ -24,6 +20,9 @@ from cxbridge.operations.table import carry_out, operations
 from cxbridge.printing import indented
 from cxbridge.rights import EVERYTHING
 from cxbridge.run.servers import RunServer
+from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, parse_breakpoint
+from cxbridge_studio.debugger.debugger import STEPS, debugger_of
+from cxbridge_studio.debugger.names import MetNames, Mistakes
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.evidence import History
 from cxbridge_studio.explain.rules.environment import fact_slots, rulebook
@@ -150,9 +149,8 @@ class _Agent:
 
     def __init__(self, assembly: Run, say: Callable[..., None]) -> None:
         self.assembly = assembly
-        self.debugger: Debugger = assembly.executive.debugger
-        self.service = EnvironmentService(assembly.manager)
-        self._context = OperationContext(EVERYTHING, self)
+        self.debugger = debugger_of(assembly.executive)
+        self._context = OperationContext(EVERYTHING, lambda: assembly.executive)
         self._say = say
         self._start_us = assembly.clock.now_us()
         self._with_name = False

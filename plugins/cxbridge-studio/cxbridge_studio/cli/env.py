@@ -7,9 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect
+from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect, ask_daemon
 from cxbridge.cli.console import say, say_json, say_text
-from cxbridge.cli.daemon_debug import ask_daemon
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.loggers import ABOVE
 from cxbridge.printing import indented

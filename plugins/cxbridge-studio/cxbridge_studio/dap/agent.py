@@ -12,22 +12,22 @@ from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import EXTRA, NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
-from cxbridge.executive.service import EnvironmentService
 from cxbridge.operations.operation import OperationContext
 from cxbridge.operations.table import carry_out
 from cxbridge.rights import EVERYTHING
 from cxbridge_studio.dap.expressions import expanded
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
+from cxbridge_studio.debugger.debugger import debugger_of
+from cxbridge_studio.debugger.environments import EnvironmentService
 from cxbridge_studio.explain.rules.environment import take
 
 if TYPE_CHECKING:
     from cxbridge.clipstext.values import Value
-    from cxbridge.executive.breakpoints import Breakpoint, Stop
-    from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.evaluating import Evaluation
     from cxbridge.run.agent import Run
+    from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 
@@ -39,7 +39,7 @@ class DebuggedAgent:
 
     def __init__(self, assembly: Run, *, actions: bool) -> None:
         self.assembly = assembly
-        self.debugger: Debugger = assembly.executive.debugger
+        self.debugger = debugger_of(assembly.executive)
         self.service = EnvironmentService(assembly.manager)
         self.env: ClipsEnvironment = assembly.executive.env
         self.probes = Probes(self.env, self.debugger) if actions else None
@@ -49,7 +49,7 @@ class DebuggedAgent:
         self._groups: dict[str, list[int]] = {}
         self.fired: RuleFired | None = None
         self.gone: dict[int, FactChange] = {}
-        self._context = OperationContext(EVERYTHING, self)
+        self._context = OperationContext(EVERYTHING, lambda: assembly.executive)
         self._places: dict[str, FileLine] = {}
         self._read = 0
         assembly.bus.subscribe(self._take, RuleFired, FactChange)

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.breakpoints import Breakpoint, check_hits, parse_breakpoint
 from cxbridge_studio.dap import protocol
 from cxbridge_studio.dap.places import FileLines
 from cxbridge_studio.dap.stops import Sources
 from cxbridge_studio.dap.target import Target
+from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hits, parse_breakpoint
 
 FILTERS: Final = {
     "goal-failed": ("A goal fails", "goal:*:FINISHED:FAILED"),

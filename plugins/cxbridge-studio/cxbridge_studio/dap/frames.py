@@ -9,11 +9,11 @@ from typing import Final
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.events import FactChange, GoalTransition, PlanActionTransition
-from cxbridge.executive.breakpoints import describe
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.tree import goal_title
 from cxbridge_studio.dap.bindings import facts_of
 from cxbridge_studio.dap.target import FileLine, StoppedEnvironment
+from cxbridge_studio.debugger.breakpoints import describe
 
 GOAL: Final = "goal"
 ACTION: Final = "plan-action"

@@ -16,9 +16,9 @@ from cxbridge_studio.explain.rules.environment import rulebook
 from cxbridge_studio.explain.rules.locations import why_missing
 
 if TYPE_CHECKING:
-    from cxbridge.executive.breakpoints import Breakpoint, Stop
     from cxbridge.run.agent import Run
     from cxbridge.run.options import RunOptions
+    from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop
 
 _REASONS: Final = {"step": "step", "asked": "pause", "transition": "function breakpoint"}
 _INTERRUPTED: Final = 130

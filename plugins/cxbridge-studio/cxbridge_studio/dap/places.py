@@ -6,8 +6,8 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from glob import escape
 
-from cxbridge.executive.breakpoints import Breakpoint
 from cxbridge_studio.dap.actions import FileRule, rules_of
+from cxbridge_studio.debugger.breakpoints import Breakpoint
 
 
 @dataclass(frozen=True, slots=True)

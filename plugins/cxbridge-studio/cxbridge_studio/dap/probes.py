@@ -19,8 +19,8 @@ from cxbridge.executive.host.values import FactAddress, to_python
 from cxbridge_studio.dap.actions import RuleAction, rules_of
 
 if TYPE_CHECKING:
-    from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge_studio.debugger.debugger import Debugger
 
 PROBE_FUNCTION: Final = "cx-debug-at"
 """Name of the host function that right-hand sides call."""

@@ -210,11 +210,6 @@ class Stop:
     time_us: int
     line: int = 0
 
-    def plain(self) -> dict[str, str | int]:
-        """Return the stop as JSON values. The reason includes the event."""
-        names = ("kind", "reason", "breakpoint", "rule", "next_rule", "loop", "fired", "time_us")
-        return {name: getattr(self, name) for name in names}
-
 
 def describe(event: Transition) -> str:
     """Return a transition as one line of text."""

@@ -15,14 +15,15 @@ from clips._clips import lib
 
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import Event, SkillStatus
-from cxbridge.executive.breakpoint_names import AgentNames
-from cxbridge.executive.breakpoints import Breakpoint, Stop, describe, parse_breakpoint
 from cxbridge.executive.host.agenda import agenda, next_rule
 from cxbridge.executive.host.capi import CData, callback, decode
 from cxbridge.executive.host.values import FALSE, show
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
+from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, describe, parse_breakpoint
+from cxbridge_studio.debugger.names import AgentNames
 
 if TYPE_CHECKING:
+    from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 STEPS: Final = ("rule", "loop", "transition")
@@ -30,6 +31,20 @@ STEPS: Final = ("rule", "loop", "transition")
 
 LINE: Final = "line"
 """A step to the next line of a right-hand side whose rule calls :meth:`Debugger.at_line`."""
+
+
+def debugger_of(executive: Executive) -> Debugger:
+    """Return the debugger of an executive, made on the first call."""
+    with executive.env.lock:
+        if executive.control is None:
+            names = AgentNames(
+                executive.env, executive.known_skills, lambda file: file in executive.core_files
+            )
+            executive.control = Debugger(executive.env, names)
+    found = executive.control
+    if not isinstance(found, Debugger):
+        raise ExecutiveError("the rules have another debugger")
+    return found
 
 
 class Debugger:
@@ -114,6 +129,14 @@ class Debugger:
     def counts(self, number: int) -> tuple[int, int]:
         """Return the number of hits of a breakpoint, and of hits with a true condition."""
         return self._met_count[number], self._reached_count[number]
+
+    def move_to(self, executive: Executive) -> None:
+        """Set the same breakpoints in the executive that follows this one after a reset."""
+        following = debugger_of(executive)
+        for item in self.breakpoints:
+            following.add(item)
+
+    # -- state, and continuing
 
     @property
     def stopped(self) -> Stop | None:

@@ -63,30 +63,13 @@ class LoggerInfo(Struct, frozen=True):
 class EnvironmentService:
     """Creates, destroys and configures environments of a running executive.
 
-    It destroys only environments that it created. :meth:`run` runs their rules.
+    Only environments that it created can be destroyed: those of :attr:`EnvironmentManager.extra`.
 
     :param manager: the executive's manager.
     """
 
     def __init__(self, manager: EnvironmentManager) -> None:
         self._manager = manager
-        self._own: list[str] = []
-
-    def find(self, name: str) -> ClipsEnvironment:
-        """Return an environment.
-
-        :raises ClipsError: if the name is unknown.
-        """
-        found = self._manager.environments.get(name)
-        if found is None:
-            known = ", ".join(self._manager.environments)
-            raise ClipsError(f"there is no CLIPS environment '{name}'", hint=f"there are: {known}")
-        return found
-
-    @property
-    def names(self) -> Sequence[str]:
-        """The environments in order of creation."""
-        return tuple(self._manager.environments)
 
     def list(self) -> Sequence[EnvironmentInfo]:
         """Describe all environments in order of creation."""
@@ -97,12 +80,12 @@ class EnvironmentService:
 
         :raises ClipsError: if the name is unknown.
         """
-        env = self.find(name)
+        env = self._manager.find(name)
         with env.lock:
             watch = [item for item, on in (("facts", env.watcher.facts), ("rules", env.watcher.rules)) if on]
             return EnvironmentInfo(
                 name=name,
-                own=name in self._own,
+                own=name in self._manager.extra,
                 facts=count_facts(env),
                 agenda=agenda_size(env),
                 features=self._manager.loaded_features(name),
@@ -119,7 +102,7 @@ class EnvironmentService:
         """
         _check_name(name, "an environment")
         made = self._manager.create(name, _component(log_component) or None)
-        self._own.append(name)
+        self._manager.extra.append(name)
         return made
 
     def destroy(self, name: str) -> None:
@@ -127,10 +110,9 @@ class EnvironmentService:
 
         :raises ClipsError: if the environment is unknown or not this service's.
         """
-        self.find(name)
-        if name not in self._own:
+        self._manager.find(name)
+        if name not in self._manager.extra:
             raise ClipsError(f"the environment '{name}' is not to be destroyed", hint="it is the executive's")
-        self._own.remove(name)
         self._manager.destroy(name)
 
     def load(self, name: str, file: Path, *, batch: bool = False) -> Sequence[str]:
@@ -138,7 +120,7 @@ class EnvironmentService:
 
         :raises ClipsError: if the environment is unknown or the file unreadable.
         """
-        env = self.find(name)
+        env = self._manager.find(name)
         if why := why_unreadable(file):
             raise ClipsError(f"CLIPS cannot read this file: it {why}", file=file)
         with env.lock:
@@ -152,7 +134,7 @@ class EnvironmentService:
 
         :raises ClipsError: if the environment or feature is unknown.
         """
-        env = self.find(name)
+        env = self._manager.find(name)
         if feature in self._manager.loaded_features(name):
             return
         with env.lock:
@@ -166,7 +148,7 @@ class EnvironmentService:
         :raises ClipsError: if the environment is unknown, or the expression does not parse, fails or takes
             too long.
         """
-        env = self.find(name)
+        env = self._manager.find(name)
         with env.lock:
             return evaluate(env, expression)
 
@@ -175,7 +157,7 @@ class EnvironmentService:
 
         :raises ClipsError: if the environment, item or a name is unknown.
         """
-        env = self.find(name)
+        env = self._manager.find(name)
         with env.lock:
             known = {"facts": template_names, "rules": rule_names}.get(item)
             unknown = [each for each in names if known is not None and each not in known(env)]
@@ -193,7 +175,7 @@ class EnvironmentService:
         :param level: ``debug``, ``info``, ``warn`` or ``error``.
         :raises ClipsError: if the environment or level is unknown.
         """
-        env, found = self.find(name), find_level(level)
+        env, found = self._manager.find(name), find_level(level)
         with env.lock:
             env.loggers.set_level(DEFAULT_LOGGER, found)
 
@@ -231,7 +213,7 @@ class EnvironmentService:
 
         :raises ClipsError: if the environment is unknown or lacks the feature.
         """
-        self.find(name)
+        self._manager.find(name)
         self._manager.destroy_context(name, feature)
 
     def loggers(self, name: str) -> Sequence[LoggerInfo]:
@@ -248,7 +230,7 @@ class EnvironmentService:
                 each.replaces,
                 each.component,
             )
-            for each in self.find(name).loggers.loggers
+            for each in self._manager.find(name).loggers.loggers
         ]
 
     def add_logger(
@@ -268,7 +250,7 @@ class EnvironmentService:
         :param component: the component of its log lines, by default ``LOGGER|ENVIRONMENT``.
         :raises ClipsError: if the environment or level is unknown, or the logger cannot be added.
         """
-        env = self.find(name)
+        env = self._manager.find(name)
         _check_name(logger, "a logger")
         under = _component(component) or f"{logger}|{name}"
         made = ClipsLogger(
@@ -282,18 +264,9 @@ class EnvironmentService:
 
         :raises ClipsError: if the environment or logger is unknown, or the logger is the environment's first.
         """
-        env = self.find(name)
+        env = self._manager.find(name)
         with env.lock:
             env.loggers.remove(logger)
-
-    def run(self) -> None:
-        """Run the rules of the service's environments in order of creation."""
-        for name in self._own:
-            env = self._manager.environments[name]
-            with env.lock:
-                self._manager.before_run(name)
-                env.refresh_agenda()
-                env.run()
 
 
 def _check_name(name: str, of: str) -> None:

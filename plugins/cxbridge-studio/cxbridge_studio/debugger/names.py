@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
-from cxbridge.executive.breakpoints import ANY, Breakpoint, skill_name
 from cxbridge.executive.host.constructs import allowed_values, rule_names
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.suggestions import did_you_mean, or_similar
+from cxbridge_studio.debugger.breakpoints import ANY, Breakpoint, skill_name
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

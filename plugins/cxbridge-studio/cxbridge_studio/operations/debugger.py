@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from msgspec import UNSET, Meta, Struct, UnsetType, convert
+from msgspec import UNSET, Meta, Struct, UnsetType
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.breakpoints import parse_breakpoint
 from cxbridge.operations.answers import StopInfo
 from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
+from cxbridge.operations.rules import stop_info
 from cxbridge.rights import Right
+from cxbridge_studio.debugger.breakpoints import parse_breakpoint
+from cxbridge_studio.debugger.debugger import debugger_of
 
 if TYPE_CHECKING:
-    from cxbridge.executive.breakpoints import Breakpoint, Stop
-    from cxbridge.executive.debugger import Debugger
+    from cxbridge_studio.debugger.breakpoints import Breakpoint
+    from cxbridge_studio.debugger.debugger import Debugger
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/debugger"
@@ -62,18 +64,12 @@ def breakpoint_rows(debugger: Debugger | None) -> list[BreakpointInfo]:
     return [] if debugger is None else [_row(item) for item in debugger.breakpoints]
 
 
-def stop_info(debugger: Debugger | None) -> StopInfo | None:
-    """Return where the rules are stopped; None while they are not."""
-    stop: Stop | None = None if debugger is None else debugger.stopped
-    return None if stop is None else convert(stop, StopInfo, from_attributes=True)
-
-
 def _row(item: Breakpoint) -> BreakpointInfo:
     return BreakpointInfo(item.number, str(item))
 
 
 def _check_number(context: OperationContext, path: Mapping[str, str]) -> None:
-    text, known = path["number"], [item.number for item in context.debugger.breakpoints]
+    text, known = path["number"], [item.number for item in debugger_of(context.executive).breakpoints]
     if not (text.isascii() and text.isdecimal()) or len(text) > _MOST_DIGITS:
         raise CxbridgeError("A breakpoint has a number")
     if int(text) not in known:
@@ -81,11 +77,12 @@ def _check_number(context: OperationContext, path: Mapping[str, str]) -> None:
 
 
 def _check_there(context: OperationContext, _path: Mapping[str, str]) -> None:
-    _ = context.debugger
+    _ = debugger_of(context.executive)
 
 
 def _look(context: OperationContext, _given: object) -> DebuggerInfo:
-    return DebuggerInfo(breakpoint_rows(context.debugger), stop_info(context.debugger) or UNSET)
+    debugger = debugger_of(context.executive)
+    return DebuggerInfo(breakpoint_rows(debugger), stop_info(debugger) or UNSET)
 
 
 def _route(method: str, path: str, about: str, **more: Any) -> Route[Any]:
@@ -105,12 +102,7 @@ OPERATIONS.add(
 
 @OPERATIONS.add("break-list", Right.LOOK, NoParameters)
 def _list(context: OperationContext, _given: NoParameters) -> list[BreakpointInfo]:
-    return breakpoint_rows(context.debugger)
-
-
-@OPERATIONS.add("where", Right.LOOK, NoParameters)
-def _where(context: OperationContext, _given: NoParameters) -> StopInfo | None:
-    return stop_info(context.debugger)
+    return breakpoint_rows(debugger_of(context.executive))
 
 
 @OPERATIONS.add(
@@ -130,7 +122,7 @@ def _where(context: OperationContext, _given: NoParameters) -> StopInfo | None:
     is_verb=False,
 )
 def _add(context: OperationContext, given: _Spec) -> BreakpointInfo:
-    return _row(context.debugger.add(_checked(context, given.spec)))
+    return _row(debugger_of(context.executive).add(_checked(context, given.spec)))
 
 
 def _checked(context: OperationContext, spec: str) -> Breakpoint:
@@ -141,22 +133,22 @@ def _checked(context: OperationContext, spec: str) -> Breakpoint:
     made = parse_breakpoint(spec)
     if made.condition or "{" in made.log:
         context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
-    context.debugger.names.check(made)
+    debugger_of(context.executive).names.check(made)
     return made
 
 
 @OPERATIONS.add("break-add", Right.CONTROL, _Specs)
 def _add_all(context: OperationContext, given: _Specs) -> list[BreakpointInfo]:
     made = [_checked(context, spec) for spec in given.specs]  # all of them, or none
-    return [_row(context.debugger.add(item)) for item in made]
+    return [_row(debugger_of(context.executive).add(item)) for item in made]
 
 
 @OPERATIONS.add("break-remove", Right.CONTROL, _Numbers)
 def _remove_all(context: OperationContext, given: _Numbers) -> None:
     if given.all:
-        context.debugger.clear()
+        debugger_of(context.executive).clear()
     for number in given.numbers:
-        context.debugger.remove(number)
+        debugger_of(context.executive).remove(number)
 
 
 @OPERATIONS.add(
@@ -173,7 +165,7 @@ def _remove_all(context: OperationContext, given: _Numbers) -> None:
     is_verb=False,
 )
 def _remove(context: OperationContext, given: _Number) -> None:
-    context.debugger.remove(given.number)
+    debugger_of(context.executive).remove(given.number)
 
 
 @OPERATIONS.add(
@@ -184,23 +176,23 @@ def _remove(context: OperationContext, given: _Number) -> None:
     is_verb=False,
 )
 def _clear(context: OperationContext, _given: NoParameters) -> None:
-    context.debugger.clear()
+    debugger_of(context.executive).clear()
 
 
 @OPERATIONS.add("step", Right.CONTROL, _Step, _route("POST", "/step", "Go on for one step.", body="Step"))
 def _step(context: OperationContext, given: _Step) -> None:
-    context.debugger.step(given.what)
+    debugger_of(context.executive).step(given.what)
 
 
 @OPERATIONS.add(
     "stop", Right.CONTROL, NoParameters, _route("POST", "/stop", "Stop before the next rule fires.")
 )
 def _stop(context: OperationContext, _given: NoParameters) -> None:
-    context.debugger.stop()
+    debugger_of(context.executive).stop()
 
 
 @OPERATIONS.add(
     "go-on", Right.CONTROL, NoParameters, _route("POST", "/go-on", "Go on to the next breakpoint.")
 )
 def _go_on(context: OperationContext, _given: NoParameters) -> None:
-    context.debugger.go_on()
+    debugger_of(context.executive).go_on()

@@ -6,26 +6,28 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.evaluating import Evaluation
 from cxbridge.executive.host.loggers import LevelName
-from cxbridge.executive.service import EnvironmentInfo
-from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
+from cxbridge.operations.operation import (
+    NamedEnvironment,
+    NoParameters,
+    NotFoundError,
+    OperationContext,
+    Operations,
+    Route,
+    environment_names,
+)
 from cxbridge.rights import Right
+from cxbridge_studio.debugger.environments import EnvironmentInfo, EnvironmentService
 
 OPERATIONS: Final = Operations()
 PATH: Final = "/cxbridge/environments"
 
 Name = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
 _Item = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]})]
-
-
-class NamedEnvironment(Struct):
-    """An environment."""
-
-    env: str
 
 
 class Loaded(Struct):
@@ -50,7 +52,7 @@ class _EnvironmentFeature(NamedEnvironment):
 
 class _Watch(NamedEnvironment):
     item: _Item
-    names: list[str] = []
+    names: list[str] = field(default_factory=list)
     on: bool = True
 
 
@@ -62,12 +64,20 @@ class _Expression(NamedEnvironment):
     expression: str
 
 
+def service_of(context: OperationContext) -> EnvironmentService:
+    """Return the service that manages the environments.
+
+    :raises UnavailableError: when the executive is not running.
+    """
+    return EnvironmentService(context.executive.manager)
+
+
 def check_environment(context: OperationContext, path: Mapping[str, str]) -> None:
     """Raise when the environment of a path does not exist.
 
     :raises NotFoundError: when there is none of that name.
     """
-    if path["env"] not in context.service.names:
+    if path["env"] not in environment_names(context):
         raise NotFoundError(f"Environment '{path['env']}' is unknown")
 
 
@@ -81,7 +91,7 @@ def of_environment(
 
 
 def _info(context: OperationContext, given: Any) -> EnvironmentInfo:
-    return context.service.info(given.env)
+    return service_of(context).info(given.env)
 
 
 OPERATIONS.add(
@@ -96,7 +106,7 @@ OPERATIONS.add(
     Route("GET", PATH, "All environments, in the order in which they were created.", list[EnvironmentInfo]),
 )
 def _list(context: OperationContext, _given: NoParameters) -> Sequence[EnvironmentInfo]:
-    return context.service.list()
+    return service_of(context).list()
 
 
 @OPERATIONS.add(
@@ -115,7 +125,7 @@ def _list(context: OperationContext, _given: NoParameters) -> Sequence[Environme
     ),
 )
 def _create(context: OperationContext, given: _NewEnvironment) -> None:
-    context.service.create(given.env, given.log)
+    service_of(context).create(given.env, given.log)
 
 
 def _destroy_and_describe(context: OperationContext, given: NamedEnvironment) -> EnvironmentInfo:
@@ -137,7 +147,7 @@ def _destroy_and_describe(context: OperationContext, given: NamedEnvironment) ->
     ),
 )
 def _destroy(context: OperationContext, given: NamedEnvironment) -> None:
-    context.service.destroy(given.env)
+    service_of(context).destroy(given.env)
 
 
 def _load_absolute(context: OperationContext, given: _File) -> Loaded:
@@ -161,7 +171,7 @@ def _load_absolute(context: OperationContext, given: _File) -> Loaded:
     ),
 )
 def _load(context: OperationContext, given: _File) -> Sequence[str]:
-    return context.service.load(given.env, Path(given.file), batch=given.batch)
+    return service_of(context).load(given.env, Path(given.file), batch=given.batch)
 
 
 @OPERATIONS.add(
@@ -178,7 +188,7 @@ def _load(context: OperationContext, given: _File) -> Sequence[str]:
     ),
 )
 def _request_feature(context: OperationContext, given: _EnvironmentFeature) -> None:
-    context.service.request_feature(given.env, given.feature)
+    service_of(context).request_feature(given.env, given.feature)
 
 
 @OPERATIONS.add(
@@ -194,7 +204,7 @@ def _request_feature(context: OperationContext, given: _EnvironmentFeature) -> N
     ),
 )
 def _remove_feature(context: OperationContext, given: _EnvironmentFeature) -> None:
-    context.service.remove_feature(given.env, given.feature)
+    service_of(context).remove_feature(given.env, given.feature)
 
 
 @OPERATIONS.add(
@@ -206,7 +216,7 @@ def _remove_feature(context: OperationContext, given: _EnvironmentFeature) -> No
     ),
 )
 def _watch(context: OperationContext, given: _Watch) -> None:
-    context.service.watch(given.env, given.item, given.names, on=given.on)
+    service_of(context).watch(given.env, given.item, given.names, on=given.on)
 
 
 @OPERATIONS.add(
@@ -218,7 +228,7 @@ def _watch(context: OperationContext, given: _Watch) -> None:
     ),
 )
 def _log(context: OperationContext, given: _Level) -> None:
-    context.service.set_log_level(given.env, given.level)
+    service_of(context).set_log_level(given.env, given.level)
 
 
 def _evaluate_text(context: OperationContext, given: _Expression) -> object:
@@ -243,4 +253,4 @@ def _evaluate_text(context: OperationContext, given: _Expression) -> object:
     ),
 )
 def _evaluate(context: OperationContext, given: _Expression) -> Evaluation:
-    return context.service.evaluate(given.env, given.expression)
+    return service_of(context).evaluate(given.env, given.expression)

@@ -10,6 +10,7 @@ from msgspec import Struct
 from cxbridge.executive.manager import FeatureInfo
 from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
 from cxbridge.rights import Right
+from cxbridge_studio.operations.environments import service_of
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/features"
@@ -20,12 +21,12 @@ class _Feature(Struct):
 
 
 def _check(context: OperationContext, path: Mapping[str, str]) -> None:
-    if all(info.name != path["feature"] for info in context.service.features()):
+    if all(info.name != path["feature"] for info in service_of(context).features()):
         raise NotFoundError(f"Feature '{path['feature']}' is unknown")
 
 
 def _info(context: OperationContext, given: _Feature) -> FeatureInfo:
-    return context.service.feature(given.feature)
+    return service_of(context).feature(given.feature)
 
 
 def _of_one(method: str, about: str, **errors: str) -> Route[Any]:
@@ -41,7 +42,7 @@ def _of_one(method: str, about: str, **errors: str) -> Route[Any]:
     Route("GET", _PATH, "All features of CLIPS, by name.", list[FeatureInfo], "Feature"),
 )
 def _list(context: OperationContext, _given: NoParameters) -> Sequence[FeatureInfo]:
-    return context.service.features()
+    return service_of(context).features()
 
 
 OPERATIONS.add(
@@ -57,7 +58,7 @@ OPERATIONS.add(
     "feature-offer", Right.CONTROL, _Feature, _of_one("PUT", "Offer a feature to environments again.")
 )
 def _offer(context: OperationContext, given: _Feature) -> None:
-    context.service.offer_feature(given.feature)
+    service_of(context).offer_feature(given.feature)
 
 
 @OPERATIONS.add(
@@ -67,4 +68,4 @@ def _offer(context: OperationContext, given: _Feature) -> None:
     _of_one("DELETE", "Offer a feature no more.", wrong="An environment has it"),
 )
 def _withdraw(context: OperationContext, given: _Feature) -> None:
-    context.service.withdraw_feature(given.feature)
+    service_of(context).withdraw_feature(given.feature)

@@ -9,10 +9,14 @@ from msgspec import Meta
 from msgspec.structs import asdict
 
 from cxbridge.executive.host.loggers import ABOVE, LevelName
-from cxbridge.executive.service import LoggerInfo
-from cxbridge.operations.environments import Name, NamedEnvironment, of_environment
-from cxbridge.operations.operation import OperationContext, Operations
+from cxbridge.operations.operation import NamedEnvironment, OperationContext, Operations
 from cxbridge.rights import Right
+from cxbridge_studio.debugger.environments import LoggerInfo
+from cxbridge_studio.operations.environments import (
+    Name,
+    of_environment,
+    service_of,
+)
 
 OPERATIONS: Final = Operations()
 
@@ -43,7 +47,7 @@ class _NewLogger(NamedEnvironment):
     ),
 )
 def _list(context: OperationContext, given: Any) -> Sequence[LoggerInfo]:
-    return context.service.loggers(given.env)
+    return service_of(context).loggers(given.env)
 
 
 @OPERATIONS.add(
@@ -65,7 +69,7 @@ def _list(context: OperationContext, given: Any) -> Sequence[LoggerInfo]:
 def _add(context: OperationContext, given: _NewLogger) -> None:
     given.level = given.level or "debug"
     settings = asdict(given)
-    context.service.add_logger(settings.pop("env"), settings.pop("logger"), **settings)
+    service_of(context).add_logger(settings.pop("env"), settings.pop("logger"), **settings)
 
 
 @OPERATIONS.add(
@@ -83,4 +87,4 @@ def _add(context: OperationContext, given: _NewLogger) -> None:
     ),
 )
 def _remove(context: OperationContext, given: _Logger) -> None:
-    context.service.remove_logger(given.env, given.logger)
+    service_of(context).remove_logger(given.env, given.logger)

@@ -6,9 +6,11 @@ from typing import Any, Final
 
 from msgspec import UNSET, Struct, UnsetType, to_builtins
 
-from cxbridge.operations.debugger import breakpoint_rows, stop_info
-from cxbridge.operations.operation import OperationContext, Operations
+from cxbridge.operations.operation import OperationContext, Operations, environment_names
+from cxbridge.operations.rules import stop_info
 from cxbridge.rights import Right
+from cxbridge_studio.debugger.debugger import Debugger
+from cxbridge_studio.operations.debugger import breakpoint_rows
 
 OPERATIONS: Final = Operations()
 
@@ -21,9 +23,11 @@ class _Wanted(Struct):
 
 @OPERATIONS.add("state", Right.LOOK, _Wanted)
 def _state(context: OperationContext, given: _Wanted) -> dict[str, Any]:
-    debugger = None if context.executive is None else context.executive.debugger
+    executive = None if context.find_executive is None else context.find_executive()
+    control = None if executive is None else executive.control
+    debugger = control if isinstance(control, Debugger) else None
     return context.describe_state(to_builtins(given)) | {
-        "where": stop_info(debugger),
+        "where": stop_info(control),
         "breakpoints": breakpoint_rows(debugger),
-        "environments": list(context.environments),
+        "environments": list(environment_names(context)),
     }

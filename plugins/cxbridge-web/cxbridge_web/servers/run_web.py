@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.service import EnvironmentService
 from cxbridge.mainloop import Hook
 from cxbridge.operations.operation import OperationContext
 from cxbridge.run.servers import REST_S, RunServer
@@ -17,7 +16,7 @@ from cxbridge_web.server import WebServer
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.executive.debugger import Debugger
+    from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.rights import Rights
     from cxbridge.run.agent import Run
@@ -39,8 +38,9 @@ class RunWeb(WebHost):
         self.paused = False
         self._result: dict[str, Any] | None = None
         self._end_us = 0
-        self.service = EnvironmentService(self._agent.manager)
-        self.operations = OperationContext(self.rights, self, component_rows=self._components)
+        self.operations = OperationContext(
+            self.rights, lambda: self.executive, component_rows=self._components
+        )
 
     @property
     def board(self) -> BlackBoard:
@@ -53,9 +53,9 @@ class RunWeb(WebHost):
         return self._agent.rights
 
     @property
-    def debugger(self) -> Debugger:
-        """The executive's debugger."""
-        return self._agent.executive.debugger
+    def executive(self) -> Executive:
+        """The executive."""
+        return self._agent.executive
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
         """Return the CLIPS environments by name."""
@@ -92,7 +92,8 @@ class RunWeb(WebHost):
             self.paused = True
         elif verb == "resume":
             self.paused = False
-            self.debugger.go_on()
+            if (control := self.executive.control) is not None:
+                control.go_on()
         else:
             raise CxbridgeError("a run cannot be reset", hint="a daemon can: 'cxbridge daemon start --web'")
 
@@ -120,7 +121,7 @@ class RunWeb(WebHost):
 
     def attend(self) -> None:
         """Answer requests between two loops."""
-        self.service.run()
+        self._agent.manager.run_extra()
         self._agent.attend()
 
 

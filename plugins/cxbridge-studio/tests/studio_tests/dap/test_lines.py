@@ -7,11 +7,11 @@ import pytest
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.debugger import Debugger
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.dap.actions import rules_of
 from cxbridge_studio.dap.places import FileLines
 from cxbridge_studio.dap.probes import Probes
+from cxbridge_studio.debugger.debugger import Debugger
 from tests.support import FAWKES_DIR, ROOT
 
 TEXT = """\

@@ -7,9 +7,9 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import EventBus, LogLine
-from cxbridge.executive.breakpoints import parse_breakpoint
-from cxbridge.executive.debugger import Debugger
 from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge_studio.debugger.breakpoints import parse_breakpoint
+from cxbridge_studio.debugger.debugger import Debugger
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import EventBus, GoalTransition, LogLine, PlanActionTransition, SkillStatus
-from cxbridge.executive.breakpoint_names import AgentNames, MetNames, skill_statuses
-from cxbridge.executive.breakpoints import parse_breakpoint
-from cxbridge.executive.debugger import Debugger
 from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge_studio.debugger.breakpoints import parse_breakpoint
+from cxbridge_studio.debugger.debugger import Debugger
+from cxbridge_studio.debugger.names import AgentNames, MetNames, skill_statuses
 
 AGENT = """
 (deftemplate goal (slot class) (slot mode (allowed-values FORMULATED FINISHED))

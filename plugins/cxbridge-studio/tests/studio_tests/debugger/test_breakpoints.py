@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
-from cxbridge.executive.breakpoints import Breakpoint, describe, parse_breakpoint
+from cxbridge_studio.debugger.breakpoints import Breakpoint, describe, parse_breakpoint
 
 FAILED = GoalTransition(0, "executive", "gen5", "TALK", "SIMPLE", "nil", "FINISHED", "FAILED", "no voice")
 MOVED = PlanActionTransition(0, "executive", "1", "gen5", "P", "move", "RUNNING")

@@ -9,10 +9,10 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import EventBus, GoalTransition, RuleFired, SkillStatus
-from cxbridge.executive.debugger import Debugger
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.editing import assert_text, fact_texts, modify_fact, retract_fact
+from cxbridge_studio.debugger.debugger import Debugger
 
 RULES = """
 (deftemplate count (slot n) (multislot of))

@@ -8,7 +8,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.service import EnvironmentService
+from cxbridge_studio.debugger.environments import EnvironmentService
 
 
 class Answer(Feature):
@@ -37,14 +37,14 @@ def _service(bus, feature):
 
 def test_create_list_and_destroy(service):
     env = service.create("mine")
-    assert service.find("mine") is env
+    assert service._manager.find("mine") is env
     names = [(info.name, info.own, info.ended) for info in service.list()]
     assert names == [("executive", False, False), ("mine", True, False)]
     service.destroy("mine")
     (info,) = service.list()
     assert info.name == "executive"
-    assert info.facts == len(list(service.find("executive").facts()))
-    service.run()
+    assert info.facts == len(list(service._manager.find("executive").facts()))
+    service._manager.run_extra()
 
 
 def test_rules_of_own_environments_run(service, clp, feature):
@@ -58,13 +58,13 @@ def test_rules_of_own_environments_run(service, clp, feature):
     env.assert_string("(ping 1)")
     info = service.list()[1]
     assert (info.agenda, info.features) == (1, ("answer",))
-    service.run()
+    service._manager.run_extra()
     assert [slots["implied"] for _, _, slots in env.facts("pong")] == [(43,)]
     assert feature.told == 1
-    executive = service.find("executive")
+    executive = service._manager.find("executive")
     executive.build("(defrule other (initial) => (assert (never)))")
     executive.assert_string("(initial)")
-    service.run()
+    service._manager.run_extra()
     assert not list(executive.facts("never"))  # somebody else runs that one
 
 
@@ -73,9 +73,9 @@ def test_what_is_wrong_with_a_file_is_returned(service, clp):
     wrong = service.load("mine", clp("(deftemplate a (slot b))\n(defrule r (a (c 1)) =>)"))
     assert len(wrong) == 1
     assert "test.clp:2: defrule r is not defined" in wrong[0]
-    assert service.find("mine").has_template("a")
+    assert service._manager.find("mine").has_template("a")
     assert list(service.load("mine", clp("(assert (hello))", "b.bat"), batch=True)) == []
-    assert list(service.find("mine").facts("hello"))
+    assert list(service._manager.find("mine").facts("hello"))
 
 
 def test_watch_and_log_level(service, log):
@@ -89,7 +89,7 @@ def test_watch_and_log_level(service, log):
     service.set_log_level("mine", "warn")
     for wanted in ([], ["low"]):
         env.assert_string("(say)")
-        service.run()
+        service._manager.run_extra()
         assert [text for text in log.texts(Level.INFO) if text == "low"] == wanted
         env.eval("(do-for-all-facts ((?f say)) TRUE (retract ?f))")
         service.set_log_level("mine", "debug")

@@ -18,12 +18,14 @@ from cxbridge.executive.host.facts.editing import (
     modify_fact,
     retract_fact,
 )
-from cxbridge.operations.environments import NamedEnvironment
 from cxbridge.operations.operation import (
+    NamedEnvironment,
     NotFoundError,
     OperationContext,
     Operations,
     Route,
+    environment_names,
+    find_environment,
 )
 from cxbridge.rights import Right
 
@@ -81,11 +83,11 @@ class FactIndex(Struct):
 
 
 def _environment(context: OperationContext, name: str) -> ClipsEnvironment:
-    if name not in context.environments:
+    if name not in environment_names(context):
         if name == _DEFAULT:
             raise NotFoundError(f"No CLIPS environment named '{name}' found", 503)
         raise NotFoundError(f"Environment '{name}' is unknown")
-    return context.service.find(name)
+    return find_environment(context, name)
 
 
 def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
@@ -130,14 +132,14 @@ def _of_one(method: str, about: str, wrong: str, **more: Any) -> Route[Any]:
 
 @OPERATIONS.add("facts", Right.LOOK, _Facts, at_prompt=True)
 def _facts(context: OperationContext, given: _Facts) -> list[tuple[int, str]]:
-    env = context.service.find(given.env)
+    env = find_environment(context, given.env)
     with env.lock:
         return list(islice(fact_texts(env, given.template), min(given.limit, MOST_ROWS)))
 
 
 @OPERATIONS.add("find-facts", Right.LOOK, _Search, at_prompt=True)
 def _find_facts(context: OperationContext, given: _Search) -> dict[str, Any]:
-    env = context.service.find(given.env)
+    env = find_environment(context, given.env)
     with env.lock:
         rows, after = find_facts(env, given.words, given.after, min(given.limit, MOST_ROWS), _SEARCH_S)
     return {"facts": rows, "after": after}
@@ -145,7 +147,7 @@ def _find_facts(context: OperationContext, given: _Search) -> dict[str, Any]:
 
 @OPERATIONS.add("agenda", Right.LOOK, _Agenda, at_prompt=True)
 def _agenda(context: OperationContext, given: _Agenda) -> list[tuple[int, str, str]]:
-    env = context.service.find(given.env)
+    env = find_environment(context, given.env)
     with env.lock:
         return list(islice(agenda(env), min(given.limit, MOST_ROWS)))
 
@@ -167,7 +169,7 @@ def _agenda(context: OperationContext, given: _Agenda) -> list[tuple[int, str, s
     at_prompt=True,
 )
 def _assert(context: OperationContext, given: _Fact) -> int:
-    env = context.service.find(given.env)
+    env = find_environment(context, given.env)
     with env.lock:
         return assert_text(env, given.fact, constant=not context.rights.programs)
 
@@ -180,7 +182,7 @@ def _assert(context: OperationContext, given: _Fact) -> int:
     at_prompt=True,
 )
 def _retract(context: OperationContext, given: _Index) -> None:
-    env = context.service.find(given.env)
+    env = find_environment(context, given.env)
     with env.lock:
         retract_fact(env, given.index)
 
@@ -199,6 +201,6 @@ def _retract(context: OperationContext, given: _Index) -> None:
     at_prompt=True,
 )
 def _modify(context: OperationContext, given: _Slots) -> int:
-    env = context.service.find(given.env)
+    env = find_environment(context, given.env)
     with env.lock:
         return modify_fact(env, given.index, given.slots, constant=not context.rights.programs)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-import threading
 
 import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.daemon import requests as daemon_requests
-from cxbridge.daemon.client import NoAnswerError, command, read_status, request, step
+from cxbridge.daemon.client import NoAnswerError, command, read_status, request
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine
-from tests.daemon.test_daemon import WAIT_S, connected, running
+from cxbridge_studio.cli.daemon_break import _step as step
+from tests.daemon.test_daemon import WAIT_S, connected, running, until
 from tests.run.mini import write_scenario
 
 PING = """
@@ -39,16 +39,6 @@ def _board(daemon):
 @pytest.fixture(name="ask")
 def _ask(board):
     return lambda verb, **arguments: request(board, verb, WAIT_S, **arguments)
-
-
-def until(condition):
-    """Wait until a condition holds that a loop of the daemon brings about."""
-    pause = threading.Event()
-    for _ in range(WAIT_S * 50):
-        if condition():
-            return True
-        pause.wait(0.02)
-    return False
 
 
 def relations(ask, name):

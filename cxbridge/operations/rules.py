@@ -1,0 +1,27 @@
+"""The operation that returns where a debugger has stopped the rules."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from msgspec import convert
+
+from cxbridge.operations.answers import StopInfo
+from cxbridge.operations.operation import NoParameters, OperationContext, Operations
+from cxbridge.rights import Right
+
+if TYPE_CHECKING:
+    from cxbridge.executive.executive import RuleControl
+
+OPERATIONS: Final = Operations()
+
+
+def stop_info(control: RuleControl | None) -> StopInfo | None:
+    """Return where the rules are stopped; None while they are not."""
+    stopped = None if control is None else control.stopped
+    return None if stopped is None else convert(stopped, StopInfo, from_attributes=True)
+
+
+@OPERATIONS.add("where", Right.LOOK, NoParameters)
+def _where(context: OperationContext, _given: NoParameters) -> StopInfo | None:
+    return stop_info(context.executive.control)
