@@ -137,6 +137,7 @@ def right_of_request(method: str, path: str, rights: Rights | None = None) -> Ri
     return known.get((method, path), unknown).needed(rights or Rights())
 
 
+@needs_plugin("studio")
 @needs_plugin("web")
 def test_every_request_over_http_has_its_right():
     assert len(endpoints()) > 60
@@ -145,6 +146,7 @@ def test_every_request_over_http_has_its_right():
     assert all(right is not Right.LOOK for way, right in needed.items() if not way.startswith("GET "))
 
 
+@needs_plugin("studio")
 def test_every_verb_has_its_right():
     assert dict(verbs()) == ASK
 
@@ -330,6 +332,7 @@ def body_for(path: str, marker: Path) -> dict[str, Any]:
     }
 
 
+@needs_plugin("studio")
 def test_without_control_nothing_changes_on_any_way(tmp_path):
     with served(tmp_path, remote_control=False) as (daemon, _lines, marker), ExitStack() as stack:
         for way in REST if HAS_WEB else ():
@@ -358,8 +361,7 @@ def test_without_control_nothing_changes_on_any_way(tmp_path):
                 board.open_for_writing("SkillerInterface", "another")
             assert read_status(board)["state"] == "RUNNING"
             assert request(board, "env-list", WAIT_S)[0]["name"] == "executive"
-            if find_spec("cxbridge_studio"):
-                assert ask_why(board, "goal-retract", "rule", 1, WAIT_S)
+            assert ask_why(board, "goal-retract", "rule", 1, WAIT_S)
         assert not daemon.board.list("TestInterface", "mine")
         assert daemon.state == "RUNNING"
         assert not marker.exists()
@@ -446,6 +448,7 @@ VALUES = (
 )
 
 
+@needs_plugin("studio")
 def test_without_programs_no_text_of_a_client_is_evaluated(tmp_path):
     with served(tmp_path, remote_programs=False) as (daemon, _lines, marker), ExitStack() as stack:
         evil = f'"touch {marker}"'
@@ -479,6 +482,7 @@ def test_without_programs_no_text_of_a_client_is_evaluated(tmp_path):
         assert not marker.exists()
 
 
+@needs_plugin("studio")
 @needs_plugin("web")
 def test_without_programs_no_text_of_a_request_over_http_is_evaluated(tmp_path):
     with served(tmp_path, remote_programs=False) as (daemon, _lines, marker):

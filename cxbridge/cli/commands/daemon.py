@@ -37,10 +37,11 @@ class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  
             raise CxbridgeError(f"there is no command 'daemon {args[0]}'", hint=hint)
         if not named and (args or not ctx.resilient_parsing):  # completion has no complete word yet
             args = ["start", *args]
-        return [*super().parse_args(ctx, args)]
+        parsed: list[str] = super().parse_args(ctx, args)
+        return parsed
 
     def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
-        found = super().shell_complete(ctx, incomplete)
+        found: list[Any] = super().shell_complete(ctx, incomplete)
         start = self.commands["start"]
         with start.make_context("start", [], parent=ctx, resilient_parsing=True) as within:
             known = {item.value for item in found}

@@ -38,6 +38,7 @@ def wait_for(what: str, lines: list[str], start: int = 0) -> None:
 
 
 @pytest.mark.parametrize("core", [None, "builtin"])
+@needs_plugin("studio")
 @needs_plugin("web")
 def test_it_plans_and_moves_and_clients_see_it(core):
     from web_tests.support import serving

@@ -7,6 +7,8 @@ import pytest
 from tests.run.mini import AGENT, write_scenario
 from web_tests.support import serving
 
+pytest.importorskip("cxbridge_studio", reason="needs cxbridge-studio")
+
 DEBUGGER = "/api/cxbridge/debugger"
 MORE = """
 (deftemplate battery (slot level (type INTEGER)) (multislot notes))

@@ -7,6 +7,8 @@ import pytest
 from tests.run.mini import write_scenario
 from web_tests.support import serving
 
+pytest.importorskip("cxbridge_studio", reason="needs cxbridge-studio")
+
 PATH = "/api/cxbridge/environments"
 
 

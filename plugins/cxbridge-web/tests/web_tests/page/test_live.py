@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from tests.run.mini import write_scenario
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 from web_tests.page.conftest import show_gone, wait_for
 from web_tests.support import serving
 
@@ -55,6 +55,7 @@ def test_a_paused_daemon_stands_still_until_it_is_resumed(tab):
         tab.wait_for_selector("#state >> text=RUNNING")
 
 
+@needs_plugin("studio")
 def test_a_breakpoint_stops_the_rules_and_steps_go_on_from_there(tab):
     with serving(config=SCENARIO) as (_, client, _lines):
         tab.goto(f"{client.url}/#/goals")
@@ -124,6 +125,7 @@ def test_a_fact_is_asserted_changed_and_retracted(tab, tmp_path):
         tab.wait_for_selector("[role=option].selected >> text=(wait-sensed FALSE)")
 
 
+@needs_plugin("studio")
 def test_an_environment_is_made_used_and_destroyed(tab, tmp_path):
     (tmp_path / "rules.clp").write_text(
         "(deftemplate door (slot state))\n(deffacts doors (door (state open)))\n", encoding="utf-8"
