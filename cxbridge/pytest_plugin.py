@@ -105,7 +105,10 @@ class Bench:
             strict=strict,
             patience=patience or PATIENCE_S,
             golden=GoldenFiles(
-                self.file.parent / "golden" / self.file.stem, self.test, update=self.update_golden
+                self.file.parent / "golden" / self.file.stem,
+                self.test,
+                update=self.update_golden,
+                pages=None if self.artifacts is None else self.artifacts / self.file.stem,
             ),
         )
         self.runs.append(made)

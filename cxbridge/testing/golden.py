@@ -7,15 +7,18 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from cxbridge.errors import TraceError
+from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.event_kinds import View
 from cxbridge.file_access import replacing
 from cxbridge.history.transitions import Transition
+from cxbridge.run.program.finished import write_document
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
+from cxbridge.trace.compare.side_by_side import page_report
 from cxbridge.trace.formats.transitions_text import TransitionsText, TransitionsWriter
 
 SUFFIX = ".transitions"
@@ -29,11 +32,13 @@ class GoldenFiles:
     :param folder: where they lie.
     :param test: the test's name, which the file has that is given none; empty: several tests share the run.
     :param update: write the files again instead of comparing with them.
+    :param pages: the folder for pages with a differing run next to the golden one; None: no pages.
     """
 
     folder: Path
     test: str
     update: bool = False
+    pages: Path | None = None
 
     def file(self, name: str | None = None) -> Path:
         """Return the file of a name, or of the test.
@@ -68,8 +73,9 @@ class GoldenFiles:
             return
         if not file.exists():
             raise AssertionError(f"there is no golden file {file}: pytest --update-golden writes it")
+        page = None if self.pages is None else self.pages / f"{file_name(f'{self.test} {file.stem}')}.html"
         report = compare_with_golden(
-            file, transitions, view=view, order=order, tolerance=tolerance, start_us=since_us
+            file, transitions, view=view, order=order, tolerance=tolerance, start_us=since_us, page=page
         )
         if report:
             raise AssertionError("\n".join(["this run is not the golden one", *report]))
@@ -100,9 +106,11 @@ def compare_with_golden(
     order: Order,
     tolerance: Tolerance | None = None,
     start_us: int | None = None,
+    page: Path | None = None,
 ) -> list[str]:
     """Return how a run differs from a golden file: the lines of a report, none when it does not.
 
+    :param page: a file for a page with both runs side by side, written when they differ; None: no page.
     :raises TraceError: when the file cannot be read, or holds nothing of the level, or no times.
     """
     with tempfile.TemporaryDirectory(prefix="cxbridge-golden-") as folder:
@@ -117,4 +125,18 @@ def compare_with_golden(
         if comparison.same:
             return []
         report = make_report(comparison, run, [golden])
-        return [line.replace(str(came), "this run") for line in text_report(report)]
+        lines = [line.replace(str(came), "this run") for line in text_report(report)]
+        if page is not None:
+            lines.append(_written_page(page, file.stem, page_report(report)))
+        return lines
+
+
+def _written_page(page: Path, name: str, document: dict[str, Any]) -> str:
+    """Write a page, and return a line that names it, or the reason why there is none."""
+    document["a"]["path"] = "this run"
+    try:
+        page.parent.mkdir(parents=True, exist_ok=True)
+        write_document(page, "comparison", f"{name}: this run and the golden one", document)
+    except CxbridgeError as error:
+        return f"no page shows both runs: {error}"
+    return f"both runs side by side: {page}"

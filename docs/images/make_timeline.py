@@ -124,20 +124,6 @@ def reports(browser: Any, folder: Path) -> None:
     picture(browser, two, "page-light")
     picture(browser, f"{test}#/timeline/goal/gen18/why", "page-dark", color_scheme="dark")
     picture(browser, test, "page-phone", viewport=PHONE)
-    comparison(browser, folder)
-
-
-def comparison(browser: Any, folder: Path) -> None:
-    """Take the picture of the page of ``trace diff``."""
-    one, other = (recorded(folder, name) for name in ("test-scenario", "test-scenario-pddl"))
-    page = folder / "diff.html"
-    command = [sys.executable, "-m", "cxbridge", "trace", "diff", one, other, "--html", page]
-    subprocess.run([str(each) for each in command], check=False, cwd=ROOT, stdout=subprocess.DEVNULL)
-    tab = browser.new_page(viewport=DESK)
-    tab.goto(page.as_uri())
-    tab.wait_for_selector(".comparison")
-    tab.screenshot(path=HERE / "trace-diff.png")
-    tab.close()
 
 
 def picture(browser: Any, url: str, name: str, **options: Any) -> None:

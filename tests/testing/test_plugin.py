@@ -50,6 +50,12 @@ def test_a_golden_file_is_written_compared_with_and_written_anew(project, pytest
     differs = project("fails('slipped')")
     differs.assert_outcomes(failed=1)
     differs.stdout.fnmatch_lines(["*this run is not the golden one*", "*first difference: *"])
+    kept = project("fails('slipped')", "--cx-artifacts=kept")
+    kept.stdout.fnmatch_lines(["*both runs side by side: kept*test_mini_test_mini.html"])
+    assert (
+        "this run and the golden one"
+        in (pytester.path / "kept/test_agent/test_mini_test_mini.html").read_text()
+    )
     project("fails('slipped')", "--update-golden").assert_outcomes(passed=1)
     project("fails('slipped')").assert_outcomes(passed=1)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.event_kinds import View
@@ -31,12 +31,21 @@ def context_of(
 
     :param position: the event's number among those that are compared, from 0; None: nothing is found.
     """
-    context = DifferenceContext()
-    if position is None:
-        return context
+    return contexts_of(run, view, [position], selection)[position]
+
+
+def contexts_of(
+    run: Run, view: View, positions: Sequence[int | None], selection: Selection | None = None
+) -> dict[int | None, DifferenceContext]:
+    """Read a run once, and return the context of each of several events; see :func:`context_of`."""
+    found: dict[int | None, DifferenceContext] = {position: DifferenceContext() for position in positions}
+    wanted = sorted(position for position in found if position is not None)
+    if not wanted:
+        return found
     recent: deque[tuple[int, Event]] = deque(maxlen=LINES_BEFORE + 1)
     rules: deque[RuleFired] = deque(maxlen=RULES_BEFORE)
     goals: dict[str, GoalTransition] = {}
+    unfinished: list[int] = []
     number, start_us = 0, None
     for event, kept in with_kept(run, view, selection):
         start_us = event.time_us if start_us is None else start_us
@@ -46,17 +55,18 @@ def context_of(
             rules.append(event)
         if kept is None:
             continue
-        if number <= position:
-            recent.append((number, event))
-        if number == position:
-            lines = [event_line(*each, start_us, here=each[0] == position) for each in recent]
-            context = DifferenceContext(lines, [describe(rule) for rule in rules], [*goal_lines(goals)])
-        elif number > position:
-            context.lines.append(event_line(number, event, start_us))
-            if number == position + LINES_AFTER:
-                break
+        recent.append((number, event))
+        unfinished = [position for position in unfinished if number <= position + LINES_AFTER]
+        for position in unfinished:
+            found[position].lines.append(event_line(number, event, start_us))
+        if number in found:
+            lines = [event_line(*each, start_us, here=each[0] == number) for each in recent]
+            found[number] = DifferenceContext(lines, [describe(rule) for rule in rules], [*goal_lines(goals)])
+            unfinished.append(number)
+        if number == wanted[-1] + LINES_AFTER:
+            break
         number += 1
-    return context
+    return found
 
 
 def event_line(number: int, event: Event, start_us: int, *, here: bool = False) -> EventLine:

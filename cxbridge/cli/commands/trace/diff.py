@@ -102,6 +102,7 @@ def diff(
     from cxbridge.trace.compare.render.text import make_report
     from cxbridge.trace.compare.runs import compare_runs
     from cxbridge.trace.compare.selection import Selection
+    from cxbridge.trace.compare.side_by_side import page_report
     from cxbridge.trace.formats.registry import open_run
 
     _spare((a, *b), outputs.junit, outputs.page, accepted.write_baseline)
@@ -113,6 +114,8 @@ def diff(
     comparison = compare_runs(run, others, view, kind, selection=selection, tolerance=tolerance)
     unused = _accept(comparison, entries)
     report = make_report(comparison, run, others, selection)
+    if outputs.page is not None:
+        _write_page(outputs.page, page_report(report, method.plain(accepted.baseline), unused, selection))
     _print_outcome(report, unused, outputs, method.plain(accepted.baseline))
     for note in _notes(report, selection, unused, accepted.baseline):
         say(note, err=True)
@@ -161,22 +164,25 @@ def _print_outcome(
 
     :param method: the options that say how it is compared.
     """
-    from cxbridge.run.program.finished import write_document
     from cxbridge.trace.compare.render.json import plain_report
     from cxbridge.trace.compare.render.junit import write_junit
     from cxbridge.trace.compare.render.text import text_report
 
     if outputs.junit is not None:
         write_junit(outputs.junit, report, unused)
-    plain = plain_report(report, method, unused)
-    if outputs.page is not None:
-        title = f"{report.a.path.name} and {report.b.path.name}"
-        write_document(outputs.page, "comparison", title, plain)
     if outputs.as_json:
-        say_json(plain)
+        say_json(plain_report(report, method, unused))
     else:
         for line in text_report(report):
             say(line)
+
+
+def _write_page(path: Path, document: dict[str, Any]) -> None:
+    """Write the comparison as a page."""
+    from cxbridge.run.program.finished import write_document
+
+    title = " and ".join(Path(document[side]["path"]).name for side in "ab")
+    write_document(path, "comparison", title, document)
 
 
 def _notes(

@@ -31,8 +31,9 @@ def view(
 ) -> int:
     """Open recorded runs on the web page, until Ctrl-C. No daemon is needed.
 
-    Serves the page and these runs, no other file, on this machine only. With several runs the page lets you
-    choose. Exit status: 0 ended by Ctrl-C; 2 a run cannot be read, or the port is taken.
+    Serves the page and these runs, no other file, on this machine only. Of two runs the page shows where they
+    part, side by side, as `trace diff --order partial` finds it; of more it lets you choose. Exit status: 0
+    ended by Ctrl-C; 2 a run cannot be read, or the port is taken.
 
     Example: cxbridge view out/run.mcap
     """

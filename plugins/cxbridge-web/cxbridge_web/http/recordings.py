@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
@@ -20,10 +21,12 @@ from starlette.responses import (
 )
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.event_kinds import View
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.linking import links
 from cxbridge.run.explainers import Explainer, explainer
 from cxbridge.trace.codec import encode_with_kind
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.pages import Pages
@@ -40,6 +43,9 @@ _LIST: Final = """<!doctype html>
 <link rel="icon" href="/icon.svg"></head>
 <body><main><h1>Recorded runs</h1><ul>{items}</ul></main></body></html>
 """
+COMPARE: Final = "/compare"
+"""The page with two runs side by side: ``/compare?a=0&b=1``, the numbers of the runs."""
+
 _LINKS: Final = b"links"
 """The query of the pairs of plan-actions and skill calls that a recording does not say."""
 
@@ -66,8 +72,14 @@ class RecordingsApp:
 
     @property
     def start(self) -> str:
-        """The path of the page that shows the run, or lets one be chosen."""
-        return RUNS if len(self._paths) > 1 else self._link(next(iter(self._paths)))
+        """The path of the page that shows the run, compares two, or lets one of many be chosen."""
+        match len(self._paths):
+            case 1:
+                return self._link(next(iter(self._paths)))
+            case 2:
+                return f"{COMPARE}?a=0&b=1"
+            case _:
+                return RUNS
 
     @staticmethod
     def _link(path: str) -> str:
@@ -76,7 +88,10 @@ class RecordingsApp:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
         path = scope["path"]
-        if path.startswith(RUNS):
+        if path == COMPARE:
+            answer = await run_in_threadpool(self._compare, dict(parse_qsl(scope["query_string"].decode())))
+            await answer(scope, receive, send)
+        elif path.startswith(RUNS):
             answer = await run_in_threadpool(self._answer, path, scope["method"], scope["query_string"])
             await answer(scope, receive, send)
         elif path.startswith("/api"):
@@ -90,8 +105,14 @@ class RecordingsApp:
             return PlainTextResponse("Recordings can only be read\n", 405)
         if path == RUNS:
             items = "".join(
-                f'<li><a href="{html.escape(self._link(known))}">{html.escape(str(file))}</a></li>'
-                for known, file in self._paths.items()
+                f'<li><a href="{html.escape(self._link(known))}">{html.escape(str(file))}</a>'
+                + (
+                    f' <a href="{COMPARE}?a={number - 1}&amp;b={number}">with the run before</a>'
+                    if number
+                    else ""
+                )
+                + "</li>"
+                for number, (known, file) in enumerate(self._paths.items())
             )
             return HTMLResponse(_LIST.format(items=items), headers={"Cache-Control": "no-cache"})
         file = self._paths.get(path)
@@ -100,6 +121,21 @@ class RecordingsApp:
         if query.startswith(_WHY):
             return self._why(file, dict(parse_qsl(query.decode("ascii", "replace"))))
         return _events(file, with_links=query == _LINKS)
+
+    def _compare(self, query: Mapping[str, str]) -> Response:
+        """Return the page that shows two runs side by side."""
+        known = list(self._paths)
+        try:
+            one, other = (known[int(query[side])] for side in "ab")
+            view, order = View(query.get("level", "transitions")), Order(query.get("order", "partial"))
+        except (KeyError, IndexError, ValueError):
+            return PlainTextResponse("Name two runs by their numbers: /compare?a=0&b=1\n", 400)
+        runs = {"a": self._link(one), "b": self._link(other)}
+        try:
+            page = compared_page(self._paths[one], self._paths[other], view, order, runs)
+        except CxbridgeError as error:
+            return PlainTextResponse(f"{error}\n", 400)
+        return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
 
     def _why(self, file: Path, query: Mapping[str, str]) -> Response:
         """Answer a question about a recording; with status 400 when it has no answer."""
@@ -132,6 +168,27 @@ def _events(file: Path, *, with_links: bool) -> Response:
     if is_mcap(file):
         return FileResponse(file, media_type="application/octet-stream", headers=headers)
     return StreamingResponse(_lines(file), media_type="application/x-ndjson", headers=headers)
+
+
+def compared_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str, str]) -> str:
+    """Return the page about two recorded runs.
+
+    :param runs: the addresses of the pages of ``a`` and ``b``.
+    :raises CxbridgeError: when a run cannot be read, or lacks events of the level.
+    """
+    from cxbridge.trace.compare.render.text import make_report  # noqa: PLC0415 - most pages compare nothing
+    from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
+    from cxbridge.trace.compare.side_by_side import page_report  # noqa: PLC0415
+    from cxbridge_web.report import document_page  # noqa: PLC0415 - the module imports this one
+
+    run, other = open_run(a), open_run(b)
+    comparison = compare_runs(run, [other], view, order)
+    document = page_report(make_report(comparison, run, [other])) | {"runs": runs}
+    with suppress(CxbridgeError):  # without a plug-in that explains runs
+        document["headlines"] = {
+            side: explainer(each)("run", "")["data"]["headline"] for side, each in (("a", run), ("b", other))
+        }
+    return document_page("comparison", f"{a.name} and {b.name}", document)
 
 
 def _name(path: Path) -> str:

@@ -20,6 +20,9 @@ from urllib.parse import quote
 
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
+from cxbridge.run.options import RunOptions
+from cxbridge_explore.counterexample_playing import play
+from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_web import pages
 from cxbridge_web.http.recordings import RecordingsApp
 from cxbridge_web.http.serving import HttpThread
@@ -34,6 +37,8 @@ LOOKS: Final[Mapping[str, dict[str, Any]]] = {
     "dark": {"viewport": {"width": 1440, "height": 900}, "color_scheme": "dark"},
     "phone": {"viewport": {"width": 390, "height": 844}},
 }
+COMPARE: Final = "compare"
+_SEED: Final = 47
 _SETTLE_MS: Final = 1500
 _POSE: Final = "Position3DInterface::Pose.translation"
 _SERIES: Final = (f"{_POSE}[0]", f"{_POSE}[1]", "executive:plan-action{id=3}.state", "loop")
@@ -47,7 +52,8 @@ class Shot:
 
     :param address: of the view, below ``#/``.
     :param prepare: what to do before, on the page.
-    :param run: the scenario whose recording is shown; empty: the page of the daemon.
+    :param run: the scenario whose recording is shown; empty: the page of the daemon; ``compare``: a run of
+        two robots beside one of the same robots in which skills fail.
     """
 
     address: str
@@ -103,6 +109,7 @@ SHOTS: Final[Mapping[str, Shot]] = {
     "recording": Shot("goals/gen14", _moment(0.4), run="test-scenario"),
     "plot": Shot("plot/" + "/".join(quote(name, safe="") for name in _SERIES), _moment(0.7), run="waypoints"),
     "map": Shot("map", _moment(0.7), run="waypoints"),
+    "compare": Shot("", run=COMPARE),
 }
 
 
@@ -116,13 +123,25 @@ def record(folder: Path, scenario: str) -> Path:
     return path
 
 
+def with_failures(folder: Path) -> Path:
+    """Return the recording of a run of two robots whose skills fail by chance."""
+    path = folder / "two-robots-today.mcap"
+    options = RunOptions(scenario=ROOT / "scenarios" / "two-robots", skiller="none", timeout=120.0)
+    play(options, (), RandomChooser(_SEED), path)
+    return path
+
+
 @contextmanager
 def viewing(folder: Path, scenarios: list[str]) -> Iterator[dict[str, str]]:
     """Serve recordings as ``cxbridge view`` does, each alone; yields the addresses by scenario."""
     with ExitStack() as stack:
         addresses = {}
         for scenario in scenarios:
-            recordings = RecordingsApp([record(folder, scenario)])
+            recordings = RecordingsApp(
+                [record(folder, "two-robots"), with_failures(folder)]
+                if scenario == COMPARE
+                else [record(folder, scenario)]
+            )
             server = HttpThread(WebSettings(port=0), EventBus(RealClock()).logger("Web"))
             server.start(recordings)
             stack.callback(server.stop)
@@ -134,8 +153,9 @@ def shoot(browser: Any, url: str, name: str, shot: Shot) -> None:
     """Take the pictures of one view."""
     for look, options in LOOKS.items():
         page = browser.new_page(reduced_motion="reduce", **options)
-        page.goto(f"{url}#/{shot.address}")
-        page.wait_for_selector(f"#state >> text={'RECORDING' if shot.run else 'RUNNING'}")
+        page.goto(url if shot.run == COMPARE else f"{url}#/{shot.address}")
+        state = "RECORDING" if shot.run else "RUNNING"
+        page.wait_for_selector(".comparison" if shot.run == COMPARE else f"#state >> text={state}")
         page.wait_for_timeout(_SETTLE_MS)
         shot.prepare(page)
         page.wait_for_timeout(_SETTLE_MS / 2)

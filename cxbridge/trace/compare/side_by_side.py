@@ -1,0 +1,128 @@
+"""A comparison for a page: the goals of both runs next to each other, and the causes of each difference."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from typing import Any, Final, TypeAlias
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.event_kinds import View
+from cxbridge.events import Event
+from cxbridge.history.builder import UNLIMITED, RunHistory
+from cxbridge.history.model import GoalRecord
+from cxbridge.history.outcome import goal_outcome
+from cxbridge.trace.compare.context import contexts_of
+from cxbridge.trace.compare.goal_matching import match_goals
+from cxbridge.trace.compare.goals import GoalForest
+from cxbridge.trace.compare.render.json import plain_report
+from cxbridge.trace.compare.render.text import ComparisonReport
+from cxbridge.trace.compare.selection import Selection, compared
+from cxbridge.trace.formats.base import Run
+
+EXPLAINED: Final = 30
+"""Differences whose causes are shown, the first ones."""
+
+MOST_ROWS: Final = 500
+"""Goals that are shown, the first ones of the trees."""
+
+Bar: TypeAlias = dict[str, Any]
+
+
+def page_report(
+    report: ComparisonReport,
+    options: Mapping[str, Any] | None = None,
+    unused: Sequence[str] = (),
+    selection: Selection | None = None,
+) -> dict[str, Any]:
+    """Return the values of :func:`plain_report` with those that only a page shows.
+
+    :returns: also ``contexts``: the causes of the first differences, in their order, by side; ``goals``: rows
+        with ``label``, ``depth`` and the bars of both sides; ``end``: the length of each side, and
+        ``start_us``: its beginning; ``unit``: ``s``, or ``steps`` when a run has no times.
+    """
+    explained = report.comparison.differences[:EXPLAINED]
+    contexts: list[list[dict[str, Any]]] = []
+    for run, sides in (
+        (report.a, [each.a for each in explained]),
+        (report.b, [each.b for each in explained]),
+    ):
+        positions = [side.position for side in sides]
+        found = contexts_of(run, report.comparison.view, positions, selection)
+        contexts.append([asdict(found[position]) for position in positions])
+    return {
+        **plain_report(report, options, unused),
+        "contexts": [{"a": a, "b": b} for a, b in zip(*contexts, strict=True)],
+        **_goals(report.a, report.b),
+    }
+
+
+def _goals(a: Run, b: Run) -> dict[str, Any]:
+    """Return the goals of both runs in the order of their trees."""
+    histories = [RunHistory.of(run, UNLIMITED, run.start_us) for run in (a, b)]
+    timed = all(history.end > 0 for history in histories)
+    bars = [_bars(history, timed=timed) for history in histories]
+    ends = [history.end / MICROSECONDS if timed else history.events for history in histories]
+    match = match_goals(GoalForest(_of_goals(a)), GoalForest(_of_goals(b)))
+    rows: dict[str, dict[str, Any]] = {}
+    for one, other in match.pairs:
+        rows[match.labels[one]] = {"a": bars[0].get(one.key), "b": bars[1].get(other.key)}
+    for side, only in zip("ab", match.only, strict=True):
+        for goal in only:
+            rows[match.labels[goal]] = {"a": None, "b": None, side: bars["ab".index(side)].get(goal.key)}
+    ordered = list(_in_order(rows))
+    return {
+        "unit": "s" if timed else "steps",
+        "end": dict(zip("ab", ends, strict=True)),
+        "start_us": {
+            side: history.clock.first_us or 0 for side, history in zip("ab", histories, strict=True)
+        },
+        "goals": ordered[:MOST_ROWS],
+        "more_goals": max(0, len(ordered) - MOST_ROWS),
+    }
+
+
+def _of_goals(run: Run) -> Iterator[Event]:
+    return compared(run, View.TRANSITIONS)
+
+
+def _bars(history: RunHistory, *, timed: bool) -> dict[tuple[str, str], Bar]:
+    """Return the first life of each goal as a bar."""
+    found: dict[tuple[str, str], Bar] = {}
+    for goal in history.goals:
+        found.setdefault((goal.env, goal.id), _bar(goal, history, timed=timed))
+    return found
+
+
+def _bar(goal: GoalRecord, history: RunHistory, *, timed: bool) -> Bar:
+    ended = goal.ended
+    begin, end = goal.changes[0], ended or goal.changes[-1]
+    if timed:
+        times = begin.time / MICROSECONDS, (history.end if ended is None else end.time) / MICROSECONDS
+    else:
+        times = begin.seq, (history.events if ended is None else end.seq)
+    return {
+        "goal": goal.name,
+        "goal_class": goal.goal_class,
+        "begin": times[0],
+        "end": times[1],
+        "outcome": goal_outcome(goal.mode, goal.outcome).name.lower(),
+        "error": goal.error,
+    }
+
+
+def _in_order(rows: Mapping[str, dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield the rows of parents before those of their children; siblings in the order of their beginnings."""
+    below: dict[str, list[str]] = {}
+    for label in rows:
+        above = label.rpartition("/")[0]
+        below.setdefault(above if above in rows else "", []).append(label)
+
+    def begin(label: str) -> float:
+        return min((bar["begin"] for bar in rows[label].values() if bar is not None), default=0)
+
+    stack = [(label, 0) for label in sorted(below.get("", ()), key=begin, reverse=True)]
+    while stack:
+        label, depth = stack.pop()
+        yield {"label": label.rpartition("/")[2], "depth": depth, **rows[label]}
+        stack += [(child, depth + 1) for child in sorted(below.get(label, ()), key=begin, reverse=True)]
