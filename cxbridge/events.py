@@ -237,7 +237,7 @@ class InterfaceMessage(Event, frozen=True):
     :param message: the message's type, e.g. ``ExecSkillMessage``.
     :param msgid: the number that its sender gave it.
     :param sender: owner of the instance that sent it; empty when that is not known.
-    :param outcome: ``queued``, ``handled``, ``refused`` or ``sent``; see docs/trace-model.md.
+    :param outcome: ``queued``, ``handled``, ``refused`` or ``sent``; see docs/formats.md#events.
     :param values: field names and their values, in declaration order.
     """
 

@@ -1,6 +1,6 @@
 """Emits writes of interfaces, and messages to their writers, on the event bus.
 
-docs/trace-model.md lists the outcomes of messages.
+docs/formats.md#events lists the outcomes of messages.
 """
 
 from __future__ import annotations

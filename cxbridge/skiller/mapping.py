@@ -2,7 +2,7 @@
 
 Fawkes pastes values unchanged, so a quote in a value ends the string early and the rest runs as Lua code.
 ``mode='strict'``, the default, preserves values: it escapes quotes, backslashes, line ends and NUL, and
-refuses values outside of quotes that are not a single word or number. See ``docs/action-mapping.md``.
+refuses values outside of quotes that are not a single word or number. See ``docs/skiller.md``.
 """
 
 from __future__ import annotations
@@ -186,7 +186,7 @@ def _kept(place: Placeholder, value: str, before: str) -> str:
     if context is quoting.QuotingContext.ESCAPE or not quoting.is_word(value):
         raise _CannotMapError(
             f"Value '{value}' of parameter '{place.name}' is not a single word or number and stands unquoted "
-            f"in the skill string: use ?({place.name})s (docs/action-mapping.md)"
+            f"in the skill string: use ?({place.name})s (docs/skiller.md)"
         )
     return value
 

@@ -1,4 +1,4 @@
 """Recorded runs: events to files and back, and the comparison of two runs.
 
-docs/trace-model.md describes the model, docs/formats.md the files.
+docs/formats.md describes the events and the files.
 """

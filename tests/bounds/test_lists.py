@@ -16,7 +16,7 @@ QUEUES = {"deque", "Queue", "SimpleQueue", "LifoQueue", "PriorityQueue"}
 
 def listed(heading: str) -> set[str]:
     """Return the files in the first column of the table below a heading."""
-    text = (ROOT / "docs/security.md").read_text()
+    text = (ROOT / "docs/evidence/security.md").read_text()
     table = text[text.index(heading) :].partition("\n\n**")[0]
     return set(re.findall(r"^\| `([\w/]+\.py)` \|", table, re.MULTILINE))
 

@@ -108,7 +108,7 @@ def test_the_template_is_what_the_tutorial_says(here):
 def test_the_workflow_is_the_one_of_the_manual(here):
     invoke(["new", "courier"])
     made = (here / "courier" / ".github" / "workflows" / "agent.yml").read_text()
-    said = next(b for b in blocks((ROOT / "docs" / "howto-ci.md").read_text()) if b.language == "yaml")
+    said = next(b for b in blocks((ROOT / "docs" / "testing.md").read_text()) if b.language == "yaml")
     assert [line for line in made.splitlines() if "check courier" not in line] == list(said.lines)
 
 

@@ -38,41 +38,74 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "configuration.md": {
         "cxbridge check rcll-simulator/central_agent.yaml --overlay ~/fawkes-robotino --fawkes-dir ~/fawkes": RCLL,
     },
-    "dependencies.md": {"make lock": INDEX},
+    "daemon.md": {
+        "cxbridge gateway tcp://127.0.0.1:1911 fawkes://robot:1910 -i SkillerInterface -i SkillerDebugInterface": ROBOT,
+    },
+    "evidence/clips.md": {
+        "cxbridge run ~/fawkes-robotino/cfg --fawkes-dir ~/fawkes --spec rcll-central --config mine.yaml --clips-dir ~/fawkes-robotino/src/clips-specs --interface-dir ~/fawkes-robotino/src/libs/interfaces": RCLL,
+    },
+    "evidence/dependencies.md": {
+        "make lock": INDEX,
+    },
+    "evidence/planning.md": {
+        "python -m benchmarks.planner_pairs FOLDER... --most 5 --draw 110 --timeout 30 --engines --validate VAL/bin/Validate": PAIRS,
+    },
+    "evidence/rcll.md": {
+        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino --referee localhost:4444 --spec rcll-central --json": "needs a referee box; plugins/cxbridge-rcll/tests/rcll_tests/test_remote.py has one",
+        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll-central --seed 1 --simtest FULL": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
+        "cxbridge game --fawkes-dir fawkes --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll --seed 1 --json": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
+        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does",
+        "cxbridge explore --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 4 --faults 1 --depth 30": "takes ten minutes",
+    },
+    "evidence/replay.md": {
+        "cxbridge bb send SwitchInterface::BBLogger DisableSwitch": DAEMON_WITH_BBLOG,
+    },
+    "evidence/ros2-cx.md": {
+        "cxbridge run my_agent/params/agent.yaml --ros2cx ~/clips_executive --timeout 60 --log-dir out": TODAYS_CX,
+    },
+    "evidence/ros2cx.md": {
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --config goals": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --executor move=robot.py:Move": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --executor move=cxbridge_ros2cx.executors:MoveExecutor": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-skill --timeout 5 --trace skill.mcap --executor move=robot.py:Move --executor move=robot.py:Move": THESIS,
+        "cxbridge trace exchange skill.mcap": THESIS,
+        "cxbridge daemon --ros2cx ~/ros2-clips-executive --spec test-nav2 --config elsewhere.yaml": THESIS,
+        "cxbridge skill executor cxbridge_ros2cx.executors:MoveExecutor --agent default": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --trace nav2.mcap": THESIS,
+        "cxbridge trace planning nav2.mcap": THESIS,
+        "cxbridge trace report nav2.mcap": THESIS,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --config goals --config skiller --clock real": ROBOT,
+        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-pddl --config skiller --clock real": ROBOT,
+    },
+    "evidence/security.md": {
+        "pip install atheris": FUZZING,
+        "python -m fuzz zmq corpus-zmq -max_total_time=3600 -max_len=8192": FUZZING,
+        "python -m fuzz zmq-sessions corpus-sessions -max_total_time=3600 -max_len=600 -timeout=20": FUZZING,
+        "python -m fuzz fawkesnet corpus-fawkesnet -max_total_time=3600 -max_len=8192": FUZZING,
+        "python -m fuzz skill-strings corpus-skills -max_total_time=3600 -max_len=400 -timeout=20 -rss_limit_mb=1500": FUZZING,
+        "python -m fuzz ros2-cdr corpus-cdr -max_total_time=3600 -max_len=4096 -rss_limit_mb=1500": FUZZING,
+        "python -m fuzz.minimise zmq corpus-zmq tests/blackboard/zmq/corpus": FUZZING,
+    },
     "explore.md": {
         "cxbridge explore test-scenario --faults 2": "is what plugins/cxbridge-explore/tests/explore_tests/test_explore.py does",
         "cxbridge explore two-robots --faults 2 --html out/explore/map.html": "plugins/cxbridge-explore/tests/explore_tests/test_map.py writes a map",
     },
-    "features.md": {
-        "cxbridge run ~/fawkes-robotino/cfg --fawkes-dir ~/fawkes --spec rcll-central --config mine.yaml "
-        "--clips-dir ~/fawkes-robotino/src/clips-specs --interface-dir ~/fawkes-robotino/src/libs/interfaces": RCLL,
-    },
-    "gateway.md": {
-        "cxbridge gateway tcp://127.0.0.1:1911 fawkes://robot:1910 "
-        "-i SkillerInterface -i SkillerDebugInterface": ROBOT,
-    },
-    "howto-ci.md": {
-        "pip install cxbridge pytest": INDEX,
-        "pytest --cx-artifacts kept --junit-xml tests.xml": SAME,
-    },
-    "howto-mongodb.md": {
-        "mongod --replSet robots --port 27021 --dbpath /var/lib/robots --bind_ip 127.0.0.1": MONGODB,
-        "mongosh --port 27021 --eval 'rs.initiate()'": MONGODB,
-        "cxbridge run two-agents --clock real --config fleet.yaml": MONGODB,
-    },
-    "howto-move.md": {
+    "from-fawkes.md": {
         "cxbridge run --fawkes-dir ~/fawkes --overlay ~/fawkes-robotino --spec rcll": RCLL,
-        "cxbridge run ~/robot/cfg --fawkes-dir ~/fawkes --spec robot --clips-dir ~/robot/clips "
-        "--interface-dir ~/robot/interfaces": OWN_FILES,
+        "cxbridge run ~/robot/cfg --fawkes-dir ~/fawkes --spec robot --clips-dir ~/robot/clips --interface-dir ~/robot/interfaces": OWN_FILES,
     },
-    "howto-skiller.md": {
-        "cxbridge run test-scenario --skiller fawkes://robot:1910 --trace robot.mcap": ROBOT
+    "from-ros2.md": {
+        "cxbridge run my_agent/params/agent.yaml --ros2cx ~/clips_executive --timeout 60 --log-dir out": TODAYS_CX,
     },
-    "howto-two-robots.md": {
-        "cxbridge skill executor mover.py:Mover --agent robot1 "
-        '--connect "tcp://base:1911?key=robot1.key_secret&server-key=base.key"': TWO_MACHINES,
-        "cxbridge daemon scenarios/two-agents --agent robot1 --config fleet.yaml": MONGODB,
-        "cxbridge daemon scenarios/two-agents --agent robot2 --config fleet.yaml": MONGODB,
+    "games.md": {
+        "cp -r scenarios/workshop mine": "the agent is then changed by hand",
+        "cxbridge game workshop --against mine --games 20": "is what plugins/cxbridge-explore/tests/explore_tests/game/test_game.py does with fewer games",
+        "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,
+        "cxbridge sweep courier --against courier-v2 --runs 1000": SWEEP,
+        "pip install 'cxbridge-explore[dask]'": INDEX,
+        "cxbridge sweep courier --runs 100000 --engine dask://scheduler:8786 --resume out/rows.jsonl": DASK,
+        "cxbridge game --fawkes-dir fawkes --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 4": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
     },
     "installing.md": {
         ". .venv/bin/activate": SAME,
@@ -84,79 +117,13 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cp share/systemd/cxbridge.service /etc/systemd/system/": ROOT_RIGHTS,
         "systemctl enable --now cxbridge": ROOT_RIGHTS,
         "docker build -t cxbridge .": DOCKER,
-        'docker run --rm --network host -v "$PWD/robot.yaml:/etc/cxbridge/robot.yaml:ro" cxbridge daemon '
-        "/etc/cxbridge/robot.yaml": DOCKER,
+        'docker run --rm --network host -v "$PWD/robot.yaml:/etc/cxbridge/robot.yaml:ro" cxbridge daemon /etc/cxbridge/robot.yaml': DOCKER,
         "docker run --rm cxbridge run test-scenario": DOCKER,
-    },
-    "planning.md": {
-        "python -m benchmarks.planner_pairs FOLDER... --most 5 --draw 110 --timeout 30 --engines --validate "
-        "VAL/bin/Validate": PAIRS
     },
     "recording.md": {
         "cxbridge trace record --connect fawkes://robot:1910 -i '*' -o logs/ --duration 60 --json": ROBOT,
-        "cxbridge bb send SwitchInterface::BBLogger DisableSwitch": DAEMON_WITH_BBLOG,
-    },
-    "replay.md": {
         "cxbridge trace replay logs/ --connect fawkes://robot:1910 -i 'Laser360Interface'": ROBOT,
         "cxbridge trace replay run.mcap -i 'Position3DInterface::*' --from 10 --to 20 --speed 0.5 --loop": OWN_FILES,
-    },
-    "from-ros2-cx.md": {
-        "cxbridge run my_agent/params/agent.yaml --ros2cx ~/clips_executive --timeout 60 --log-dir out": TODAYS_CX,
-    },
-    "ros2cx.md": {
-        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2": THESIS,
-        "cxbridge run --ros2cx ~/ros2-clips-executive --config goals": THESIS,
-        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --executor move=robot.py:Move": THESIS,
-        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 "
-        "--executor move=cxbridge_ros2cx.executors:MoveExecutor": THESIS,
-        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-skill --timeout 5 --trace skill.mcap "
-        "--executor move=robot.py:Move --executor move=robot.py:Move": THESIS,
-        "cxbridge trace exchange skill.mcap": THESIS,
-        "cxbridge daemon --ros2cx ~/ros2-clips-executive --spec test-nav2 --config elsewhere.yaml": THESIS,
-        "cxbridge skill executor cxbridge_ros2cx.executors:MoveExecutor --agent default": THESIS,
-        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --trace nav2.mcap": THESIS,
-        "cxbridge trace planning nav2.mcap": THESIS,
-        "cxbridge trace report nav2.mcap": THESIS,
-        "cxbridge run --ros2cx ~/ros2-clips-executive --config goals --config skiller --clock real": ROBOT,
-        "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-pddl --config skiller --clock real": ROBOT,
-    },
-    "security.md": {
-        "cxbridge keys robot -o ~/.cxbridge": HOME,
-        "cxbridge keys laptop -o ~/.cxbridge": HOME,
-        "cxbridge daemon --endpoint tcp://10.77.0.1:1911 --secret-key ~/.cxbridge/robot.key_secret "
-        "--clients ~/.cxbridge/clients": TWO_MACHINES,
-        "cxbridge run scenarios/test-scenario "
-        '--skiller "tcp://10.77.0.1:1911?key=$HOME/.cxbridge/laptop.key_secret&server-key=$HOME/.cxbridge/robot.key"': TWO_MACHINES,
-        "openssl rand -hex 24": OPENSSL,
-        "openssl req -x509 -newkey rsa:3072 -nodes -days 365 -subj /CN=robot -keyout web.key -out web.crt": OPENSSL,
-        "pip install atheris": FUZZING,
-        "python -m fuzz zmq corpus-zmq -max_total_time=3600 -max_len=8192": FUZZING,
-        "python -m fuzz zmq-sessions corpus-sessions -max_total_time=3600 -max_len=600 -timeout=20": FUZZING,
-        "python -m fuzz fawkesnet corpus-fawkesnet -max_total_time=3600 -max_len=8192": FUZZING,
-        "python -m fuzz skill-strings corpus-skills -max_total_time=3600 -max_len=400 -timeout=20 "
-        "-rss_limit_mb=1500": FUZZING,
-        "python -m fuzz ros2-cdr corpus-cdr -max_total_time=3600 -max_len=4096 -rss_limit_mb=1500": FUZZING,
-        "python -m fuzz.minimise zmq corpus-zmq tests/blackboard/zmq/corpus": FUZZING,
-    },
-    "several-agents.md": {
-        "cxbridge run scenarios/two-agents --agent robot1 --clock real --config fleet.yaml": MONGODB,
-        "cxbridge daemon scenarios/two-agents --agent robot1 --config fleet.yaml": MONGODB,
-    },
-    "games.md": {
-        "cp -r scenarios/workshop mine": "the agent is then changed by hand",
-        "cxbridge game workshop --against mine --games 20": "is what plugins/cxbridge-explore/tests/explore_tests/game/test_game.py does with fewer games",
-    },
-    "rcll.md": {
-        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
-        "--referee localhost:4444 --spec rcll-central --json": "needs a referee box; plugins/cxbridge-rcll/tests/rcll_tests/test_remote.py has one",
-        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
-        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --simtest FULL": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
-        "cxbridge game --fawkes-dir fawkes --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll --seed 1 "
-        "--json": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
-        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
-        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does",
-        "cxbridge explore --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
-        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 4 --faults 1 --depth 30": "takes ten minutes",
     },
     "ros2.md": {
         "pip install 'cxbridge[ros2]'": INDEX,
@@ -166,12 +133,33 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge ros2 terminal get problem predicates": TERMINAL,
         "cxbridge ros2 terminal < commands.txt": TERMINAL,
     },
-    "sweep.md": {
-        "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,
-        "cxbridge sweep courier --against courier-v2 --runs 1000": SWEEP,
-        "pip install 'cxbridge-explore[dask]'": INDEX,
-        "cxbridge sweep courier --runs 100000 --engine dask://scheduler:8786 --resume out/rows.jsonl": DASK,
+    "security.md": {
+        "cxbridge keys robot -o ~/.cxbridge": HOME,
+        "cxbridge keys laptop -o ~/.cxbridge": HOME,
+        "cxbridge daemon --endpoint tcp://10.77.0.1:1911 --secret-key ~/.cxbridge/robot.key_secret --clients ~/.cxbridge/clients": TWO_MACHINES,
+        'cxbridge run scenarios/test-scenario --skiller "tcp://10.77.0.1:1911?key=$HOME/.cxbridge/laptop.key_secret&server-key=$HOME/.cxbridge/robot.key"': TWO_MACHINES,
+        "openssl rand -hex 24": OPENSSL,
+        "openssl req -x509 -newkey rsa:3072 -nodes -days 365 -subj /CN=robot -keyout web.key -out web.crt": OPENSSL,
     },
-    "tutorial-agent.md": {". .venv/bin/activate": SAME, "mkdir ~/cup && cd ~/cup": SAME},
+    "several-agents.md": {
+        "mongod --replSet robots --port 27021 --dbpath /var/lib/robots --bind_ip 127.0.0.1": MONGODB,
+        "mongosh --port 27021 --eval 'rs.initiate()'": MONGODB,
+        "cxbridge daemon scenarios/two-agents --agent robot2 --config fleet.yaml": MONGODB,
+        "cxbridge run scenarios/two-agents --agent robot1 --clock real --config fleet.yaml": MONGODB,
+    },
+    "skill-board.md": {
+        'cxbridge skill executor mover.py:Mover --agent robot1 --connect "tcp://base:1911?key=robot1.key_secret&server-key=base.key"': TWO_MACHINES,
+    },
+    "skiller.md": {
+        "cxbridge run test-scenario --skiller fawkes://robot:1910 --trace robot.mcap": ROBOT,
+    },
+    "testing.md": {
+        "pip install cxbridge pytest": INDEX,
+        "pytest --cx-artifacts kept --junit-xml tests.xml": SAME,
+    },
+    "tutorial-agent.md": {
+        ". .venv/bin/activate": SAME,
+        "mkdir ~/cup && cd ~/cup": SAME,
+    },
 }
-"""Page, command, reason."""
+"""Page below docs, command, reason."""

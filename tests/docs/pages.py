@@ -27,6 +27,12 @@ _COMMAND = re.compile(rf"(?:- run: )?(?P<prompt>\w*\$ +)?(?P<text>(?:{_PROGRAMS}
 _FENCE = re.compile(r"( *)```([\w-]*)$")
 
 
+def name_of(page: Path) -> str:
+    """Return the path of a page below docs, or the name of a page elsewhere."""
+    docs = ROOT / "docs"
+    return page.relative_to(docs).as_posix() if page.is_relative_to(docs) else page.name
+
+
 @dataclass(frozen=True)
 class Block:
     """Text that is no prose: its language, its first line's number in the page, its lines."""

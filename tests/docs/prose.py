@@ -29,6 +29,8 @@ _BEGINS = re.compile(r"[|#*>:-]|\d+\. ")
 """How a line begins that does not go on with the sentence of the line above."""
 
 _FENCE = re.compile(r"^( *)```.*?^\1```$", re.DOTALL | re.MULTILINE)
+_GENERATED = re.compile(r"(?<=<!-- )(\w+): python .*?(?=<!-- /\1 -->)", re.DOTALL)
+"""A part that is made from the code, where its words are checked."""
 _INDENTED = re.compile(r"(?<=\n\n)(?:    .*\n)+")
 _CODE = re.compile(r"(`+)[^`]+?\1")
 _LINK = re.compile(r"\]\([^)]*\)|<https?:[^>]*>|https?://\S+")
@@ -73,7 +75,7 @@ def _without_code(text: str) -> str:
 
 def prose_of_markdown(text: str) -> str:
     """Return the prose of a page: everything else is blanked, lines stay where they are."""
-    for pattern in (_FENCE, _INDENTED):
+    for pattern in (_GENERATED, _FENCE, _INDENTED):
         text = pattern.sub(lambda match: _masked(match, " "), text)
     return _without_code(text)
 

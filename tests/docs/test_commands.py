@@ -12,19 +12,12 @@ import typer
 from cxbridge.cli.main import app
 from cxbridge.errors import CxbridgeError
 from tests.docs.not_run import CI_ITSELF, NOT_RUN
-from tests.docs.pages import CONSOLE, PAGES, USAGE, blocks, commands, looks_like_commands
+from tests.docs.pages import CONSOLE, PAGES, USAGE, blocks, commands, looks_like_commands, name_of
 from tests.forked import nursery
 from tests.support import ROOT
 
 PAGE = (ROOT / "docs" / "commands.md").read_text()
 TREE: Any = typer.main.get_command(app)
-
-
-def all_commands(command=TREE, path=()):
-    """Each command and group of the command line, with its path."""
-    yield path, command
-    for name, child in getattr(command, "commands", {}).items():
-        yield from all_commands(child, (*path, name))
 
 
 def options(command):
@@ -72,14 +65,14 @@ def test_every_command_is_run_or_says_why_not():
             if block.language in {CONSOLE, USAGE}:
                 continue
             for line in looks_like_commands(block):
-                if line not in run and line not in NOT_RUN.get(page.name, {}):
-                    missing.setdefault(page.name, {})[line] = block.line
+                if line not in run and line not in NOT_RUN.get(name_of(page), {}):
+                    missing.setdefault(name_of(page), {})[line] = block.line
     assert missing == {}, "make it a console block, or add it to tests/docs/not_run.py with a reason"
 
 
 def test_what_is_not_run_is_still_shown():
     for name, lines in NOT_RUN.items():
-        (page,) = (page for page in PAGES if page.name == name)
+        (page,) = (page for page in PAGES if name_of(page) == name)
         found = [line for block in blocks(page.read_text()) for line in looks_like_commands(block)]
         assert [line for line in lines if line not in found] == [], name
 
@@ -109,33 +102,6 @@ def test_what_is_not_run_names_commands_and_options_that_there_are():
 )
 def test_what_there_is_not_is_noticed(line):
     assert unknown_words(line)
-
-
-def section(name):
-    """The text below a heading of commands.md, up to the next; `why, coverage` are one."""
-    for part in re.split(r"^## ", PAGE, flags=re.MULTILINE):
-        if name in part.splitlines()[0].split(", "):
-            return part
-    return ""
-
-
-def untold(path, command):
-    """Return what commands.md does not have of a command: its section, its name, options."""
-    head = PAGE.partition("\n## run")[0]
-    own = section(path[0]) if path else head
-    if not own or (path and not re.search(rf"\b{re.escape(path[-1])}\b", own)):
-        return [" ".join(path)]
-    names = {name for item in command.params for name in (*item.opts, *item.secondary_opts)}
-    return [
-        name
-        for name in sorted(names)
-        if name[:2] == "--" and not re.search(rf"{re.escape(name)}(?![\w-])", own + head)
-    ]
-
-
-def test_commands_md_has_every_command_and_option():
-    missing = {path: untold(path, command) for path, command in all_commands()}
-    assert {path: names for path, names in missing.items() if names} == {}
 
 
 def test_commands_md_tells_the_status_of_every_error():

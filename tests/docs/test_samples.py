@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.pages import PAGES, TUTORIALS, commands
+from tests.docs.pages import PAGES, TUTORIALS, commands, name_of
 from tests.docs.shell import Shell
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, SHARED, share
 
@@ -84,7 +84,7 @@ def play(page, folder, shell, capfd):
 SHOWN = share([page for page in PAGES if commands(page)], 14, row=lambda page: page in TUTORIALS)
 
 
-@pytest.mark.parametrize("page", SHOWN, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", SHOWN, ids=name_of)
 def test_a_page_works_as_written(page, tmp_path, ipc, monkeypatch, capfd):
     """Its files are written, its commands run, with the statuses and the output shown.
 

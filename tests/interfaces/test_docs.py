@@ -1,4 +1,4 @@
-"""The examples of docs/interfaces.md run, and its definition is correct."""
+"""The examples about interface types run, and its definition is correct."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ import pytest
 from cxbridge.interfaces.xml.parser import check_bytes
 from tests.support import ROOT
 
-PAGE = (ROOT / "docs" / "interfaces.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "blackboard.md").read_text(encoding="utf-8").partition("## Interface types")[2]
+LAYOUTS = (ROOT / "docs" / "evidence" / "blackboard.md").read_text(encoding="utf-8")
 
 
 def test_the_examples_run(capsys: pytest.CaptureFixture[str]) -> None:
-    for example in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
+    for example in re.findall(r"```python\n(.*?)```", PAGE + LAYOUTS, re.DOTALL):
         names: dict[str, Any] = {}
-        exec(compile(example, "docs/interfaces.md", "exec"), names)
+        exec(compile(example, "docs/blackboard.md", "exec"), names)
     assert capsys.readouterr().out.startswith("say{text='hello'} 1040\n2 S_FINAL\n")
 
 

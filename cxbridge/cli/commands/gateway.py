@@ -38,7 +38,7 @@ def gateway(
     """Mirror interfaces between two blackboards, in the foreground until SIGINT or SIGTERM.
 
     Each interface goes from the side that has its writer to the other one; messages go to the writer, with
-    the serial of the instance that sent them. See docs/gateway.md.
+    the serial of the instance that sent them. See docs/daemon.md#the-gateway.
 
     Exit status: 0 stopped on request; 2 bad input, or a side does not answer.
 

@@ -44,7 +44,7 @@ def run(
 
     Exit status: 0 every root goal ended COMPLETED or maintains; 1 some ended FAILED or REJECTED; 2 bad input;
     3 the timeout passed; 4 a fault of the run itself; 130 interrupted. With --replay: 0 it decided the same;
-    1 something else. See docs/replay.md. With --break: docs/debugging.md.
+    1 something else. See docs/recording.md. With --break: docs/debugging.md.
 
     Example: cxbridge run test-scenario --trace out/run.mcap
     """

@@ -1,4 +1,4 @@
-"""The feature ``navgraph``: the navigation graph as facts, and blocked edges. See docs/navgraph.md."""
+"""The feature ``navgraph``: the navigation graph as facts, and blocked edges. See docs/features.md."""
 
 from __future__ import annotations
 

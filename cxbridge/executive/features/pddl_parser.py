@@ -1,4 +1,4 @@
-"""The feature ``pddl-parser``: PDDL domains and formulas as facts, see docs/pddl.md."""
+"""The feature ``pddl-parser``: PDDL domains and formulas as facts, see docs/planning.md#pddl."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The feature ``robot_memory``: documents, collections, triggers and mutexes for rules.
 
-docs/robot-memory.md lists the differences from Fawkes.
+docs/several-agents.md lists the differences from Fawkes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The feature ``tf``: transforms between coordinate frames. See docs/tf.md."""
+"""The feature ``tf``: transforms between coordinate frames. See docs/features.md#tf."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 clipspy 1.0.6 is one shared object that exports all of CLIPS. Wrapped functions are called through its
 ``lib``, the remaining few through cffi's ABI mode. clipspy's Python classes are not used: its Fact leaks
 memory, its functions flatten multifields, and its builders refuse values that CLIPS accepts (see
-docs/clips.md). The signatures follow the CLIPS 6.4 Advanced Programming Guide and header files.
+docs/evidence/clips.md). The signatures follow the CLIPS 6.4 Advanced Programming Guide and header files.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A CLIPS environment as in Fawkes: CLIPS 6.4 with the behaviour of 6.30 where agents depend on it.
 
 Shims replace functions that 6.4 removed, changed or added, and `modify` makes a new fact in users' files. The
-built-in core relies on 6.4's faster `modify`. docs/clips.md lists all differences.
+built-in core relies on 6.4's faster `modify`. docs/evidence/clips.md lists all differences.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """CLIPS 6.30's functions that 6.4 removed or changed, made from 6.4's functions.
 
-docs/clips.md lists the remaining differences. ``tests/executive/clips630`` compares every function with a
-real CLIPS 6.30.
+docs/evidence/clips.md lists the remaining differences. ``tests/executive/clips630`` compares every function
+with a real CLIPS 6.30.
 """
 
 from __future__ import annotations

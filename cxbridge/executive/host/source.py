@@ -1,9 +1,10 @@
 """Preparation of CLIPS text: position of constructs, and `modify` as in CLIPS 6.30.
 
 In 6.30 ``modify`` retracts a fact and asserts a new one with a new index; 6.4 changes the fact in place.
-Users' files, including Fawkes', rely on the former (docs/clips.md). Therefore ``(modify F (slot v...))``
-becomes ``(cx-modify F slot (create$ v...))``, a host function, and likewise ``duplicate``, which in 6.4 ends
-the process if a single slot gets several values. Line numbers stay the same.
+Users' files, including Fawkes', rely on the former (docs/evidence/clips.md). Therefore
+``(modify F (slot v...))`` becomes ``(cx-modify F slot (create$ v...))``, a host function, and likewise
+``duplicate``, which in 6.4 ends the process if a single slot gets several values. Line numbers stay the
+same.
 
 The built-in core keeps 6.4's faster `modify`. Only for goals it calls ``(cx-modify-goal F (slot v...))``,
 which is rewritten like a user's `modify`, because decisions depend on the order of goals: the last changed

@@ -1,4 +1,4 @@
-"""PDDL: parsing of domains and formulas, and their conversion to facts. See docs/pddl.md."""
+"""PDDL: parsing of domains and formulas, and their conversion to facts. See docs/planning.md#pddl."""
 
 from __future__ import annotations
 

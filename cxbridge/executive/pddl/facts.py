@@ -75,7 +75,7 @@ def domain_facts(
 
     Constants, functions, durations and requirements have no facts.
 
-    :param fawkes_compat: silently drop the same parts as Fawkes, see docs/pddl.md.
+    :param fawkes_compat: silently drop the same parts as Fawkes, see docs/evidence/planning.md.
     :param warn: receives an error about each dropped part.
     :raises PddlError: if facts cannot represent a condition or effect.
     """

@@ -1,4 +1,4 @@
-"""Valid PDDL that Fawkes' parser refuses or ignores, see docs/pddl.md.
+"""Valid PDDL that Fawkes' parser refuses or ignores, see docs/evidence/planning.md.
 
 In Fawkes, sections and parts of actions have a fixed order, keywords are case-sensitive and match prefixes
 without backtracking, ``<`` hides ``<=``, and the words of a time are separated by exactly one blank.

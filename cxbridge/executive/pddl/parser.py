@@ -42,7 +42,7 @@ def parse_domain(
     """Parse and check a domain.
 
     :param file: the file name for errors.
-    :param fawkes_compat: accept and refuse the same texts as Fawkes' parser, see docs/pddl.md.
+    :param fawkes_compat: accept and refuse the same texts as Fawkes' parser, see docs/evidence/planning.md.
     :param warn: receives mistakes that do not prevent reading.
     :raises PddlSyntaxError: if the text is not a PDDL domain.
     :raises PddlSemanticError: if a name is undeclared, or a type or number of arguments is wrong.

@@ -55,7 +55,7 @@ Scope = dict[str, tuple[str, ...]]
 class DomainChecker:
     """Checks one domain.
 
-    :param fawkes_compat: check only as much as Fawkes' parser, see docs/pddl.md.
+    :param fawkes_compat: check only as much as Fawkes' parser, see docs/evidence/planning.md.
     :param warn: receives mistakes that do not prevent the use of the domain.
     """
 

@@ -59,4 +59,4 @@ def unsupported_head(word: str) -> str:
 
 def refusal(name: str) -> tuple[str, str]:
     """Return message and hint about an unsupported part."""
-    return f"{name} are not supported", "docs/pddl.md lists the supported parts of PDDL"
+    return f"{name} are not supported", "docs/planning.md#pddl lists the supported parts of PDDL"

@@ -1,7 +1,7 @@
 """The robot memory of an application: its configured store and status.
 
 Fawkes' configuration keys are below ``/plugins/robot-memory``, cxbridge's keys below
-``/cxbridge/robot-memory``; see docs/robot-memory.md.
+``/cxbridge/robot-memory``; see docs/several-agents.md.
 """
 
 from __future__ import annotations

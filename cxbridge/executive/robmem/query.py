@@ -33,7 +33,7 @@ def needs_mongodb(name: str) -> QueryError:
     return QueryError(
         f"{name} needs a MongoDB",
         hint="/cxbridge/robot-memory/backend: mongodb, with pip install 'cxbridge[mongodb]'; "
-        "docs/robot-memory.md has the operators of the embedded store",
+        "docs/evidence/robot-memory.md has the operators of the embedded store",
     )
 
 

@@ -1,1 +1,1 @@
-"""``cxbridge run --replay``: an executive in a recorded environment, see docs/replay.md."""
+"""``cxbridge run --replay``: an executive in a recorded environment, see docs/recording.md."""

@@ -70,7 +70,7 @@ class SkillerScript:
 
 
 def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
-    """Split the writes of a SkillerInterface into commands, by the rules in docs/replay.md."""
+    """Split the writes of a SkillerInterface into commands, by the rules in docs/recording.md."""
     script = SkillerScript()
     last: Values = _IDLE
     begun: Command | None = None

@@ -1,6 +1,6 @@
 """Configured limits of skills: ``/skiller/limits/NAME``.
 
-See docs/lua-engine.md#bounds.
+See docs/skiller.md#a-skill-in-lua.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The transforms between frames over the last seconds, and queries about them.
 
 Times are microseconds since the epoch; 0 stands for the latest time that all transforms on the way have.
-The rules are those of Fawkes' (and ROS') tf: ``docs/tf.md``.
+The rules are those of Fawkes' (and ROS') tf: ``docs/features.md#tf``.
 """
 
 from __future__ import annotations

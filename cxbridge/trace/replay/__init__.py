@@ -1,1 +1,1 @@
-"""Plays the interface writes of a recorded run onto a blackboard; docs/replay.md."""
+"""Plays the interface writes of a recorded run onto a blackboard; docs/recording.md."""

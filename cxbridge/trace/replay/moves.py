@@ -1,4 +1,4 @@
-"""Plans a replay: what of a recorded run is played, and when; docs/replay.md, section "Time"."""
+"""Plans a replay: what of a recorded run is played, and when; docs/recording.md, section "Time"."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The skill execution of the thesis: its executor nodes execute our skills, ours its executive's.
 
 The protocol is that of its SkillExecutionMaster, which asks, and SkillExecution, which executes: PlanSys2's,
-with an agent, and with the skill string that an action is mapped to (docs/ros2cx.md).
+with an agent, and with the skill string that an action is mapped to (docs/evidence/ros2cx.md).
 """
 
 from __future__ import annotations

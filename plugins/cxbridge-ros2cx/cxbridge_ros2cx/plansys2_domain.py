@@ -1,7 +1,7 @@
 """Domains that PlanSys2 would refuse, though our own parser and planners understand them.
 
 PlanSys2's domain expert reads a domain with its own parser, and ends with an error at an unknown
-construct. Its rules: docs/ros2cx.md. Source: plansys2_pddl_parser, Domain.hpp, Action.cpp and
+construct. Its rules: docs/evidence/ros2cx.md. Source: plansys2_pddl_parser, Domain.hpp, Action.cpp and
 TemporalAction.cpp.
 """
 

@@ -1,4 +1,4 @@
-"""The settings of the executive for ROS 2: the tree ``ros2cx:`` (docs/ros2cx.md)."""
+"""The settings of the executive for ROS 2: the tree ``ros2cx:`` (docs/evidence/ros2cx.md)."""
 
 from __future__ import annotations
 

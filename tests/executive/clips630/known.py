@@ -1,6 +1,6 @@
 """What is known to differ between CLIPS 6.30 and ours, as data: a new difference fails, and one that is gone.
 
-docs/clips.md has the same for people.
+docs/evidence/clips.md has the same for people.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ def replay(
     *,
     console: ConsoleOptions,
 ) -> int:
-    """Write the interfaces of a recording to a blackboard, in recorded time. See docs/replay.md.
+    """Write the interfaces of a recording to a blackboard, in recorded time. See docs/recording.md.
 
     Exit status: 0 all is written; 2 bad input, an interface has another writer, no server; 4 the
     connection was lost; 130 interrupted, but with --loop and --hold 0.

@@ -1,4 +1,4 @@
-;;; The navigation graph as facts, and questions about them. See docs/navgraph.md.
+;;; The navigation graph as facts, and questions about them. See docs/features.md#navgraph.
 ;;; Positions are multifields (x y) in metres; properties are multifields (name value name value ...).
 
 (deftemplate navgraph "The graph that the facts are of." (slot name (type STRING)))

@@ -1,4 +1,4 @@
-"""Reads a ``world.yaml``; see docs/worlds.md. Errors have file and line."""
+"""Reads a ``world.yaml``; see docs/explore.md#worlds. Errors have file and line."""
 
 from __future__ import annotations
 

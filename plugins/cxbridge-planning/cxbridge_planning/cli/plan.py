@@ -38,7 +38,7 @@ class _ReadingOptions:
     """How the files are read."""
 
     strict: Annotated[
-        str, typer.Option(metavar="fawkes", help="Read the domain as Fawkes' parser does (docs/pddl.md).")
+        str, typer.Option(metavar="fawkes", help="Read the domain as Fawkes' parser does (docs/planning.md).")
     ] = ""
 
 

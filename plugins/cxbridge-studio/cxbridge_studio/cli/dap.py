@@ -13,7 +13,7 @@ from cxbridge.cli.orderly import orderly
 def dap() -> int:
     """Speak the Debug Adapter Protocol on stdin and stdout: editors start this to debug an agent.
 
-    The editor's launch configuration names the scenario or the recording; see docs/debug-adapter.md.
+    The editor's launch configuration names the scenario or the recording; see docs/editors.md.
 
     Exit status: 0 the editor has ended it; 2 it has sent something that is not a message of the protocol.
 

@@ -26,7 +26,7 @@ def monitor(
     """Watch a daemon in the terminal and drive it, or scrub through a recorded run.
 
     Goals, plan-actions, skills, interfaces with their values, facts, agenda, breakpoints and log; '?' lists
-    the keys. See docs/monitor.md. Exit status: 0 left; 2 no server, or no
+    the keys. See docs/see.md#the-monitor. Exit status: 0 left; 2 no server, or no
     recording; 130 ended by a signal.
 
     Example: cxbridge monitor out/run.mcap

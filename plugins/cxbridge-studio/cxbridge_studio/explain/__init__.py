@@ -1,4 +1,4 @@
 """Explanations of runs: why a rule has not fired, how a goal came to its outcome, the coverage of runs.
 
-docs/explain.md describes the reports and how the reasons are found.
+docs/check.md#why describes the reports and how the reasons are found.
 """

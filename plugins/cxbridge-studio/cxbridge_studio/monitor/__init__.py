@@ -1,1 +1,1 @@
-"""The terminal view of a daemon or a recorded run; see docs/monitor.md."""
+"""The terminal view of a daemon or a recorded run; see docs/see.md#the-monitor."""

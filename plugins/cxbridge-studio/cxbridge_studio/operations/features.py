@@ -1,4 +1,4 @@
-"""The operations on features of CLIPS: list, offer and withdraw them; docs/ros2cx.md."""
+"""The operations on features of CLIPS: list, offer and withdraw them; docs/evidence/ros2cx.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Makes of each event the messages that Foxglove's panels show. docs/foxglove.md lists them."""
+"""Makes of each event the messages that Foxglove's panels show. docs/evidence/web-page.md lists them."""
 
 from __future__ import annotations
 

@@ -65,8 +65,8 @@ def test_everything_can_be_said():
 
 
 def test_the_example_of_the_manual_is_a_world():
-    page = (ROOT / "docs" / "worlds.md").read_text()
-    world = read(page.partition("```yaml")[2].partition("```")[0])
+    page = (ROOT / "docs" / "explore.md").read_text()
+    world = read(page.partition("## Worlds")[2].partition("```yaml")[2].partition("```")[0])
     assert world.skills
     assert world.planner
     assert world.kills

@@ -16,7 +16,7 @@ from ros2cx_tests.cx.test_examples import FILES
 from ros2cx_tests.cx.test_public_agents import BRANCHES, COURSE
 from tests.support import ROOT
 
-PAGE = (ROOT / "docs" / "from-ros2-cx.md").read_text()
+PAGE = (ROOT / "docs" / "evidence" / "ros2-cx.md").read_text()
 PREFIX = "ros-msgs-"
 
 

@@ -149,7 +149,7 @@ def test_a_policy_that_leaves_its_mask_is_an_error():
 
 
 def test_the_samples_of_the_page_run(tmp_path, monkeypatch):
-    page = (ROOT / "docs" / "from-ros2-cx.md").read_text()
+    page = (ROOT / "docs" / "evidence" / "ros2-cx.md").read_text()
     section = page.partition("## Reinforcement learning")[2].partition("\n## ")[0]
     training, execution = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
     (tmp_path / "clips_executive").symlink_to(CHECKOUT)

@@ -69,7 +69,7 @@ PDDL: Final = Code(
     Severity.WARNING,
     "not in Fawkes: a PDDL domain",
     "Fawkes' parser refuses the domain: it knows fewer operators, and wants all sections, in one order. "
-    "docs/pddl.md lists the differences.",
+    "docs/evidence/planning.md lists the differences.",
 )
 
 CODES: Final = (REFUSED, FUNCTION, DEFINED, BOTH_WAYS, NOT_AN_INTERFACE, IN_SEC, ARGUMENT, PDDL)

@@ -34,7 +34,7 @@ def test_a_launch_configuration_has_options_of_run():
     names = properties.keys() - OF_ADAPTER
     snake = {re.sub("[A-Z]", lambda found: f"_{found[0].lower()}", name) for name in names}
     assert snake - RunOptions.__dataclass_fields__.keys() == set()
-    page = (ROOT / "docs" / "debug-adapter.md").read_text()
+    page = (ROOT / "docs" / "editors.md").read_text()
     assert [name for name in OF_ADAPTER if f"`{name}`" not in page] == []
 
 

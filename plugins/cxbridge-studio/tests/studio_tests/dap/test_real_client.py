@@ -135,7 +135,8 @@ def test_it_debugs_a_run(starter):
     assert told["stack"][1].endswith("(TESTGOAL-PARENT): FORMULATED")
     assert told["variables"] == ["?root", "?mode"]
     assert told["value"] == "FORMULATED"
-    shown = (ROOT / "docs" / "vscode.md").read_text().partition("```text\n")[2].partition("```")[0]
+    page = (ROOT / "docs" / "evidence" / "editors.md").read_text().partition("## The debug adapter")[2]
+    shown = page.partition("```text\n")[2].partition("```")[0]
     assert shown.splitlines() == told["log"]
 
 

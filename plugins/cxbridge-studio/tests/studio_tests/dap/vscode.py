@@ -1,6 +1,6 @@
 """Drives VS Code in a browser (code-server) with our extension: a typo, its fix, a breakpoint in a rule.
 
-``CODE_SERVER=/path/to/code-server python -m studio_tests.dap.vscode`` makes the pictures of docs/vscode.md;
+``CODE_SERVER=/path/to/code-server python -m studio_tests.dap.vscode`` makes the pictures of docs/editors.md;
 ``make editor`` packs the extension before.
 """
 

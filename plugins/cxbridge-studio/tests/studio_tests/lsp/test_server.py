@@ -78,7 +78,7 @@ def test_the_session_of_the_manual(editor):
             said += [f"     {line}" for line in each.message.splitlines()]
         if not wrong:
             said.append("<- textDocument/publishDiagnostics: none")
-    page = (ROOT / "docs" / "editors.md").read_text()
+    page = (ROOT / "docs" / "evidence" / "editors.md").read_text()
     assert "\n".join(said) in page, "\n".join(said)
 
 

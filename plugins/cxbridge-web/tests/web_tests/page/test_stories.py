@@ -1,4 +1,4 @@
-"""Questions of a user that the page answers; docs/web-view.md has their pictures."""
+"""Questions of a user that the page answers; docs/see.md#the-page has their pictures."""
 
 from __future__ import annotations
 

@@ -1,0 +1,74 @@
+"""The routes and the models of the REST API, as the OpenAPI document has them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any
+from unittest.mock import MagicMock
+
+_PAGING = {"limit", "offset", "search", "pretty"}
+
+
+@cache
+def document() -> Mapping[str, Any]:
+    """Return the OpenAPI document of a daemon."""
+    from cxbridge_web import catalogue, openapi
+
+    return openapi.document(catalogue.directory(MagicMock()).endpoints)
+
+
+def routes() -> Iterator[str]:
+    """Yield a table of routes for each component."""
+    component = ""
+    for path, methods in sorted(document()["paths"].items()):
+        if path.split("/")[1] != component:
+            component = path.split("/")[1]
+            yield from (
+                *([""] if component != "backends" else []),
+                f"#### {component}",
+                "",
+                "| route | effect | reply |",
+                "| --- | --- | --- |",
+            )
+        for method, operation in methods.items():
+            route = f"`{method.upper()} {path}`{_inputs(operation)}"
+            yield f"| {route} | {_cell(operation['summary'])} | {_reply(operation)} |"
+
+
+def models() -> Iterator[str]:
+    """Yield a row for each model: its fields."""
+    yield from ("| model | fields |", "| --- | --- |")
+    for name, schema in sorted(document()["components"]["schemas"].items()):
+        fields = schema.get("properties", {})
+        shown = (_field(each, kind) for each, kind in fields.items() if each not in {"kind", "apiVersion"})
+        yield f"| `{name}` | {', '.join(shown)} |"
+
+
+def _field(name: str, schema: Mapping[str, Any]) -> str:
+    kind = schema.get("items", schema)
+    of = kind.get("$ref", "").rpartition("/")[2]
+    return f"`{name}{'[]' if 'items' in schema else ''}`{f' ({of})' if of else ''}"
+
+
+def _inputs(operation: Mapping[str, Any]) -> str:
+    names = [each["name"] for each in operation["parameters"] if each["in"] == "query"]
+    query = ", ".join(f"`{name}`" for name in names if name not in _PAGING)
+    paged = "; paged" if "limit" in names else ""
+    body = _reference(operation.get("requestBody", {}).get("content", {}))
+    return "".join([f" with {body}" if body else "", f"; query {query}" if query else "", paged])
+
+
+def _reply(operation: Mapping[str, Any]) -> str:
+    return _reference(operation["responses"]["200"].get("content", {})) or "text"
+
+
+def _reference(content: Mapping[str, Any]) -> str:
+    schema = content.get("application/json", {}).get("schema", {})
+    name = re.sub(r".*/", "", (schema.get("items") or schema).get("$ref", ""))
+    return f"{name}[]" if name and "items" in schema else name
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
