@@ -1,1 +1,0 @@
-"""Clients of a Skiller: calls and graphs of skills."""
