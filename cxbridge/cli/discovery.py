@@ -124,8 +124,11 @@ def group_of_commands(
             order = [name for names in self._sections.values() for name in names]
             self.commands = CommandModules(table, order, commands or {})
 
-        def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002 - click's signature
-            """Write the list of commands, in sections."""
+        def format_commands(self, ctx: Any, formatter: Any) -> None:
+            """Write the list of commands, in sections if there are any."""
+            if not sections:
+                super().format_commands(ctx, formatter)
+                return
             width = max(map(len, self.commands))
             for title, names in self._sections.items():
                 if names:

@@ -57,7 +57,7 @@ SENDS_SKILL_STRINGS = {
     "cxbridge.cli.commands.skill": "a client: the daemon asks the table",
     "cxbridge_ros2.components.skiller": "Rights.of_message",
     "cxbridge.daemon.services.skiller_executor": "parse_skill_string: only data is sent",
-    "cxbridge.skiller.client.calls": "its callers, which are above",
+    "cxbridge.skiller.calls": "its callers, which are above",
     "cxbridge_web.fawkes.skiller": "Endpoint.is_skill",
 }
 """The modules that send skill strings to a Skiller, and what keeps clients from sending programs."""

@@ -9,7 +9,7 @@ import pytest
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
+from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from tests.daemon.test_daemon import connected, running
 from tests.run.mini import AGENT, write_scenario
 

@@ -26,7 +26,7 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.components.remote_skiller import RemoteSkiller
-from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
+from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from tests.cli.boards import WAIT_S
 from tests.run.mini import write_scenario
 from tests.run.used_skiller import OTHERS_SKILL, STATES, UsedSkiller

@@ -6,9 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from cxbridge.cli.commands.bb.metering import OWNER
-from cxbridge.cli.commands.bb.plotting import plot
-from cxbridge.cli.commands.bb.rates import bw, hz
 from cxbridge.cli.connect import (
     DEFAULT_URL,
     TIMED_OUT,
@@ -23,6 +20,7 @@ from cxbridge.cli.connect import (
     split_glob,
 )
 from cxbridge.cli.console import local_time, say, say_json
+from cxbridge.cli.discovery import group_of_commands, rows_of_group
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -31,7 +29,9 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.following import Feed, InterfaceChange
     from cxbridge.interfaces.instance import Interface
 
-app = typer.Typer(name="bb", no_args_is_help=True)
+app = typer.Typer(name="bb", cls=group_of_commands(lambda: rows_of_group("bb"), {}), no_args_is_help=True)
+
+OWNER: Final = "cxbridge bb"
 
 _ANY: Final = "*"
 
@@ -49,11 +49,6 @@ Glob = Annotated[
 @app.callback()
 def _bb() -> None:
     """Look at a blackboard, in a cxbridge daemon or in a Fawkes, and drive it."""
-
-
-app.command()(hz)
-app.command()(bw)
-app.command()(plot)
 
 
 @app.command("list")

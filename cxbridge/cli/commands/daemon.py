@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, ask_daemon, connect
 from cxbridge.cli.console import local_time, say, say_json
@@ -28,8 +27,6 @@ _WHERE_S = 5.0
 
 class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  # type: ignore[misc]
     """Gives arguments that name no command to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
-
-    format_commands = TyperGroup.format_commands
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         named = args and (args[0] in self.commands or args[0] in ("-h", "--help"))

@@ -14,7 +14,7 @@ from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
-from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
+from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from cxbridge.skiller.skillstring import parse_skill_string
 
 if TYPE_CHECKING:

@@ -23,15 +23,20 @@ OPERATIONS = (
     Row("state", "cxbridge_studio.operations.state"),
 )
 COMMANDS = (
+    Row("bb bw", "cxbridge_studio.cli.bb_rates:bw"),
+    Row("bb hz", "cxbridge_studio.cli.bb_rates:hz"),
+    Row("bb plot", "cxbridge_studio.cli.bb_plot:plot"),
     Row("check", "cxbridge_studio.cli.check", section="Run"),
     Row("coverage", "cxbridge_studio.cli.coverage", section="Record and compare"),
     Row("dap", "cxbridge_studio.cli.dap", section="Look"),
-    Row("daemon break", "cxbridge_studio.cli.daemon_break:breaks", section="Commands"),
-    Row("daemon step", "cxbridge_studio.cli.daemon_break:step", section="Commands"),
+    Row("daemon break", "cxbridge_studio.cli.daemon_break:breaks"),
+    Row("daemon step", "cxbridge_studio.cli.daemon_break:step"),
     Row("env", "cxbridge_studio.cli.env", section="Look"),
     Row("format", "cxbridge_studio.cli.format", section="Edit"),
     Row("lsp", "cxbridge_studio.cli.lsp", section="Edit"),
     Row("monitor", "cxbridge_studio.cli.monitor", section="Look"),
-    Row("trace planning", "cxbridge_studio.cli.trace_planning:planning", section="Commands"),
+    Row("skill graph", "cxbridge_studio.cli.skill:graph"),
+    Row("skill monitor", "cxbridge_studio.cli.skill:monitor"),
+    Row("trace planning", "cxbridge_studio.cli.trace_planning:planning"),
     Row("why", "cxbridge_studio.cli.why", section="Look"),
 )

@@ -17,9 +17,9 @@ import typer
 from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import check_folders, say, say_json
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.progress import progress
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import ScenarioOptions, SourceOptions
+from cxbridge_explore.cli.progress import progress
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

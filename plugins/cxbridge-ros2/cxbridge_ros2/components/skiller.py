@@ -7,7 +7,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.rights import EXEC_SKILL as EXEC_SKILL_MESSAGE
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
+from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
 from cxbridge_ros2.executor import typed
 from cxbridge_ros2.interfaces.definitions import ACTIONS, EXEC_SKILL

@@ -22,7 +22,6 @@ from cxbridge.config import Configuration, ConfigValue
 from cxbridge.errors import ClipsError
 from cxbridge.events import Sink, SourceRead
 from cxbridge.executive.host.loading import Diagnostic
-from cxbridge.executive.host.looking import LookEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.memory import RobotMemory
@@ -36,6 +35,7 @@ from cxbridge.run.specs import STAGES
 from cxbridge_studio.agent.model import AgentModel, read_source
 from cxbridge_studio.agent.names import NameKind, SourceFile
 from cxbridge_studio.check.findings import SourcePlace
+from cxbridge_studio.check.looking import LookEnvironment
 from cxbridge_studio.check.usage import Construct, Usage, constructs_of
 
 if TYPE_CHECKING:

@@ -23,11 +23,11 @@ from cxbridge.events import EventBus
 from cxbridge.executive.host.capi import EXTRA, NULL, CData, callback, decode, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
-from cxbridge.executive.host.isolated import ALLOWED
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.udf import store
 from cxbridge.executive.host.values import FALSE, InstanceName, Value
 from cxbridge.file_access import is_readable_file
+from cxbridge_studio.explain.rules.isolated import ALLOWED
 
 _BY_REASON: Final = {
     "reads more of the program: what is evaluated in it calls the same stubs": """

@@ -25,9 +25,9 @@ from cxbridge_studio.explain.rules.environment import take
 if TYPE_CHECKING:
     from cxbridge.clipstext.values import Value
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.executive.host.evaluating import Evaluation
     from cxbridge.run.agent import Run
     from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop
+    from cxbridge_studio.debugger.evaluating import Evaluation
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 

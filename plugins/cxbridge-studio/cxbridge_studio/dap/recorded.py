@@ -13,19 +13,19 @@ from cxbridge.clipstext.values import show_alone
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, FactChange, RuleFired
-from cxbridge.executive.host.evaluating import Evaluation
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.suggestions import or_similar
-from cxbridge.trace.scrubbing import Scrubber
 from cxbridge.trace.sources import building_steps
 from cxbridge_studio.dap.expressions import expanded
 from cxbridge_studio.dap.target import DebugClient, FileLine, Firing, Stopped, StoppedEnvironment, Target
 from cxbridge_studio.debugger.breakpoints import Breakpoint, describe
+from cxbridge_studio.debugger.evaluating import Evaluation
 from cxbridge_studio.debugger.names import MetNames
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.matcher import FACT_FUNCTION, Matcher
 from cxbridge_studio.explain.rules.recorded_facts import rows_of
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Snapshot
+from cxbridge_studio.monitor.scrubbing import Scrubber
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.facts.copying import FactTemplate

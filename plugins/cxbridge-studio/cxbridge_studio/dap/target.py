@@ -13,11 +13,11 @@ from cxbridge.errors import CxbridgeError
 if TYPE_CHECKING:
     from cxbridge.clipstext.values import Value
     from cxbridge.events import FactChange
-    from cxbridge.executive.host.evaluating import Evaluation
     from cxbridge.executive.host.facts.copying import FactTemplate
     from cxbridge.history.transitions import Transition
     from cxbridge_studio.dap.protocol import ProtocolObject
     from cxbridge_studio.debugger.breakpoints import Breakpoint
+    from cxbridge_studio.debugger.evaluating import Evaluation
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 

@@ -12,12 +12,12 @@ from msgspec import Struct
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.agenda import agenda_size
 from cxbridge.executive.host.constructs import rule_names, template_names
-from cxbridge.executive.host.evaluating import Evaluation, evaluate
 from cxbridge.executive.host.facts.editing import count_facts
 from cxbridge.executive.host.loggers import ABOVE, DEFAULT_LOGGER, ClipsLogger, LevelName, find_level
 from cxbridge.executive.host.values import FALSE
 from cxbridge.file_access import why_unreadable
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.debugger.evaluating import Evaluation, evaluate
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -143,7 +143,7 @@ class EnvironmentService:
                 raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=f"there are: {known}")
 
     def evaluate(self, name: str, expression: str) -> Evaluation:
-        """Evaluate an expression within :data:`~cxbridge.executive.host.evaluating.LIMIT_S`.
+        """Evaluate an expression within :data:`~cxbridge_studio.debugger.evaluating.LIMIT_S`.
 
         :raises ClipsError: if the environment is unknown, or the expression does not parse, fails or takes
             too long.

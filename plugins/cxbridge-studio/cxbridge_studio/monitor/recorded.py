@@ -16,8 +16,8 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
-from cxbridge.trace.scrubbing import Scrubber
 from cxbridge_studio.monitor.choosing import choose_goals, duration_text, page
+from cxbridge_studio.monitor.scrubbing import Scrubber
 from cxbridge_studio.monitor.snapshot import (
     MOST_LINES,
     MOST_ROWS,

@@ -9,7 +9,6 @@ from typing import Annotated, Any, Final
 from msgspec import Meta, Struct, field
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.host.evaluating import Evaluation
 from cxbridge.executive.host.loggers import LevelName
 from cxbridge.operations.operation import (
     NamedEnvironment,
@@ -22,6 +21,7 @@ from cxbridge.operations.operation import (
 )
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import EnvironmentInfo, EnvironmentService
+from cxbridge_studio.debugger.evaluating import Evaluation
 
 OPERATIONS: Final = Operations()
 PATH: Final = "/cxbridge/environments"

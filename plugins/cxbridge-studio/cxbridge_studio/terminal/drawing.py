@@ -11,7 +11,7 @@ from rich.text import Text
 
 from cxbridge.errors import SkillerError
 from cxbridge.printing import one_line, visible
-from cxbridge.skiller.machinegraph import MachineState, MachineTransition, StateMachine, parse_graph
+from cxbridge_studio.terminal.machinegraph import MachineState, MachineTransition, StateMachine, parse_graph
 
 _COLOURS = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", "S_INACTIVE": "dim"}
 _KINDS = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}

@@ -15,7 +15,7 @@ from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.skiller.client.calls import OWNER
+from cxbridge.skiller.calls import OWNER
 
 TYPE = "SkillerDebugInterface"
 DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}

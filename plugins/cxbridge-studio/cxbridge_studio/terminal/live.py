@@ -9,14 +9,14 @@ from rich.live import Live
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
-from cxbridge.cli.commands.skill.drawing import machine_transitions, view
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.assignments import plain
 from cxbridge.printing import terminal_of, visible
-from cxbridge.skiller.client.calls import OWNER
-from cxbridge.skiller.client.calls import TYPE as SKILLER_TYPE
-from cxbridge.skiller.client.graphs import OVERVIEWS, TYPE, fetch_graph
-from cxbridge.skiller.machinegraph import parse_graph
+from cxbridge.skiller.calls import OWNER
+from cxbridge.skiller.calls import TYPE as SKILLER_TYPE
+from cxbridge_studio.terminal.drawing import machine_transitions, view
+from cxbridge_studio.terminal.graphs import OVERVIEWS, TYPE, fetch_graph
+from cxbridge_studio.terminal.machinegraph import parse_graph
 
 _OVERVIEW_S = 2.0
 

@@ -12,12 +12,12 @@ from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import check_folders, complain, say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.progress import progress
 from cxbridge.cli.story import RunLog
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.cli.game.options import AgentOptions, GameOptions, PlayOptions
+from cxbridge_explore.cli.progress import progress
 from cxbridge_explore.game.kinds import chosen_game
 
 if TYPE_CHECKING:

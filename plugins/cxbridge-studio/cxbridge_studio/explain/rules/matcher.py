@@ -21,11 +21,11 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import NULL, encode
-from cxbridge.executive.host.isolated import IsolatedEnvironment
 from cxbridge.executive.host.source import check_excess
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import FactAddress, Value, clips_value
 from cxbridge_studio.explain.rules.diagnosis import Count
+from cxbridge_studio.explain.rules.isolated import IsolatedEnvironment
 from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot
 
 MOST_MATCHES: Final = 100_000

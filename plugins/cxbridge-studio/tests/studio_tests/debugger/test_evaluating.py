@@ -8,7 +8,7 @@ from cxbridge.clock import RealClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, LogLine
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.evaluating import MOST_LINES, evaluate
+from cxbridge_studio.debugger.evaluating import MOST_LINES, evaluate
 
 
 @pytest.fixture(name="env")

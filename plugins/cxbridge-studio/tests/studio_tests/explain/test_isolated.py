@@ -9,8 +9,8 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.isolated import ALLOWED, IsolatedEnvironment
 from cxbridge.executive.host.values import Symbol
+from cxbridge_studio.explain.rules.isolated import ALLOWED, IsolatedEnvironment
 
 REACH_OUT = """
 system open close read readline read-number get-char unget-char put-char remove rename rewind seek

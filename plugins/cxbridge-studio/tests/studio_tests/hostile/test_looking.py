@@ -27,8 +27,8 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.capi import EXTRA, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.looking import ENDLESS, LOOKING, LookEnvironment
 from cxbridge.plugins import GROUP
+from cxbridge_studio.check.looking import ENDLESS, LOOKING, LookEnvironment
 from tests.cli.test_help import COMMANDS
 from tests.support import module_files, needs_all_plugins, short_path
 

@@ -11,10 +11,11 @@ import pytest
 
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
-from cxbridge.cli.commands.bb import plotting, rates
-from cxbridge.cli.commands.bb.metering import RateMeter, amount, drawing
 from cxbridge.cli.main import invoke
 from cxbridge.interfaces import SkillerInterface, SwitchInterface
+from cxbridge_studio.cli import bb_plot as plotting
+from cxbridge_studio.cli import bb_rates as rates
+from cxbridge_studio.terminal.metering import RateMeter, amount, drawing
 from tests.cli.boards import SharedBoard
 
 

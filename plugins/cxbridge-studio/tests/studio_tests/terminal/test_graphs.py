@@ -16,8 +16,8 @@ from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.assignments import plain
-from cxbridge.skiller.client.graphs import draw_graph, fetch_graph, render
 from cxbridge.skiller.make import skill_folders
+from cxbridge_studio.terminal.graphs import draw_graph, fetch_graph, render
 from tests.cli.boards import Looping, SharedBoard, silent_bus
 from tests.skiller.rig import SKILLS, write_skills
 

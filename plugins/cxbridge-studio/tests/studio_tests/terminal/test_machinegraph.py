@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import SkillerError
 from cxbridge.skiller.lua.engine import LuaEngine
-from cxbridge.skiller.machinegraph import MachineState, MachineTransition, StateMachine, parse_graph
+from cxbridge_studio.terminal.machinegraph import MachineState, MachineTransition, StateMachine, parse_graph
 from tests.skiller.rig import Rig, write_skills
 from tests.skiller.test_graphs import MACHINES, SPACE
 

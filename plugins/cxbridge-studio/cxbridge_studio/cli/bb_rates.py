@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cxbridge.cli.commands.bb.metering import OWNER, WINDOW, Rate, RateMeter, amount
 from cxbridge.cli.connect import (
     DEFAULT_URL,
     TIMED_OUT,
@@ -22,6 +21,7 @@ from cxbridge.cli.connect import (
 )
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
+from cxbridge_studio.terminal.metering import OWNER, WINDOW, Rate, RateMeter, amount
 
 if TYPE_CHECKING:
     from pathlib import Path

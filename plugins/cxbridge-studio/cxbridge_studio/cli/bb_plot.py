@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from cxbridge.cli.commands.bb.metering import OWNER, drawing
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, Connect, InterfaceDirs, Uid, connect
 from cxbridge.cli.console import say
 from cxbridge.printing import one_line, terminal_of
+from cxbridge_studio.terminal.metering import OWNER, drawing
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
