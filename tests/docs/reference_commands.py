@@ -33,7 +33,8 @@ def lines() -> Iterator[str]:
     """Yield a section for each command, with a table of the options."""
     commands = list(_commands(TREE, ()))
     counts = Counter(option for _, command in commands for option, _ in _options(command))
-    common = {option for option, number in counts.items() if number >= COMMON}
+    most = {option.names: option for option, _ in reversed(counts.most_common())}
+    common = {option for option in most.values() if counts[option] >= COMMON}
     of_run = {option for option, _ in _options(TREE.commands["run"])}
     yield from ("### Common options", "", "| option | meaning |", "| --- | --- |")
     yield from sorted(str(option) for option in common - of_run)
