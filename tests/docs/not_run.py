@@ -32,7 +32,6 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "README.md": {
         "make run": CI_ITSELF,
         "make test": CI_ITSELF,
-        ". .venv/bin/activate": SAME,
         ".venv/bin/cxbridge run test-scenario --web": WEB,
     },
     "configuration.md": {
