@@ -93,6 +93,20 @@ def test_the_page_shows_the_layers():
     ]
 
 
+def is_there(path: str) -> bool:
+    """Whether a path of the page exists: below the package, a plug-in, or the top of the repository."""
+    distribution = path.partition("/")[0].replace("_", "-")
+    folders = (ROOT / "cxbridge", ROOT / "plugins" / distribution, ROOT)
+    return any((folder / path).exists() for folder in folders)
+
+
+def test_the_page_names_files_that_exist():
+    table = PAGE.partition("## Where to add or change what")[2]
+    paths = {path for path in re.findall(r"`([\w./-]+/[\w./-]*)`", table) if "NAME" not in path}
+    assert len(paths) > 50
+    assert {path for path in paths if not is_there(path)} == set()
+
+
 def test_dependencies_point_down():
     """In one test: a thousand of them take longer to report than to look at."""
     upwards = {
