@@ -5,7 +5,7 @@ import { button, checkbox, dataTable, el, none, panel, refill } from "cx/dom.js"
 import { Drawing } from "cx/map/drawing.js";
 import { tracksOf } from "cx/map/store.js";
 
-export const tab = { title: "Map", order: 57 };
+export const tab = { title: "World", order: 15, formerly: "map" };
 export const moment = "own";
 export const kinds = ["interface", "navgraph"];
 const SOON_MS = 1000;
