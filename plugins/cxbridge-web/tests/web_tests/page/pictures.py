@@ -108,7 +108,7 @@ SHOTS: Final[Mapping[str, Shot]] = {
     "timeline": Shot("timeline/goal/gen18", run="test-scenario"),
     "recording": Shot("goals/gen14", _moment(0.4), run="test-scenario"),
     "plot": Shot("plot/" + "/".join(quote(name, safe="") for name in _SERIES), _moment(0.7), run="waypoints"),
-    "map": Shot("map", _moment(0.7), run="waypoints"),
+    "world": Shot("world", _moment(0.7), run="two-robots"),
     "compare": Shot("", run=COMPARE),
 }
 

@@ -27,7 +27,7 @@ ADDRESSES = (
     "config/components",
     "nowhere",
     "plot/Position3DInterface%3A%3Ar1.translation%5B0%5D/loop",
-    "map",
+    "world",
 )
 RUN = """
 async ([theme, options]) => {

@@ -1,4 +1,4 @@
-"""The tab Map: navigation graph, frames, robots with trails; live, recorded, by pointer and keys."""
+"""The map of the tab World: navigation graph, frames, robots with trails; live and recorded."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_a_node_under_the_pointer_tells_its_name_place_and_properties(tab, site,
 def test_poses_are_seen_from_the_chosen_frame_through_the_tree(tab, site, daemon):
     daemon.answers |= {"cxbridge/navgraphs": [], "cxbridge/interfaces": []}
     tab.goto(f"{site.url}#/map")
-    tab.wait_for_selector("text=Nothing has a place yet")
+    tab.wait_for_selector("text=No robot has done anything yet")
     daemon.tell(
         transform("map", "odom", 10, 0, turns=1),
         transform("odom", "base_link", 2, 0),
@@ -189,7 +189,7 @@ def test_keys_move_the_map_and_zero_shows_all(tab, site, daemon, key):
     tab.keyboard.press("0")
     tab.wait_for_timeout(100)
     assert tab.evaluate(picture) == before
-    assert tab.url.endswith("#/map")
+    assert tab.url.endswith("#/world")
 
 
 @in_both

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from cxbridge.event_kinds import RecordLevel
-from cxbridge.events import Event
+from cxbridge.events import Event, InterfaceWrite
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.history import runs as made
+from web_tests.page.conftest import wait_for
 from web_tests.page.test_moments import viewing
 
 pytestmark = pytest.mark.smoke
@@ -53,3 +54,50 @@ def test_what_changed_since_the_run_of_yesterday(tab, tmp_path):
         tab.click(".pair-bar.b")
         tab.wait_for_selector("#state >> text=RECORDING")
         assert "runs/1/today.mcap" in tab.url
+
+
+def test_where_was_the_robot_when_the_skill_failed(tab, tmp_path):
+    """Two clicks from the recording: the view, the red bar."""
+    pose = {"frame": "map", "translation": [0.0, 0.0, 0.0], "rotation": [0, 0, 0, 1], "visibility_history": 1}
+    places = [
+        InterfaceWrite(
+            made.us(at), "Position3DInterface::Pose", pose | {"translation": [float(at), 2.0, 0.0]}
+        )
+        for at in range(1, 7)
+    ]
+    events = sorted([*delivery(fails=True), *places], key=lambda event: event.time_us)
+    with viewing(recorded(tmp_path / "run.mcap", events)) as (url, recordings):
+        tab.goto(url + recordings.start)
+        tab.click("nav >> text=World")
+        tab.wait_for_selector(".lane-bar.o-failed")
+        box = tab.locator(".lane-bar.o-failed").bounding_box()
+        tab.mouse.click(box["x"] + box["width"], box["y"] + 3)
+        robot = tab.locator("[data-robot=Skiller]")
+        wait_for(tab, lambda: "FAILED" in robot.inner_text() and "at 4.00, 2.00 m" in robot.inner_text())
+        assert 'drive{to="lab"}' in robot.inner_text()
+
+
+def test_a_run_without_poses_has_no_map_and_is_played_at_a_speed(tab, tmp_path):
+    with viewing(recorded(tmp_path / "run.mcap", delivery(fails=False))) as (url, recordings):
+        tab.goto(url + recordings.start + "#/world")
+        tab.wait_for_selector("[data-robot=Skiller]")
+        assert tab.locator(".map-box").is_hidden()
+        tab.select_option("#speed", "50")
+        tab.evaluate("async () => (await import('/js/app.js')).app.recording.goTo(0)")
+        tab.click("#play")
+        wait_for(tab, lambda: "FINAL" in tab.locator("[data-robot=Skiller]").inner_text())
+
+
+def test_plot_proposes_the_values_that_changed(tab, tmp_path):
+    events = [
+        *delivery(fails=False),
+        *(
+            InterfaceWrite(made.us(at), "BatteryInterface::B", {"voltage": 12.5 - at / 10})
+            for at in range(6, 12)
+        ),
+    ]
+    with viewing(recorded(tmp_path / "run.mcap", events)) as (url, recordings):
+        tab.goto(url + recordings.start + "#/plot")
+        tab.click("[aria-label='plot BatteryInterface::B.voltage']")
+        tab.wait_for_selector("#plot-legend [data-series='BatteryInterface::B.voltage']")
+        assert "BatteryInterface" in tab.url

@@ -523,7 +523,7 @@ def test_a_token_that_is_no_longer_the_right_one_is_told(tab, site, daemon):
 
 def test_number_keys_change_the_view_and_help_tells_of_them(tab, site):
     tab.goto(site.url)
-    tabs = (*VIEWS[:5], "plot", "map", "clips", "log")  # the first nine have keys
+    tabs = (*VIEWS[:5], "plot", "world", "clips", "log")  # the first nine have keys
     for key, view in enumerate(tabs, 1):
         tab.keyboard.press(str(key))
         tab.wait_for_url(re.compile(rf"#/{view}$"))

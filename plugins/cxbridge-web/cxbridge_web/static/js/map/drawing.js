@@ -48,6 +48,7 @@ export class Drawing {
   move(dx, dy) {
     this.x -= dx / this.scale;
     this.y += dy / this.scale;
+    this.fitted = "";
     this.handlers.moved();
     this.canvas.later();
   }
@@ -57,6 +58,7 @@ export class Drawing {
     const after = this.metres(x, y);
     this.x += before.x - after.x;
     this.y += before.y - after.y;
+    this.fitted = "";
     this.handlers.moved();
     this.canvas.later();
   }
@@ -91,6 +93,7 @@ export class Drawing {
       height / Math.max(1, (high - low) * MARGIN),
     );
     this.scale = Math.min(MOST, Math.max(LEAST, scale));
+    this.fitted = width + " " + height;
     this.canvas.later();
     return true;
   }
@@ -137,6 +140,7 @@ export class Drawing {
   }
 
   paint(context, width, height, colours) {
+    if (this.fitted && this.fitted !== width + " " + height) this.fit(); // the room has changed
     context.fillStyle = colours.back;
     context.fillRect(0, 0, width, height);
     this.paintGrid(context, width, height, colours);
@@ -301,7 +305,7 @@ export class Drawing {
     }
     context.textAlign = "left";
     context.textBaseline = "top";
-    this.paintText(context, item.name, x + size + 4, y + 4, colours.text, colours.back);
+    this.paintText(context, item.label || item.name, x + size + 4, y + 4, colours.text, colours.back);
   }
 
   paintFrame(context, item, colours) {

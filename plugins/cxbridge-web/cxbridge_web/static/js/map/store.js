@@ -24,7 +24,7 @@ class TrackStore {
   /** Of the recording, if one is open. */
   get tracks() {
     const { recording } = this.app;
-    if (!recording) return this.live;
+    if (!recording || recording.isPast) return this.live;
     let found = this.recorded.get(recording);
     if (!found) {
       found = new Tracks();

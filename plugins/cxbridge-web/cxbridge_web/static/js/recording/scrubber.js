@@ -2,7 +2,9 @@
 import { button, clockText, el } from "cx/dom.js";
 import { runAddress } from "cx/not_found.js";
 
-const PLAY_MS = 120;
+const PLAY_MS = 60,
+  SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 50],
+  LASTS_S = 20; // a run is played in about this time, unless another speed is chosen
 const SHOWS_NOW = "This view shows what is now: the past has goals, skills, messages and the log.";
 
 /** A choice among the runs of a server that has several. */
@@ -25,6 +27,12 @@ export function scrubber(app) {
   const name = el("b", { class: "main-text" });
   const runs = app.runs && app.runs.length > 1 ? runSelect(app.runs) : null;
   name.hidden = Boolean(runs);
+  const speeds = el(
+    "select",
+    { id: "speed", "aria-label": "speed" },
+    el("option", { value: "step" }, "step by step"),
+    SPEEDS.map((speed) => el("option", { value: speed }, speed + "×")),
+  );
   const steps = el(
     "div",
     { class: "scrub-line" },
@@ -32,6 +40,7 @@ export function scrubber(app) {
     play,
     button("▸", () => app.recording.step(1), { "aria-label": "one step on" }),
     slider,
+    speeds,
   );
   bar.append(
     el(
@@ -70,9 +79,15 @@ export function scrubber(app) {
     if (recording.at === recording.events.length) recording.goTo(0);
     play.textContent = "❙❙";
     play.setAttribute("aria-label", "pause");
+    let last = performance.now();
     timer = setInterval(() => {
+      const passed = performance.now() - last;
       if (app.recording !== recording || recording.at === recording.events.length) halt();
-      else recording.step(1);
+      else if (speeds.value !== "step")
+        recording.goToTime(recording.time + passed * 1000 * Number(speeds.value));
+      else if (passed > 2 * PLAY_MS) recording.step(1);
+      else return;
+      last = performance.now();
     }, PLAY_MS);
   }
   slider.addEventListener("input", () => {
@@ -99,6 +114,8 @@ export function scrubber(app) {
       known = recording;
       recording.listeners.add(draw);
       slider.max = recording.steps.length;
+      const speed = (recording.end - recording.begin) / 1e6 / LASTS_S;
+      speeds.value = SPEEDS.findLast((each) => each <= Math.max(speed, SPEEDS[0]));
       name.textContent = recording.name;
     }
     slider.value = recording.stepNumber;

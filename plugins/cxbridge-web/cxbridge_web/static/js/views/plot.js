@@ -5,12 +5,13 @@ import { Chart, dashOf } from "cx/plot/chart.js";
 import { choices } from "cx/plot/choices.js";
 import { csv } from "cx/plot/csv.js";
 import { HINT } from "cx/plot/names.js";
+import { Proposals } from "cx/plot/proposals.js";
 import { numberText } from "cx/plot/series.js";
 import { plotAddress, plotsOf } from "cx/plot/store.js";
 
 export const tab = { title: "Plot", order: 55 };
 export const moment = "own";
-export const kinds = [];
+export const kinds = ["interface", "loop"];
 const WINDOWS = [
   [10e6, "10 s"],
   [60e6, "1 min"],
@@ -161,14 +162,7 @@ export function open(root, app) {
     const has = store.names.length > 0;
     empty.hidden = has;
     chart.box.hidden = legend.hidden = !has;
-    if (!has)
-      refill(
-        empty,
-        none(
-          "Nothing is plotted yet",
-          "Type the name of a value above, or press “plot” beside a field in Blackboard.",
-        ),
-      );
+    if (!has) drawProposals();
     chart.show(store.series);
     chart.end = end();
     chart.zero = zeroOfTimes() ?? 0;
@@ -180,6 +174,52 @@ export function open(root, app) {
     drawTools();
     drawLegend();
     drawValues();
+  }
+
+  const proposals = app.recording ? Proposals.of(app.recording.events) : new Proposals(),
+    listens = app.recording ? () => {} : app.live.onEvent((event) => proposals.take(event));
+  let drawnProposals = "";
+  function drawProposals() {
+    const { best } = proposals,
+      names = best.map(({ name }) => name),
+      sign = names.join("\n");
+    if (sign === drawnProposals && empty.firstChild) return;
+    drawnProposals = sign;
+    const plot = (wanted) => () => {
+      for (const name of wanted) store.add(name);
+      readdress();
+    };
+    refill(
+      empty,
+      none(
+        "Nothing is plotted yet",
+        best.length
+          ? "These values changed most. Or type a name above."
+          : "Type the name of a value above, or press “plot” next to a field in Blackboard.",
+      ),
+      best.length
+        ? dataTable(
+            { id: "proposals" },
+            [
+              "value",
+              ...["least", "greatest", "changes"].map((head) => el("th", { scope: "col", class: "n" }, head)),
+              el("td"),
+            ],
+            best.map(({ name, count, least, greatest }) =>
+              el(
+                "tr",
+                {},
+                el("th", { scope: "row" }, name),
+                [numberText(least), numberText(greatest), String(count)].map((text) =>
+                  el("td", { class: "n" }, text),
+                ),
+                el("td", {}, button("Plot", plot([name]), { "aria-label": "plot " + name })),
+              ),
+            ),
+          )
+        : null,
+      best.length > 1 ? button("Plot all " + best.length, plot(names), { class: "primary" }) : null,
+    );
   }
 
   const cells = new Map();
@@ -254,7 +294,7 @@ export function open(root, app) {
   const listened = app.recording;
   if (listened) listened.listeners.add(moment);
   const tick = setInterval(() => {
-    if (!app.recording && follows && !document.hidden && store.names.length) draw();
+    if (!app.recording && follows && !document.hidden) draw();
   }, TICK_MS);
   const unsubscribe = app.onChange(drawTools);
   readNames();
@@ -270,6 +310,7 @@ export function open(root, app) {
     },
     close() {
       stop();
+      listens();
       unsubscribe();
       app.removeEventListener("select", select);
       clearInterval(tick);
