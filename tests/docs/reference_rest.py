@@ -42,14 +42,21 @@ def models() -> Iterator[str]:
     yield from ("| model | fields |", "| --- | --- |")
     for name, schema in sorted(document()["components"]["schemas"].items()):
         fields = schema.get("properties", {})
-        shown = (_field(each, kind) for each, kind in fields.items() if each not in {"kind", "apiVersion"})
+        silent = {"kind", "apiVersion"} if "apiVersion" in fields else set()
+        required = schema.get("required", ())
+        shown = (_field(each, kind, each in required) for each, kind in fields.items() if each not in silent)
         yield f"| `{name}` | {', '.join(shown)} |"
 
 
-def _field(name: str, schema: Mapping[str, Any]) -> str:
+def _field(name: str, schema: Mapping[str, Any], required: bool) -> str:
     kind = schema.get("items", schema)
-    of = kind.get("$ref", "").rpartition("/")[2]
-    return f"`{name}{'[]' if 'items' in schema else ''}`{f' ({of})' if of else ''}"
+    of = " or ".join(each["$ref"].rpartition("/")[2] for each in kind.get("anyOf", [kind]) if "$ref" in each)
+    values = "|".join(map(str, kind.get("enum", ())))
+    notes = "; ".join(
+        filter(None, (of, values and f"`{_cell(values)}`", _cell(schema.get("description", ""))))
+    )
+    mark = ("[]" if "items" in schema else "") + ("" if required else "?")
+    return f"`{name}{mark}`{f' ({notes})' if notes else ''}"
 
 
 def _inputs(operation: Mapping[str, Any]) -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
-from msgspec import UNSET, Struct, UnsetType
+from msgspec import UNSET, Meta, Struct, UnsetType
 
 from cxbridge.interfaces.assignments import put
 from cxbridge.operations.answers import ComponentState, StopInfo
@@ -51,7 +51,7 @@ class LoopState(Struct):
 
 
 class EnvironmentSize(Struct):
-    """The numbers of facts, rules and activations of a CLIPS environment."""
+    """The numbers of a CLIPS environment: facts, rules, activations."""
 
     name: str
     facts: int
@@ -70,13 +70,13 @@ class WebState(Struct):
 class RunEnd(Struct):
     """How a run ended."""
 
-    status: int
-    word: str
+    status: Annotated[int, Meta(description="the exit status")]
+    word: Annotated[str, Meta(description="`completed` or another word")]
     reason: str
 
 
 class Status(Model, kw_only=True):
-    """How a daemon and its components stand."""
+    """How a daemon or a run stands; without environments while the main loop is stuck."""
 
     state: State
     version: str
@@ -88,13 +88,13 @@ class Status(Model, kw_only=True):
     error: str
     loop: LoopState
     components: list[ComponentState]
-    result: RunEnd | UnsetType = UNSET
+    result: Annotated[RunEnd | UnsetType, Meta(description="of a run that is FINISHED")] = UNSET
     remote_control: bool
     remote_programs: bool
     environments: list[EnvironmentSize]
     web: WebState
-    stalled: str
-    stopped: StopInfo | UnsetType = UNSET
+    stalled: Annotated[str, Meta(description="why the main loop does not come to its end")]
+    stopped: Annotated[StopInfo | UnsetType, Meta(description="while the rules are stopped")] = UNSET
 
 
 class Health(Model, kw_only=True):
@@ -121,7 +121,7 @@ class Rule(Model, kw_only=True):
     file: str | UnsetType = UNSET
     line: int | UnsetType = UNSET
     core: bool | UnsetType = UNSET
-    firings: int | UnsetType = UNSET
+    firings: Annotated[int | UnsetType, Meta(description="while a client follows `rule`")] = UNSET
 
 
 class Construct(Model, kw_only=True):
@@ -131,7 +131,7 @@ class Construct(Model, kw_only=True):
     name: str
     file: str
     line: int
-    core: bool
+    core: Annotated[bool, Meta(description="of the CX core, not of the agent")]
     text: str | UnsetType = UNSET
 
 
@@ -380,7 +380,7 @@ def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
         _get(
             "/health",
             _health,
-            "Whether all is well; answered even when the main loop is stuck.",
+            "The state in short; answered even when the main loop is stuck.",
             Health,
             errors={503: "Something is not well: it says what"},
             where=Where.THREAD,
@@ -389,13 +389,13 @@ def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
             method="POST",
             path="/cxbridge/interrupt",
             handler=partial(_interrupt, figures),
-            about="End what rules do at this moment, as an error in them would.",
+            about="End the rules' work at this moment, as an error in a rule does.",
             reply=Status,
             right=Right.CONTROL,
             where=Where.THREAD,
         ),
         _command(figures, "pause", "Deactivate the components that work."),
-        _command(figures, "resume", "Activate what is inactive."),
+        _command(figures, "resume", "Activate inactive components."),
         _command(figures, "reset", "Take the components that work down, and start them again."),
     )
 
@@ -406,7 +406,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
         _get(
             "/rules",
             _rules,
-            "All rules: where they are, how often they are on the agenda.",
+            "All rules: their places, the number of their activations.",
             list[Rule],
             paged=True,
             query=(_ENVIRONMENT, Query("name", "A pattern of their names.")),
@@ -416,13 +416,13 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
         _get(
             "/constructs",
             _constructs,
-            "The constructs of the loaded files: where they are, whose they are, their text.",
+            "The constructs of the loaded files: their places, owners and texts.",
             list[Construct],
             query=(
                 _ENVIRONMENT,
                 Query("construct", "A pattern: defrule, deftemplate ..."),
                 Query("name", "A pattern of their names."),
-                Query("text", "Whether with their text.", bool),
+                Query("text", "With their texts.", bool),
             ),
             finish=figures.describe_constructs,
             errors=_NO_ENVIRONMENT,
@@ -430,7 +430,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
         _get(
             "/agenda",
             _agenda,
-            "What would fire.",
+            "The activations, in the order of firing.",
             list[Activation],
             paged=True,
             query=(_ENVIRONMENT, Query("rule", "A pattern of the rules' names.")),
@@ -439,7 +439,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
         _get(
             "/why",
             _why,
-            "Why a rule has not fired, a goal or an action came to its outcome, a fact is there; without a "
+            "Why a rule has not fired, a goal or an action came to its outcome, a fact exists; without a "
             "query the story of the run.",
             Answer,
             query=tuple(Query(kind, about) for kind, about in _WHY_KINDS.items()),

@@ -41,7 +41,9 @@ def model_of(kind: str, answer: type[Struct]) -> type[Model]:
         (each.name, each.type) if each.required else (each.name, each.type, each.default)
         for each in fields(answer)
     ]
-    return cast("type[Model]", msgspec.defstruct(kind, members, bases=(Model,), kw_only=True))
+    about = {"__doc__": answer.__doc__}
+    made = msgspec.defstruct(kind, members, bases=(Model,), namespace=about, kw_only=True)
+    return cast("type[Model]", made)
 
 
 def plain(value: object) -> Any:
@@ -57,8 +59,7 @@ def _simple(value: object) -> Any:
 def schema_of(type_: Any) -> Schema:
     """Return the JSON schema of a type; a model is a reference."""
     (schema,), _ = msgspec.json.schema_components([type_], ref_template=_REFERENCE)
-    found: Schema = _bare(schema)
-    return found
+    return schema
 
 
 def schemas(answers: Iterable[Any], bodies: Iterable[Any]) -> dict[str, Schema]:
@@ -68,9 +69,7 @@ def schemas(answers: Iterable[Any], bodies: Iterable[Any]) -> dict[str, Schema]:
     """
     _, given = msgspec.json.schema_components(bodies, ref_template=_REFERENCE)
     _, found = msgspec.json.schema_components(answers, ref_template=_REFERENCE)
-    return {name: _bare(schema) for name, schema in given.items()} | {
-        name: _bare(_complete(schema)) for name, schema in found.items()
-    }
+    return given | {name: _complete(schema) for name, schema in found.items()}
 
 
 def _complete(schema: Schema) -> Schema:
@@ -80,19 +79,4 @@ def _complete(schema: Schema) -> Schema:
         for name, member in schema.get("properties", {}).items()
         if name in schema["required"] or "default" in member
     ]
-    return schema | {"required": required} if required else schema
-
-
-def _bare(schema: Any) -> Any:
-    """Return a schema without titles, descriptions and defaults."""
-    if isinstance(schema, list):
-        return [_bare(item) for item in schema]
-    if not isinstance(schema, dict):
-        return schema
-    return {
-        name: {member: _bare(inner) for member, inner in value.items()}
-        if name == "properties"
-        else _bare(value)
-        for name, value in schema.items()
-        if name not in {"title", "description", "default"}
-    }
+    return schema | {"required": required}

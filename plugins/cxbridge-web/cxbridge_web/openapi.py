@@ -109,7 +109,7 @@ def _events() -> dict[str, Any]:
         "parameters": [
             _in_query(Query("kinds", "Which, with commas between.")),
             _in_query(Query("env", "Of which CLIPS environment.")),
-            _in_query(Query("since", "Go on after the event of this id; 0: all that is kept.")),
+            _in_query(Query("since", "Continue after the event of this id; 0: all kept events.")),
         ],
         "responses": {
             "200": {"description": "A stream", "content": _content("text/event-stream", str)},

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any, Final, get_args, get_origin
 
 import msgspec
+from msgspec import NODEFAULT
 from msgspec.structs import FieldInfo, fields
 
 from cxbridge.operations.operation import (
@@ -113,5 +114,6 @@ def _body(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.S
     for each in fields(parameters):
         if f"{{{each.name}}}" not in route.path and each.name not in route.query:
             member = (route.names.get(each.name, each.name), each.type)
-            members.append(member if each.required and each.name not in route.given else (*member, None))
+            usual = route.given.get(each.name, each.default)
+            members.append(member if usual is NODEFAULT else (*member, usual))
     return msgspec.defstruct(route.body, members, kw_only=True)

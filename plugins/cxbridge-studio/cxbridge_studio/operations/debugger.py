@@ -179,7 +179,7 @@ def _clear(context: OperationContext, _given: NoParameters) -> None:
     debugger_of(context.executive).clear()
 
 
-@OPERATIONS.add("step", Right.CONTROL, _Step, _route("POST", "/step", "Go on for one step.", body="Step"))
+@OPERATIONS.add("step", Right.CONTROL, _Step, _route("POST", "/step", "Continue for one step.", body="Step"))
 def _step(context: OperationContext, given: _Step) -> None:
     debugger_of(context.executive).step(given.what)
 
@@ -192,7 +192,7 @@ def _stop(context: OperationContext, _given: NoParameters) -> None:
 
 
 @OPERATIONS.add(
-    "go-on", Right.CONTROL, NoParameters, _route("POST", "/go-on", "Go on to the next breakpoint.")
+    "go-on", Right.CONTROL, NoParameters, _route("POST", "/go-on", "Continue to the next breakpoint.")
 )
 def _go_on(context: OperationContext, _given: NoParameters) -> None:
     debugger_of(context.executive).go_on()

@@ -163,7 +163,7 @@ def _load_absolute(context: OperationContext, given: _File) -> Loaded:
     of_environment(
         "POST",
         "/load",
-        "Load a file of the daemon's machine; tells what is wrong with it.",
+        "Load a file of the daemon's machine; returns the mistakes in it.",
         Loaded,
         {400: "CLIPS cannot read the file"},
         instead=_load_absolute,
@@ -212,7 +212,7 @@ def _remove_feature(context: OperationContext, given: _EnvironmentFeature) -> No
     Right.CONTROL,
     _Watch,
     of_environment(
-        "PUT", "/watch", "Watch facts or rules: what is watched is recorded.", answer=_info, body="Watch"
+        "PUT", "/watch", "Watch facts or rules, which are recorded then.", answer=_info, body="Watch"
     ),
 )
 def _watch(context: OperationContext, given: _Watch) -> None:

@@ -53,11 +53,11 @@ Goal: Final = cast(
         "Goal",
         [("plans", list[str]), *map(_goal_member, GOAL_SLOTS)],
         bases=(Model,),
+        namespace={"__doc__": "A goal with its plans: all slots of the deftemplate."},
         kw_only=True,
         rename="kebab",
     ),
 )
-"""A goal with its plans: all slots of the deftemplate."""
 
 
 class DomainOperatorParameter(Struct):

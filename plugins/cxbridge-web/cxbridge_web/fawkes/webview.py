@@ -184,7 +184,7 @@ ENDPOINTS: Final = (
         handler=_config,
         about="The configuration, nested from the root.",
         reply=ConfigTree,
-        query=(Query("query", "Only what is below this path."),),
+        query=(Query("query", "Only values below this path."),),
     ),
     Endpoint(
         method="GET",

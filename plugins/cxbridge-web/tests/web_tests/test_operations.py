@@ -43,11 +43,9 @@ def test_each_way_has_a_new_operation(tmp_path: Path) -> None:
     assert found["rest"].json == {"kind": "WordCount", "apiVersion": "v1beta1", "count": 3}
     assert (found["wrong"].status, found["wrong"].text) == (400, "'least' must be a whole number")
     assert found["path"]["post"]["summary"] == "Count words."
-    assert found["body"] == {
-        "type": "object",
-        "properties": {"text": {"type": "string"}, "least": {"type": "integer"}},
-        "required": ["text"],
-    }
+    assert found["body"]["required"] == ["text"]
+    members = {name: schema["type"] for name, schema in found["body"]["properties"].items()}
+    assert members == {"text": "string", "least": "integer"}
 
 
 VIEW = '''
