@@ -24,7 +24,6 @@ WITHOUT_HELPER = {
     "cxbridge_planning/command.py": "temporary files",
     "cxbridge_planning/unified.py": "a temporary file, in one piece",
     "cxbridge_ros2cx/cx/log_files.py": "logs of environments, whole as far as they go",
-    "skiller/speech_file.py": "sound that is written while it is spoken",
     "testing/new_project.py": "refuses files that are there",
     "trace/formats/bblogger/writer.py": "a recording, whole after each entry",
     "trace/formats/csv/writer.py": "called with a path of the helper",

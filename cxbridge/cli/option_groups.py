@@ -39,7 +39,7 @@ INTERFACE_DIR = typer.Option(
 )
 
 _SKILLER: Final = {"metavar": "lua|simulator|none|URL"}
-_SPEECH: Final = {"metavar": "off|on|FILE.wav|DIR/"}
+_SPEECH: Final = {"metavar": "off|on"}
 _GLOBS: Final = {"flags": ("--interface", "-i"), "metavar": "GLOB"}
 
 DECLARED: Final[Mapping[str, Any]] = {

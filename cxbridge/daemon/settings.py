@@ -14,7 +14,7 @@ from cxbridge.plugins import package_hint
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
 from cxbridge.run.components.manager import Policy
-from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
+from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS
 from cxbridge.run.plugin_settings import PluginSettings, plugin_keys, plugin_settings
 from cxbridge.run.rights import read_rights
 from cxbridge.run.standstill import LIMIT_S
@@ -131,7 +131,7 @@ class DaemonSettings:
             clock=text("clock", "real"),
             executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
             skiller=skiller,
-            speech=_speech(config),
+            speech=_choice(config, "speech", SPEECH, "off"),
             endpoints=endpoints,
             insecure=flag("zmq/insecure", False),
             secret_key=file("zmq/secret-key"),
@@ -170,18 +170,16 @@ def _choice(
     default: str,
     *,
     url: bool = False,
-    more: str = "",
 ) -> str:
     """Return a value that must be one of a few.
 
     :param url: the URL of a blackboard will do, too.
-    :param more: what else could have been said, for the hint.
     """
     path = f"{TREE}/{name}"
     value = config.get_str(path, default=default)
     if value in known or (url and "://" in value):
         return value
-    more = ", or the URL of a blackboard" if url else more
+    more = ", or the URL of a blackboard" if url else ""
     raise config.error(path, f"{path} cannot be '{value}'", f"one of: {', '.join(known)}{more}")
 
 
@@ -192,14 +190,6 @@ def _seconds(config: Configuration, name: str, default: float) -> float:
     if not 0 <= value < math.inf:
         raise config.error(path, f"{path} cannot be {value:g}", "seconds; 0: off")
     return value
-
-
-def _speech(config: Configuration) -> str:
-    """Return ``off``, ``on``, or where speech is written to."""
-    value = config.get_str(f"{TREE}/speech", default="off")
-    if is_speech_target(value):
-        return f"{config.get_file(f'{TREE}/speech')}{'/' if value.endswith('/') else ''}"
-    return _choice(config, "speech", SPEECH, "off", more=", FILE.wav, or a folder that ends in /")
 
 
 def core_of(config: Configuration) -> str | None:

@@ -32,16 +32,7 @@ REPLAY_ORDERS = ("total", "partial")
 # Prefixes of clocks that run faster or slower than a remote Skiller.
 _UNREAL_CLOCKS = ("virtual", "scaled")
 
-_FURTHER_VALUES = {
-    "skiller": ", or the URL of a blackboard",
-    "speech": ", or FILE.wav, or a folder that ends in / or is there",
-}
-
-
-def is_speech_target(value: str) -> bool:
-    """Return whether a value of ``--speech`` names a wav file or a folder."""
-    # without the suffix rule, a typing mistake such as 'onn' would become a file
-    return value.lower().endswith((".wav", "/")) or (value not in SPEECH and Path(value).is_dir())
+_FURTHER_VALUES = {"skiller": ", or the URL of a blackboard"}
 
 
 Setting = bool | int | str | list[str]
@@ -219,10 +210,7 @@ class ExecutionOptions:
             "fawkes://robot:1910."
         ),
     ] = "lua"
-    speech: Annotated[
-        str,
-        Meta(description="Speak what skills say: to the speaker, or into sound files."),
-    ] = "off"
+    speech: Annotated[str, Meta(description="Speak what skills say.")] = "off"
     timeout: Annotated[float, Meta(description="Seconds of the run's clock until it is given up.")] = 600.0
 
 
@@ -263,7 +251,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
         for name, value, known in (
             ("core", self.core, (None, *CORES)),
             ("skiller", self.skiller, (self.skiller,) if self.has_remote_skiller else SKILLERS),
-            ("speech", self.speech, SPEECH if not is_speech_target(self.speech) else (self.speech,)),
+            ("speech", self.speech, SPEECH),
             ("trace-level", self.trace_level, TRACE_LEVELS),
             ("replay-order", self.replay_order, REPLAY_ORDERS),
         ):

@@ -15,7 +15,7 @@ from cxbridge.skiller.lua.engine import Limits, LuaEngine
 from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.lua.watch import ModuleWatch
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
-from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter, Voice
+from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter
 from cxbridge.space.tf.listener import TransformListener
 
 if TYPE_CHECKING:
@@ -135,25 +135,14 @@ def make_speech(
 ) -> SpeechSynthWriter:
     """Make the writer of the SpeechSynthInterface.
 
-    :param speech: ``off``: silent, but with the duration of speech; ``on``: the speaker; else a wav file, or
-        a folder with one file per text.
+    :param speech: ``off``: silent, but with the duration of speech; ``on``: the speaker.
     :param greeting: a first text, see :data:`cxbridge.skiller.speech.LOADED_TEXT`.
     :raises SkillerError: if speech is unavailable; the hint names the missing package.
     :raises BlackBoardError: if the interface has another writer.
     """
-    voice = _voice(clock, speech)
+    voice = SpeakerVoice() if speech == "on" else SilentVoice(clock)
     try:
         return SpeechSynthWriter(board, clock, bus, voice=voice, name=name, greeting=greeting)
     except Exception:
         voice.close()
         raise
-
-
-def _voice(clock: Clock, speech: str) -> Voice:
-    if speech == "off":
-        return SilentVoice(clock)
-    if speech == "on":
-        return SpeakerVoice()
-    from cxbridge.skiller.speech_file import FileVoice  # noqa: PLC0415 - seldom needed
-
-    return FileVoice(clock, Path(speech))

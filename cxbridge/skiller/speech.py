@@ -91,8 +91,7 @@ class SpeakerVoice(Voice):
             # pyttsx3 would be silent without an error
             raise SkillerError(
                 f"speech is not possible here: the program '{_LINUX_PLAYER}' is missing, which plays it",
-                hint="install it, for example with 'apt install alsa-utils', "
-                "or speak into a file: --speech FILE.wav",
+                hint="install it, for example with 'apt install alsa-utils'",
             )
         self._trouble = ""
         self._texts: queue.SimpleQueue[str | None] = queue.SimpleQueue()

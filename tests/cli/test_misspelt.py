@@ -23,14 +23,14 @@ NO_NAMES = {
     "B...", "RUN", "[RUN]", "RUN...", "CONFIG", "OUT.html", "OUT.json", "FILE...", "DOMAIN", "PROBLEM",
     "PLAN", "(FACT)", "NUMBER...", "INDEX", "INDEX...", "KEY=VALUE", "K", "ACTION=CLASS",
     "virtual|real|scaled:N|ros2",
-    "off|on|FILE.wav|DIR/",
+    "off|on",
 }  # fmt: skip
 """What is a place, a number or a text; a wrong one has tests of its own."""
 
 NEW_NAMES = {
     ("new", "folder"), ("trace record", "scenario"), ("env create", "env"), ("keys", "name"),
     ("env add-logger", "logger"), ("env add-logger", "component"), ("skill executor", "name"),
-    ("env create", "log_as"), ("trace diff", "reason"), ("explore", "out"),
+    ("env create", "log_as"), ("explore", "out"),
 }  # fmt: skip
 """Names that one makes oneself, or that nothing need have."""
 

@@ -1,4 +1,4 @@
-"""``trace diff`` with its outputs: text, JSON, JUnit, a page; baselines and patterns."""
+"""``trace diff`` with its outputs: text, JSON, JUnit, a page; patterns."""
 
 from __future__ import annotations
 
@@ -70,10 +70,10 @@ def test_json_is_complete(runs: tuple[str, str], capsys: pytest.CaptureFixture[s
     captured = capsys.readouterr()
     report = json.loads(captured.out)
     assert sorted(report) == [
-        "a", "accepted", "alike", "b", "baseline_unused", "differences", "first", "hints", "level",
-        "notes", "options", "order", "same", "summary", "total", "version",
+        "a", "alike", "b", "differences", "first", "hints", "level", "notes", "options", "order", "same",
+        "summary", "total", "version",
     ]  # fmt: skip
-    assert report["version"] == 1
+    assert report["version"] == 2
     assert report["options"]["ignore"] == ["goal:gen7"]
     assert report["options"]["time_tolerance"] == 5
     assert report["b"] == {"path": runs[1], "format": "mcap", "events": 17, "number": 1}
@@ -163,38 +163,10 @@ def test_a_browser_draws_the_page_without_complaint(
 
 @needs_plugin("web")
 @needs_browser
-def test_the_page_of_equal_runs_and_of_accepted_differences(runs: tuple[str, str], tmp_path: Path) -> None:
-    path, baseline = tmp_path / "diff.html", tmp_path / "baseline.yaml"
+def test_the_page_of_equal_runs(runs: tuple[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "diff.html"
     assert diff(runs[0], runs[0], "--html", path) == 0
     assert "same: 18 transitions, total order" in show(path, tmp_path / "profile").dom
-    assert diff(*runs, "--write-baseline", baseline, "--reason", "known") == 1
-    assert diff(*runs, "--baseline", baseline, "--html", path) == 0
-    assert "Accepted differences" in show(path, tmp_path / "profile").dom
-
-
-def test_a_baseline_by_way_of_the_command(
-    runs: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "baseline.yaml"
-    assert diff(*runs, "--write-baseline", path, "--reason", "known") == 1
-    assert "2 accepted differences" in capsys.readouterr().err
-    assert diff(*runs, "--baseline", path) == 0
-    captured = capsys.readouterr()
-    assert "same: 18 transitions, total order, but for 2 accepted differences" in captured.out
-    assert "plan gen1-PLAN of goal gen1: an event that only A has: known" in captured.out
-    assert diff(runs[0], runs[0], "--baseline", path) == 0
-    assert capsys.readouterr().err.count("met nothing; is it still needed?") == 2
-
-
-def test_when_the_first_difference_is_accepted_the_next_one_is_shown(
-    runs: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "baseline.yaml"
-    path.write_text("differences:\n- {kind: only-a, reason: x}\n")
-    assert diff(*runs, "--baseline", path) == 1
-    out = capsys.readouterr().out
-    assert "first difference: skiller Skiller of executive: another skill string" in out
-    assert ">     13 " in out
 
 
 @pytest.mark.parametrize(
@@ -204,7 +176,6 @@ def test_when_the_first_difference_is_accepted_the_next_one_is_shown(
         (["--only", "rule:x"], "the level transitions does not compare rule"),
         (["--time-from", "odd"], "'odd' is none of begin, thread"),
         (["--time-tolerance", "-1"], "-1"),
-        (["--baseline", "absent.yaml"], "absent.yaml: cannot be read"),
         (["--html", "A"], "is one of the runs"),
         (["--time-tolerance", "1", "--level", "rules", "--order", "partial"], "rules have no times"),
     ],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,7 +20,6 @@ WRITTEN = {
     "record/trace": "run.mcap",
     "record/log": "logs/run.log",
     "record/bblog": "bb/",
-    "speech": "spoken/",
     "robot-memory/file": "store.bson",
 }
 """Every setting that names a file or folder which a daemon writes."""
@@ -33,7 +31,7 @@ def ours(written: dict[str, str]) -> str:
         lines.append(f"  {group}:")
         mine = {key: name for key, name in written.items() if key.startswith(group)}
         lines += [f"    {key.split('/')[1]}: {name}" for key, name in mine.items()]
-    return "\n".join([*lines, f"  speech: {written['speech']}", ""])
+    return "\n".join([*lines, ""])
 
 
 def files(config: Configuration) -> dict[str, Path | None]:
@@ -42,7 +40,6 @@ def files(config: Configuration) -> dict[str, Path | None]:
         "record/trace": settings.trace,
         "record/log": settings.log,
         "record/bblog": settings.bblog,
-        "speech": Path(settings.speech),
         "robot-memory/file": Settings.read(config).file,
     }
 
@@ -59,9 +56,8 @@ def test_a_file_laid_over_a_shipped_scenario_keeps_its_recordings_beside_itself(
     options = DaemonOptions(config=Path("test-scenario"), overlay=laid_over)
     config, _ = read_configuration(options)
     assert files(config) == {key: laid_over.parent / name for key, name in WRITTEN.items()}
-    # this machine may have no voice
     daemon = Daemon(
-        replace(options, settings=(("speech", "off"),)),
+        options,
         lambda line: daemon.stop() if isinstance(line, LogLine) and line.text == "Ready" else None,
     )
     assert daemon.run() == 0

@@ -79,14 +79,6 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True)
-class AcceptedDifference:
-    """A difference that does not count, and why."""
-
-    difference: Difference
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
 class EventLine:
     """An event that is shown.
 
@@ -157,7 +149,6 @@ class Comparison:
     :param differences: those found, the first in the runs first; empty when the runs are the same.
     :param other: which of the runs compared with shows the differences, from 0.
     :param dropped: how many more differences there are than are kept.
-    :param accepted: differences that a baseline lists.
     :param rows: both runs next to each other around the first difference; may be empty.
     :param alike: the part of the events that have a partner, from 0 to 1; None when it was not counted.
     :param hints: hints for a person about the difference.
@@ -170,7 +161,6 @@ class Comparison:
     differences: list[Difference] = field(default_factory=list)
     other: int = 0
     dropped: int = 0
-    accepted: list[AcceptedDifference] = field(default_factory=list)
     rows: list[AlignedRow] = field(default_factory=list)
     alike: float | None = None
     hints: list[str] = field(default_factory=list)
@@ -180,15 +170,9 @@ class Comparison:
         self.differences = found[:MAX_DIFFERENCES]
         self.dropped += len(found) - len(self.differences)
 
-    def set_first(self, differences: list[Difference]) -> None:
-        """Keep only these differences; rows around the first are gone when it is another one now."""
-        if differences[:1] != self.differences[:1]:
-            self.rows = []
-        self.differences = differences
-
     @property
     def same(self) -> bool:
-        """Whether the runs are the same, except for accepted differences."""
+        """Whether the runs are the same."""
         return not self.differences and not self.dropped
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from typing import Any, Final, TypeAlias
 
@@ -32,7 +32,6 @@ Bar: TypeAlias = dict[str, Any]
 def page_report(
     report: ComparisonReport,
     options: Mapping[str, Any] | None = None,
-    unused: Sequence[str] = (),
     selection: Selection | None = None,
 ) -> dict[str, Any]:
     """Return the values of :func:`plain_report` with those that only a page shows.
@@ -51,7 +50,7 @@ def page_report(
         found = contexts_of(run, report.comparison.view, positions, selection)
         contexts.append([asdict(found[position]) for position in positions])
     return {
-        **plain_report(report, options, unused),
+        **plain_report(report, options),
         "contexts": [{"a": a, "b": b} for a, b in zip(*contexts, strict=True)],
         **_goals(report.a, report.b),
     }

@@ -14,9 +14,7 @@ from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
 
 if TYPE_CHECKING:
-    from cxbridge.trace.compare.baseline import ReadEntry
     from cxbridge.trace.compare.checks import Tolerance
-    from cxbridge.trace.compare.model import Comparison
     from cxbridge.trace.compare.render.text import ComparisonReport
     from cxbridge.trace.compare.selection import Selection
 
@@ -46,28 +44,14 @@ class _Method:
         str, typer.Option(help="count times from the event before of the same 'thread', or from the 'begin'")
     ] = "thread"
 
-    def plain(self, baseline: Path | None) -> dict[str, Any]:
+    def plain(self) -> dict[str, Any]:
         """Return the options that say how it is compared, as JSON has them."""
         return {
             "only": [*self.only],
             "ignore": [*self.ignore],
             "time_tolerance": self.time_tolerance,
             "time_from": self.time_from,
-            "baseline": None if baseline is None else str(baseline),
         }
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Accepted:
-    """The differences that are accepted."""
-
-    baseline: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="accept the differences that this file lists")
-    ] = None
-    write_baseline: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="list all differences in this file, to be accepted")
-    ] = None
-    reason: Annotated[str, typer.Option(help="why they are accepted, for --write-baseline")] = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +70,6 @@ def diff(
     a: Annotated[Path, typer.Argument(metavar="A", help="the run to look at")],
     b: Annotated[list[Path], typer.Argument(metavar="B...", help="the run to compare it with, or several")],
     method: _Method,
-    accepted: _Accepted,
     outputs: _DiffOutputs,
 ) -> None:
     """Compare two recorded runs: exit status 0 when they are the same, 1 when they differ, 2 when unreadable.
@@ -97,7 +80,6 @@ def diff(
     Example: cxbridge trace diff out/a.mcap out/b.mcap --level rules --order partial
     """
     from cxbridge.event_kinds import View
-    from cxbridge.trace.compare.baseline import write_baseline
     from cxbridge.trace.compare.model import Order
     from cxbridge.trace.compare.render.text import make_report
     from cxbridge.trace.compare.runs import compare_runs
@@ -105,25 +87,18 @@ def diff(
     from cxbridge.trace.compare.side_by_side import page_report
     from cxbridge.trace.formats.registry import open_run
 
-    _spare((a, *b), outputs.junit, outputs.page, accepted.write_baseline)
+    _spare((a, *b), outputs.junit, outputs.page)
     view, kind = _choice(View, "--level", method.level), _choice(Order, "--order", method.order)
     selection = Selection(method.only, method.ignore)
-    entries = _entries(accepted.baseline)
     run, others = open_run(a), [open_run(path) for path in b]
     tolerance = _tolerance(method.time_tolerance, method.time_from)
     comparison = compare_runs(run, others, view, kind, selection=selection, tolerance=tolerance)
-    unused = _accept(comparison, entries)
     report = make_report(comparison, run, others, selection)
     if outputs.page is not None:
-        _write_page(outputs.page, page_report(report, method.plain(accepted.baseline), unused, selection))
-    _print_outcome(report, unused, outputs, method.plain(accepted.baseline))
-    for note in _notes(report, selection, unused, accepted.baseline):
+        _write_page(outputs.page, page_report(report, method.plain(), selection))
+    _print_outcome(report, outputs, method.plain())
+    for note in _notes(report, selection):
         say(note, err=True)
-    if accepted.write_baseline is not None:
-        count = write_baseline(accepted.write_baseline, comparison, accepted.reason)
-        noun = "accepted difference" if count == 1 else "accepted differences"
-        more = "" if accepted.reason else ": write a reason for each"
-        say(f"{accepted.write_baseline}: {count} {noun}{more}", err=True)
     if not comparison.same:
         raise typer.Exit(1)
 
@@ -143,23 +118,7 @@ def _tolerance(seconds: float | None, since: str) -> Tolerance | None:
     return None if seconds is None else Tolerance(seconds, counted)
 
 
-def _entries(baseline: Path | None) -> list[ReadEntry]:
-    """Return the accepted differences."""
-    from cxbridge.trace.compare.baseline import load_baseline
-
-    return [] if baseline is None else load_baseline(baseline)
-
-
-def _accept(comparison: Comparison, entries: list[ReadEntry]) -> list[str]:
-    """Leave out accepted differences; return the unused entries."""
-    from cxbridge.trace.compare.baseline import accept
-
-    return [str(entry) for entry in accept(comparison, entries)]
-
-
-def _print_outcome(
-    report: ComparisonReport, unused: list[str], outputs: _DiffOutputs, method: dict[str, Any]
-) -> None:
+def _print_outcome(report: ComparisonReport, outputs: _DiffOutputs, method: dict[str, Any]) -> None:
     """Print the outcome, and write the files that were asked for.
 
     :param method: the options that say how it is compared.
@@ -169,9 +128,9 @@ def _print_outcome(
     from cxbridge.trace.compare.render.text import text_report
 
     if outputs.junit is not None:
-        write_junit(outputs.junit, report, unused)
+        write_junit(outputs.junit, report)
     if outputs.as_json:
-        say_json(plain_report(report, method, unused))
+        say_json(plain_report(report, method))
     else:
         for line in text_report(report):
             say(line)
@@ -185,14 +144,11 @@ def _write_page(path: Path, document: dict[str, Any]) -> None:
     write_document(path, "comparison", title, document)
 
 
-def _notes(
-    report: ComparisonReport, selection: Selection, unused: list[str], baseline: Path | None
-) -> Iterator[str]:
+def _notes(report: ComparisonReport, selection: Selection) -> Iterator[str]:
     """Yield warnings for the user."""
     for _, run, _ in report.sides:
         yield from (f"{run.path}: {note}" for note in run.notes)
     yield from (f"pattern '{pattern}' met nothing" for pattern in selection.unused)
-    yield from (f"{baseline}: {entry}: met nothing; is it still needed?" for entry in unused)
 
 
 def _choice(kinds: type[Choice], option: str, value: str) -> Choice:

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, Final
 
 from cxbridge.trace.compare.model import Difference
 from cxbridge.trace.compare.render.text import ComparisonReport, summary
 
-VERSION: Final = 1
+VERSION: Final = 2
 """Version of the form; it grows when a field goes or changes its meaning, not when one is new."""
 
 
-def plain_report(
-    report: ComparisonReport, options: Mapping[str, Any] | None = None, unused: Sequence[str] = ()
-) -> dict[str, Any]:
+def plain_report(report: ComparisonReport, options: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return the outcome as values that JSON knows; numbers of events count from 1.
 
     :param options: the options of the comparison, printed unchanged.
-    :param unused: entries of the baseline that no difference met.
     """
     comparison = report.comparison
     return {
@@ -38,10 +35,6 @@ def plain_report(
         },
         "total": comparison.total,
         "differences": [plain_difference(difference) for difference in comparison.differences],
-        "accepted": [
-            {**plain_difference(each.difference), "reason": each.reason} for each in comparison.accepted
-        ],
-        "baseline_unused": list(unused),
         "hints": list(comparison.hints),
         "notes": [f"{run.path}: {note}" for _, run, _ in report.sides for note in run.notes],
         "alike": comparison.alike,

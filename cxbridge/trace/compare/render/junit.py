@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -14,10 +13,9 @@ from cxbridge.trace.formats.files import writing
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def write_junit(path: Path, report: ComparisonReport, unused: Sequence[str] = ()) -> None:
+def write_junit(path: Path, report: ComparisonReport) -> None:
     """Write one test case: it fails when the runs differ.
 
-    :param unused: entries of the baseline that no difference met.
     :raises TraceError: when the file cannot be written.
     """
     comparison = report.comparison
@@ -34,8 +32,6 @@ def write_junit(path: Path, report: ComparisonReport, unused: Sequence[str] = ()
         failure.text = text
     else:
         ET.SubElement(case, "system-out").text = text
-    if unused:
-        ET.SubElement(case, "system-err").text = _clean("\n".join(unused))
     tree = ET.ElementTree(suites)
     ET.indent(tree)
     with writing(path):

@@ -77,12 +77,10 @@ def summary(comparison: Comparison) -> str:
     """Return the outcome on one line."""
     noun = NOUNS[comparison.view.value]
     order = f"{comparison.order.value} order"
-    accepted = len(comparison.accepted)
-    but = f", but for {accepted} accepted difference{'s' if accepted > 1 else ''}" if accepted else ""
     if comparison.same:
-        return f"same: {comparison.count_a} {noun}, {order}{but}"
+        return f"same: {comparison.count_a} {noun}, {order}"
     counts = f"A has {comparison.count_a} {noun}, B {comparison.count_b}"
-    return f"differ in {_extent(comparison)}, {order}{but}: {counts}"
+    return f"differ in {_extent(comparison)}, {order}: {counts}"
 
 
 def text_report(report: ComparisonReport) -> Iterator[str]:
@@ -109,11 +107,6 @@ def _lines(report: ComparisonReport) -> Iterator[str]:
         for name, _, context in report.sides:
             yield from _context(name, context, lines=not comparison.rows or comparison.order is Order.PARTIAL)
         yield from _further(comparison)
-    if comparison.accepted:
-        yield ""
-        yield "accepted:"
-        for accepted in comparison.accepted:
-            yield f"  {title(accepted.difference)}: {accepted.reason}"
 
 
 def _further(comparison: Comparison) -> Iterator[str]:

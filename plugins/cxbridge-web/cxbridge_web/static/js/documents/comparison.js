@@ -284,23 +284,6 @@ function walk(report, mark) {
   ];
 }
 
-const accepted = (list) =>
-  section(
-    "accepted",
-    "Accepted differences",
-    wideTable(
-      {},
-      ["what", "A", "B", "reason"],
-      list.map(({ subject, what, a, b, reason }) =>
-        el(
-          "tr",
-          {},
-          [short(subject) + " " + what, said(a), said(b), reason].map((cell) => el("td", {}, cell)),
-        ),
-      ),
-    ),
-  );
-
 /** The sentence that says where the runs part. */
 function parting(report) {
   if (report.same) return null;
@@ -329,7 +312,7 @@ export function open(main, report) {
     given = Object.entries(options).filter(
       ([name, value]) => value && value.length !== 0 && name !== "time_from",
     ),
-    remarks = [...report.hints, ...report.notes, ...report.baseline_unused.map((each) => "not met: " + each)],
+    remarks = [...report.hints, ...report.notes],
     { node, mark } = goalRows(report);
   const run = (side, { path }) => [
     linkTo(addressOf(report, side, "timeline"), { title: "open this run" }, path),
@@ -349,7 +332,6 @@ export function open(main, report) {
       notes(remarks),
       report.goals.length ? section("goals", "Goals of both runs", node) : null,
       report.differences.length ? walk(report, mark) : null,
-      report.accepted.length ? accepted(report.accepted) : null,
     ),
   );
 }
