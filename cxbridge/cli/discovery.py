@@ -116,13 +116,16 @@ def group_of_commands(
         :attr:`~cxbridge.plugins.Row.section` places further commands.
     """
 
+    # No inner interface of typer: ``cls`` of an app and ``commands`` of a group, which is any mapping, are
+    # public parameters, and ``format_commands`` is of the interface that click documents for groups. Typer
+    # itself has sections only in help that rich draws.
     class CommandGroup(TyperGroup):
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
-            super().__init__(**attributes)
             table = rows()
             self._sections = in_sections(table, sections)
             order = [name for names in self._sections.values() for name in names]
-            self.commands = CommandModules(table, order, commands or {})
+            lazy: Any = CommandModules(table, order, commands or {})
+            super().__init__(commands=lazy, **attributes)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:
             """Write the list of commands, in sections if there are any."""

@@ -38,7 +38,8 @@ _NAMES: Final = {
 class StyledCommand(TyperCommand):
     """A command: its options with a metavar like ``[PORT]`` may go without a value, which is then empty.
 
-    What follows such an option is its value only if it is a number.
+    The next word is the value only if it is a number. ``parse_args`` is of the interface that click documents
+    for commands; its own ``flag_value``, which typer does not have, takes any next word, e.g. a scenario.
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

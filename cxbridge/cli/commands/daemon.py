@@ -25,6 +25,7 @@ _COMMAND_S = 30.0
 _WHERE_S = 5.0
 
 
+# parse_args and shell_complete are of the interface that click documents for groups.
 class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  # type: ignore[misc]
     """Gives arguments that name no command to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
 
