@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError, CxbridgeError, PddlError
+from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
@@ -19,31 +18,12 @@ if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, FactToAssert
 
 
-STRICT: Final = "/clips-executive/pddl/strict"
-_FAWKES: Final = "fawkes"
-
-
-def reads_as_fawkes(config: Configuration) -> bool:
-    """Return whether to imitate Fawkes' PDDL parser, including its errors and ignored sections.
-
-    :raises ConfigError: if the value is not ``fawkes``.
-    """
-    value = config.get_str(STRICT, default="")
-    if value not in ("", _FAWKES):
-        raise ConfigError(f"{STRICT} cannot be '{value}'", hint=f"use {_FAWKES}, or remove the key")
-    return value == _FAWKES
-
-
 class PddlParserFeature(Feature):
-    """Provides ``parse-pddl-domain`` and ``parse-pddl-formula``.
-
-    :param as_fawkes: see :func:`reads_as_fawkes`.
-    """
+    """Provides ``parse-pddl-domain`` and ``parse-pddl-formula``."""
 
     name = "pddl-parser"
 
-    def __init__(self, *, as_fawkes: bool = False) -> None:
-        self._as_fawkes = as_fawkes
+    def __init__(self) -> None:
         self._domains: dict[str, Domain] = {}
 
     def domain_of(self, env: ClipsEnvironment) -> Domain | None:
@@ -73,8 +53,8 @@ class PddlParserFeature(Feature):
                 data = Path(path).read_bytes()
                 env.bus.emit_source("pddl", env.name, path, data, kind="domain")
                 text = decode_text(data, path)
-                parsed = parse_domain(text, path, fawkes_compat=self._as_fawkes, warn=warn)
-                rows = domain_facts(parsed, fawkes_compat=self._as_fawkes, warn=warn)
+                parsed = parse_domain(text, path, warn=warn)
+                rows = domain_facts(parsed)
             except OSError as error:
                 text = f"cannot read it: {error.strerror}"
                 file, line = env.loader.place_of_executing()
@@ -92,7 +72,7 @@ class PddlParserFeature(Feature):
 
         def formula(text: str, identifier: str) -> None:
             try:
-                parsed = parse_formula(text, fawkes_compat=self._as_fawkes)
+                parsed = parse_formula(text)
                 rows = formula_facts(parsed, identifier)
             except PddlError as error:
                 log.error(f"Failed to parse formula: {error}")
