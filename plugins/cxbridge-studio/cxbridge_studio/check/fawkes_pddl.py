@@ -149,7 +149,8 @@ def _check_names(text: Text, domain: Domain) -> None:
     :raises PddlSyntaxError: if a name has not.
     """
     declared = [*names_of(domain.types), *names_of(domain.constants)]
-    declared += [each.name for each in (*domain.predicates, *domain.functions)]
+    declared += [each.name for each in domain.predicates]
+    declared += [each.name for each in domain.functions]
     written = {name.lower(): name for name in declared}
     for token in text.tokens:
         name = written.get(token.text.lower(), token.text)
