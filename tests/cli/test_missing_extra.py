@@ -11,21 +11,25 @@ import pytest
 
 from tests.forked import nursery
 from tests.run.mini import write_scenario
+from tests.support import share
 
 ROS2 = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\nros2: {tf: {frames: all}}\n"
 
 
+CASES = (
+    ("rosbags", "ros2", ["trace", "info", "bag"]),
+    ("rosbags", "ros2", ["trace", "convert", "run.mcap", "copy", "--to", "rosbag"]),
+    ("cyclonedds", "ros2", ["run", "mini", "--clock", "ros2"]),
+    ("cyclonedds", "ros2", ["run", "mini", "--config", "ros2.yaml"]),
+    ("rosbags", "ros2", ["daemon", "start", "ros2.yaml"]),
+    ("textual", "studio", ["monitor", "run.mcap"]),
+    ("pygls", "studio", ["lsp", "mini"]),
+)
+
+
 @pytest.mark.parametrize(
     ("module", "plugin", "words"),
-    [
-        ("rosbags", "ros2", ["trace", "info", "bag"]),
-        ("rosbags", "ros2", ["trace", "convert", "run.mcap", "copy", "--to", "rosbag"]),
-        ("cyclonedds", "ros2", ["run", "mini", "--clock", "ros2"]),
-        ("cyclonedds", "ros2", ["run", "mini", "--config", "ros2.yaml"]),
-        ("rosbags", "ros2", ["daemon", "start", "ros2.yaml"]),
-        ("textual", "studio", ["monitor", "run.mcap"]),
-        ("pygls", "studio", ["lsp", "mini"]),
-    ],
+    share(CASES, 4, row=lambda case: case[0]),
     ids=lambda value: value if isinstance(value, str) else " ".join(value),
 )
 def test_a_missing_package_is_one_error(tmp_path: Path, module: str, plugin: str, words: list[str]):

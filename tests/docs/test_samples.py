@@ -81,7 +81,7 @@ def play(page, folder, shell, capfd):
     return done
 
 
-SHOWN = share([page for page in PAGES if commands(page)], 14, row=lambda page: page in TUTORIALS)
+SHOWN = share([page for page in PAGES if commands(page)], 9, row=lambda page: page in TUTORIALS)
 
 
 @pytest.mark.parametrize("page", SHOWN, ids=name_of)

@@ -285,16 +285,19 @@ def test_a_look_springs_no_trap(program, run, here, tmp_path, monkeypatch, capsy
 
 
 @pytest.mark.parametrize(
-    "starter", [[str(PROGRAM)], [sys.executable, "-m", "cxbridge"]], ids=["program", "-m"]
+    ("starter", "name"),
+    [([str(PROGRAM)], "why"), ([sys.executable, "-m", "cxbridge"], "coverage")],
+    ids=["program", "-m"],
 )
-def test_a_look_finds_no_module_in_the_current_folder(program, run, here, tmp_path, monkeypatch, starter):
+def test_a_look_finds_no_module_in_the_current_folder(
+    program, run, here, tmp_path, monkeypatch, starter, name
+):
     def look(words):
         done = subprocess.run([*starter, *words], capture_output=True, text=True, timeout=120, check=False)
         return done.stdout + done.stderr
 
     monkeypatch.chdir(here)
-    for name in ("coverage", "why"):
-        check_look(LOOKS[name][-1], program, run, tmp_path, look)
+    check_look(LOOKS[name][-1], program, run, tmp_path, look)
 
 
 def test_the_page_of_a_recording_springs_no_trap(run, here):
