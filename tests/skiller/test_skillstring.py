@@ -50,12 +50,6 @@ def test_calls(text: str, call: SkillStringCall):
     assert parse_skill_call(text) == call
 
 
-def test_several_calls_in_a_row():
-    assert [call.name for call in parse_skill_string("a{}; b(1) c{} d'x' e[[y]]; f()")] == list("abcdef")
-    with pytest.raises(SkillError, match="has 2 calls, expected one"):
-        parse_skill_call("a{} b{}")
-
-
 def test_what_is_blank_has_no_calls():
     assert read_calls(" \n-- nothing\n--[[ at all ]]") == []
     with pytest.raises(SkillError, match="has no call of a skill"):

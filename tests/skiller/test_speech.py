@@ -14,7 +14,7 @@ import pytest
 from cxbridge.errors import SkillerError
 from cxbridge.events import Level
 from cxbridge.skiller.make import make_speech
-from cxbridge.skiller.speech import SpeakerVoice, SpeechSynthWriter, Voice, estimate_duration
+from cxbridge.skiller.speech import SpeakerVoice, SpeechSynthWriter, Voice
 from tests.skiller.rig import Rig
 
 
@@ -61,21 +61,6 @@ def test_orders_wait_for_each_other():
         ("two", True, 2.5),
     ]
     assert not speech.speaking
-
-
-def test_without_sound_a_text_takes_as_long_as_it_would():
-    rig = Rig()
-    rig.add(make_speech(rig.board, rig.clock, rig.bus))
-    order(rig, "Hello peggy")
-    start = rig.clock.now_us()
-    rig.loop()
-    loops = 1
-    while rig.writes("final", uid=UID)[-1] is False:
-        rig.loop()
-        loops += 1
-    took = (rig.clock.now_us() - start) / 1e6
-    assert abs(took - estimate_duration("Hello peggy")) < 0.1
-    assert loops > 30
 
 
 def test_without_a_voice_there_is_one_clear_message(monkeypatch: pytest.MonkeyPatch, player: Path):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from cxbridge.blackboard.errors import WriterActiveError
@@ -143,14 +141,6 @@ def test_actions_that_wait_for_nobody_leave_the_loop_to_others(rig):
     assert {each.state for each in waiting} == {MasterState.ASKING}
 
 
-def test_a_skill_that_fails_says_why(rig):
-    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
-    puppet.ends.append("the door is shut")
-    master = skills.request(call())
-    rig.until(lambda: master.is_over)
-    assert (master.state, master.error) == (MasterState.FAILED, "the door is shut")
-
-
 def test_any_exception_is_a_failure(rig):
     class Broken(Puppet):
         def execute(self, call: SkillCall) -> Steps:
@@ -180,96 +170,7 @@ def test_progress_is_a_number_from_0_to_1(rig, said, state):
     assert 0.0 <= master.progress <= 1.0
 
 
-def test_one_of_several_is_confirmed_and_the_rest_rejected(rig):
-    skills = rig.skills()
-    puppets = [rig.puppet("r1", f"e{n}") for n in (1, 2, 3)]
-    master = skills.request(call())
-    rig.loop(3)
-    assert [len(puppet.calls) for puppet in puppets] == [1, 0, 0]
-    assert [host.state for host in rig.hosts] == ["BUSY", "IDLE", "IDLE"]
-    assert states(master) == ["RUNNING"]
-
-
-def test_other_agents_and_other_skills_are_not_asked(rig):
-    skills = rig.skills()
-    elsewhere, other = Silent(rig, "e1", agent="r2"), Silent(rig, "e2", skills="moveto remove")
-    right = Silent(rig, "e3", skills="grasp move")
-    rig.loop()
-    skills.request(call())
-    rig.loop()
-    assert (elsewhere.types(), other.types(), right.types()) == ([], [], ["Request"])
-
-
-def test_an_executor_that_comes_later_is_asked(rig):
-    skills = rig.skills()
-    master = skills.request(call())
-    rig.loop(10)
-    assert states(master) == ["ASKING"]
-    rig.puppet("r1", "e1")
-    rig.loop(3)
-    assert states(master) == ["RUNNING"]
-
-
-def test_several_agents_at_the_same_time(rig):
-    skills = rig.skills()
-    puppets = {agent: rig.puppet(agent, f"{agent}-e") for agent in ("r1", "r2")}
-    masters = {agent: skills.request(call(agent=agent)) for agent in puppets}
-    rig.loop(3)
-    puppets["r1"].ends.append("no")
-    puppets["r2"].ends.append(None)
-    rig.loop(3)
-    assert {agent: str(master.state) for agent, master in masters.items()} == {
-        "r1": "FAILED",
-        "r2": "SUCCEEDED",
-    }
-
-
 # -- exclusive while busy
-
-
-def test_exclusive_while_busy(rig):
-    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
-    first, second = skills.request(call()), skills.request(call(skill="grasp"))
-    rig.loop(5)
-    assert states(first, second) == ["RUNNING", "ASKING"]
-    puppet.ends.append(None)
-    rig.until(lambda: second.state is MasterState.RUNNING)
-    assert states(first) == ["SUCCEEDED"]
-    assert [made.skill for made in puppet.calls] == ["move", "grasp"]
-
-
-def test_a_busy_executor_does_not_answer(rig):
-    rig.skills()
-    rig.puppet("r1", "e1")
-    master = rig.boards[0].request(call())
-    rig.until(lambda: master.state is MasterState.RUNNING)
-    stranger = rig.board.open_for_writing(BOARD, "Stranger", owner="test")
-    send(
-        rig,
-        f"{EXECUTOR}::e1",
-        "RequestMessage",
-        board="Stranger",
-        epoch=7,
-        master=1,
-        agent="r1",
-        skill="move",
-    )
-    rig.loop(3)
-    assert stranger.msgq_empty()
-    assert states(master) == ["RUNNING"]
-
-
-def test_two_masters_of_two_boards_ask_the_same_executor(rig):
-    boards = [rig.skills("one"), rig.skills("two")]
-    puppet = rig.puppet("r1", "e1")
-    rig.loop()
-    first, second = (board.request(call()) for board in boards)
-    rig.loop(5)
-    assert states(first, second) == ["RUNNING", "ASKING"]
-    puppet.ends += [None, None]
-    rig.until(lambda: first.is_over and second.is_over)
-    assert states(first, second) == ["SUCCEEDED", "SUCCEEDED"]
-    assert len(puppet.calls) == 2
 
 
 def test_a_hundred_masters_share_three_executors(rig):
@@ -282,52 +183,6 @@ def test_a_hundred_masters_share_three_executors(rig):
 
 
 # -- cancelling
-
-
-def test_cancel_while_running(rig):
-    skills, puppet, seen = rig.skills(), rig.puppet("r1", "e1"), Recorder()
-    master = skills.request(call(), seen)
-    rig.until(lambda: master.state is MasterState.RUNNING)
-    assert skills.cancel(master)
-    assert not skills.cancel(master)
-    rig.until(lambda: master.is_over)
-    assert seen.states == ["CONFIRMED", "RUNNING", "CANCELLING", "CANCELLED"]
-    assert puppet.cleaned == 1
-    assert rig.host("e1").state == "IDLE"
-    assert not skills.cancel(master)
-
-
-def test_cancel_before_anybody_has_answered(rig):
-    skills = rig.skills()
-    master = skills.request(call())
-    skills.cancel(master)
-    assert states(master) == ["CANCELLED"]
-    puppet = rig.puppet("r1", "e1")
-    rig.loop(5)
-    assert puppet.calls == []
-
-
-def test_cancel_between_request_and_response_frees_the_executor(rig):
-    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
-    rig.loop()
-    master = skills.request(call())
-    rig.host("e1").exchange()
-    assert rig.host("e1").state == "RESERVED"
-    skills.cancel(master)
-    rig.loop(2)
-    assert rig.host("e1").state == "IDLE"
-    assert puppet.calls == []
-
-
-def test_cancel_overtaken_by_the_end_tells_what_really_happened(rig):
-    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
-    master = skills.request(call())
-    rig.until(lambda: master.state is MasterState.RUNNING)
-    puppet.ends.append(None)
-    rig.host("e1").step()
-    skills.cancel(master)
-    rig.loop()
-    assert states(master) == ["SUCCEEDED"]
 
 
 def test_an_executor_that_does_not_answer_to_cancel(rig):
@@ -364,19 +219,6 @@ def test_a_cancelled_skill_whose_cleaning_up_fails_is_cancelled(rig):
 
 
 # -- executors that do what they should not
-
-
-def test_an_executor_that_answers_twice(rig):
-    skills, silent = rig.skills(), Silent(rig)
-    rig.loop()
-    master = skills.request(call())
-    for _ in range(2):
-        to_board(rig, "ResponseMessage", master, executor="e1")
-    rig.loop()
-    to_board(rig, "ResponseMessage", master, executor="e1")
-    rig.loop()
-    assert silent.types() == ["Request", "Confirm"]
-    assert states(master) == ["CONFIRMED"]
 
 
 def test_an_executor_that_answers_late(rig):
@@ -444,26 +286,6 @@ def test_words_of_an_earlier_life_of_the_board_are_late(rig):
     request, reject = silent.messages()
     assert (reject.type, reject.epoch) == ("RejectMessage", skills.epoch - 1)
     assert request.epoch == skills.epoch
-
-
-def test_an_outcome_that_nobody_knows_is_not_heeded(rig):
-    skills, _silent = rig.skills(), Silent(rig)
-    rig.loop()
-    master = skills.request(call())
-    to_board(rig, "ResponseMessage", master, executor="e1")
-    to_board(rig, "FinishMessage", master, executor="e1", outcome=99)
-    rig.loop()
-    assert states(master) == ["CONFIRMED"]
-
-
-def test_a_finish_cancelled_that_nobody_has_asked_for_is_a_failure(rig):
-    skills, _silent = rig.skills(), Silent(rig)
-    rig.loop()
-    master = skills.request(call())
-    to_board(rig, "ResponseMessage", master, executor="e1")
-    to_board(rig, "FinishMessage", master, executor="e1", outcome="CANCELLED")
-    rig.loop()
-    assert (str(master.state), master.error) == ("FAILED", "e1 has stopped it")
 
 
 def test_refused_means_that_others_are_asked(rig):
@@ -536,19 +358,6 @@ def test_a_confirmed_executor_that_never_begins(rig):
     assert silent.types() == ["Request", "Confirm", "Cancel"]
 
 
-def test_an_executor_with_nothing_new_to_tell_is_not_silent(rig):
-    class Quiet(Puppet):
-        def execute(self, call: SkillCall) -> Steps:
-            while True:
-                yield None
-
-    skills = rig.skills(timeouts=Timeouts(silence=1.5))
-    rig.puppet("r1", "e1", Quiet)
-    master = skills.request(call())
-    rig.loop(200)
-    assert states(master) == ["RUNNING"]
-
-
 def test_a_reserved_executor_does_not_wait_for_ever(rig):
     rig.puppet("r1", "e1")
     stranger = rig.board.open_for_writing(BOARD, "Stranger", owner="test")
@@ -586,38 +395,6 @@ def test_an_executor_that_dies_fails_its_action_only(rig):
     assert masters[0].error == "the executor e1 is gone"
 
 
-def test_an_executor_that_dies_when_it_was_reserved(rig):
-    skills, puppet = rig.skills(), rig.puppet("r1", "e2")
-    rig.puppet("r1", "e1")
-    rig.loop()
-    master = skills.request(call())
-    rig.host("e1").exchange()
-    rig.kill("e1")
-    rig.until(lambda: master.state is MasterState.RUNNING)
-    assert len(puppet.calls) == 1
-
-
-def test_what_an_executor_has_sent_before_its_end_counts(rig):
-    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
-    master = skills.request(call())
-    rig.until(lambda: master.state is MasterState.RUNNING)
-    puppet.ends.append(None)
-    rig.host("e1").step()
-    rig.kill("e1")
-    rig.loop()
-    assert states(master) == ["SUCCEEDED"]
-
-
-def test_an_executor_that_is_shut_down_says_so(rig):
-    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
-    master = skills.request(call())
-    rig.until(lambda: master.state is MasterState.RUNNING)
-    rig.hosts.pop().close()
-    rig.loop()
-    assert (str(master.state), master.error) == ("FAILED", "the executor e1 was shut down")
-    assert (puppet.cleaned, puppet.closed) == (1, True)
-
-
 def test_a_cancelled_action_whose_executor_dies_is_cancelled(rig):
     skills = rig.skills()
     rig.puppet("r1", "e1")
@@ -640,33 +417,6 @@ def test_the_successor_of_an_executor_that_died(rig):
     rig.until(lambda: second.state is MasterState.RUNNING)
     assert states(first) == ["FAILED"]
     assert [made.skill for made in successor.calls] == ["grasp"]
-
-
-def test_the_end_of_a_board_ends_what_it_wanted(rig):
-    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
-    master = skills.request(call())
-    rig.until(lambda: master.state is MasterState.RUNNING)
-    rig.boards.remove(skills)
-    skills.close()
-    assert states(master) == ["CANCELLED"]
-    rig.loop()
-    assert rig.host("e1").state == "IDLE"
-    assert puppet.cleaned == 1
-
-
-def test_a_board_that_dies_frees_its_executors(rig):
-    puppet = rig.puppet("r1", "e1")
-    stranger = rig.board.open_for_writing(BOARD, "Stranger", owner="test")
-    fields = {"board": "Stranger", "epoch": 7, "master": 1}
-    send(rig, f"{EXECUTOR}::e1", "RequestMessage", agent="r1", skill="move", **fields)
-    rig.loop()
-    send(rig, f"{EXECUTOR}::e1", "ConfirmMessage", **fields)
-    rig.loop()
-    assert rig.host("e1").state == "BUSY"
-    stranger.close()
-    rig.loop()
-    assert rig.host("e1").state == "IDLE"
-    assert puppet.cleaned == 1
 
 
 def test_the_next_board_of_that_name_has_another_epoch(rig):
@@ -703,21 +453,6 @@ def test_names_that_do_not_fit_are_refused(rig, name):
 def test_parameters_that_do_not_fit_are_refused(rig, value):
     with pytest.raises(SkillError):
         rig.skills().request(call(to=value))
-
-
-def test_parameters_arrive_as_they_were_given(rig):
-    skills, puppet = rig.skills(), rig.puppet("r1", "e1")
-    given: dict[str, Any] = {
-        "text": 'a "b" \\ \n ü',
-        "whole": 3,
-        "half": 0.5,
-        "yes": True,
-        "no": None,
-        "list": [1, "x", {}],
-    }
-    skills.request(call(**given))
-    rig.loop(3)
-    assert puppet.calls[0].parameters == given
 
 
 @pytest.mark.parametrize("parameters", ["{", "[]", "3", '{"a": ' + "[" * 500])

@@ -114,13 +114,6 @@ def test_settings_have_the_types_of_the_configuration(service):
     assert made.hosts[0].name == "r1-wave"
 
 
-def test_agents_without_executors_and_with_skillers_of_other_names(service):
-    made, board = service("skill-board: {agents: {r1: {}, r2: {skiller: Skiller-r2}}}")
-    assert [skiller.name for skiller in made.skillers] == ["r1", "Skiller-r2"]
-    assert [info.id for info in board.list("SkillerInterface")] == ["r1", "Skiller-r2"]
-    assert made.hosts == []
-
-
 def test_executors_may_be_elsewhere(service):
     made, _ = service(BASE + "  in-process: false\n")
     assert made.hosts == []

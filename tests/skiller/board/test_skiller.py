@@ -82,12 +82,6 @@ def test_a_skill_string_runs_and_is_final(rig):
     assert not rig.skiller.running
 
 
-def test_it_is_running_while_executors_are_asked(rig):
-    rig.exec("move{}")
-    rig.run(10)
-    assert rig.now.status == Status.S_RUNNING
-
-
 def test_a_failure_has_the_executors_words(rig):
     rig.puppet("r1", "e1").ends.append("the door is shut")
     rig.exec("move{}")
@@ -102,19 +96,6 @@ def test_an_executor_that_dies_fails_the_skill_string(rig):
     rig.kill("e1")
     rig.run()
     assert rig.writes[-1] == ("S_FAILED", "the executor e1 is gone")
-
-
-def test_calls_in_a_row_run_at_the_same_time(rig):
-    first, second = rig.puppet("r1", "e1"), rig.puppet("r1", "e2")
-    rig.exec("move{}; grasp{}")
-    rig.run()
-    assert len(first.calls) == len(second.calls) == 1
-    first.ends.append(None)
-    rig.run()
-    assert rig.now.status == Status.S_RUNNING
-    second.ends.append(None)
-    rig.run()
-    assert rig.now.status == Status.S_FINAL
 
 
 def test_the_first_failure_cancels_the_others(rig):
@@ -211,15 +192,6 @@ def test_what_the_skiller_does_not_know_is_told(rig):
     rig.send("RestartInterpreter")
     rig.run()
     assert any("Unhandled message of type RestartInterpreterMessage" in line for line in rig.lines)
-
-
-def test_closing_drops_the_skill_string(rig):
-    puppet = rig.puppet("r1", "e1")
-    rig.exec("move{}")
-    rig.run()
-    rig.skiller._drop()
-    rig.loop(3)
-    assert puppet.cleaned == 1
 
 
 def test_a_desk_takes_one_call(rig):

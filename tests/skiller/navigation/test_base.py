@@ -15,28 +15,6 @@ angles = st.floats(-10, 10)
 slices = st.lists(st.floats(0, 2), min_size=1, max_size=30)
 
 
-def test_turn_then_drive():
-    base = Base(0.0, 0.0, 0.0, speed=0.5, turn=math.pi / 2)
-    assert base.approach(0.0, 1.0, 0.5) == 0.0
-    assert (base.x, base.y, base.yaw) == pytest.approx((0.0, 0.0, math.pi / 4))
-    assert base.approach(0.0, 1.0, 1.5) == 0.0
-    assert (base.x, base.y) == pytest.approx((0.0, 0.5))
-    assert base.approach(0.0, 1.0, 3.0) == pytest.approx(2.0)
-    assert (base.x, base.y, base.yaw) == pytest.approx((0.0, 1.0, math.pi / 2))
-
-
-def test_the_short_way_round():
-    base = Base(0.0, 0.0, 3.0, speed=1.0, turn=1.0)
-    assert base.face(-3.0, 1.0) == pytest.approx(1.0 - (2 * math.pi - 6))
-    assert base.yaw == -3.0
-
-
-def test_at_the_target_no_time_passes():
-    base = Base(1.0, 2.0, 0.5, speed=1.0, turn=1.0)
-    assert base.approach(1.0, 2.0, 0.7) == 0.7
-    assert base.face(0.5, 0.7) == pytest.approx(0.7)
-
-
 @given(metres, metres, angles, metres, metres, slices, st.floats(0.01, 10), st.floats(0.01, 10))
 def test_limits_are_kept_whatever_time_does(x, y, yaw, to_x, to_y, times, speed, turn):
     base = Base(x, y, yaw, speed, turn)

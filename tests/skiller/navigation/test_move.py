@@ -77,15 +77,6 @@ def test_goto_takes_a_place(rig, tmp_path):
     assert where(pose)[:2] == (1.0, 0.0)
 
 
-def test_the_pose_is_told_in_every_loop(rig, tmp_path):
-    pose = robot(rig, tmp_path, pose="Pose", frame="odom", start="b")
-    assert where(pose)[:2] == (1.0, 0.0)
-    assert (pose.frame, pose.visibility_history) == ("odom", 1)
-    rig.loop(5)
-    pose.read()
-    assert pose.visibility_history == 6
-
-
 @pytest.mark.parametrize(
     ("parameters", "error"),
     [

@@ -77,15 +77,6 @@ def test_overviews(board: Any, what: str, start: str):
     assert fetch_graph(board, "Skiller", what, direction="LR").startswith(start)
 
 
-def test_a_viewer_that_looks_at_a_skill_keeps_it(board: Any):
-    with viewer(board) as reader:
-        reader.msgq_enqueue(reader.SetGraphMessage("count"))
-        settle(board, graph_fsm="count")
-        assert fetch_graph(board, "Skiller", "fail").startswith("digraph fail {")
-        settle(board, graph_fsm="count")
-        assert fetch_graph(board, "Skiller", "count").startswith("digraph count {")
-
-
 @pytest.mark.parametrize(
     ("what", "message"),
     [
