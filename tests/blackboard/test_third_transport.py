@@ -13,6 +13,7 @@ from cxbridge.clock import VirtualClock
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 from tests.forked import nursery
 from tests.plugins import forget, install
+from tests.support import share
 
 PACKAGE = '''
 """A transport that was made up: boards of this process by name, each client with a way of its own."""
@@ -135,11 +136,12 @@ def test_an_entry_holds_it_to_the_contract(package):
     test = package / "test_shelf.py"
     test.write_text(CONTRACT)
     plain = ("-q", "-p", "no:cacheprovider", "-p", "no:xdist", f"--rootdir={package}")
-    done = nursery().run([*plain, f"--override-ini=pythonpath={package}", str(test)], program="pytest")
+    chosen = " or ".join(f"TestShelf{part}" for part in share(("Opening", "Data", "Messages", "Events"), 2))
+    options = [*plain, f"--override-ini=pythonpath={package}", "-k", chosen, str(test)]
+    done = nursery().run(options, program="pytest")
     out = done.stdout.decode()
     assert done.returncode == 0, out[-3000:]
-    passed = int(out.rpartition(" passed")[0].split()[-1])
-    assert passed > 60
+    assert int(out.rpartition(" passed")[0].split()[-1]) > 30
     assert "failed" not in out
 
 

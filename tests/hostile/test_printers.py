@@ -51,11 +51,10 @@ from tests.daemon.test_daemon import QUIET, running
 from tests.forked import Nursery, nursery
 from tests.programs import Started
 from tests.run.mini import AGENT, write_scenario
-from tests.support import PACKAGES, module_files, needs_all_plugins, share
+from tests.support import module_files, needs_all_plugins, share
 
 pytestmark = needs_all_plugins
 
-PACKAGE = PACKAGES[0]
 FORGED = "E 12:00:00.000000 Forged: a line of nobody"
 ATTACKS = (
     "\x1b[31mred\x1b[0m",

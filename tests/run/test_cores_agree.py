@@ -17,7 +17,6 @@ ONCE_DIFFERENT = (141, 185, 208, 342)
 
 LIMITS = "RETRY and TIMEOUT want a limit above zero"
 NAMES = "two facts of one id: which of them is meant is not decided"
-ODD_LIMITS = ("max-tries 0", "max-tries -1", "max-tries x", "2 max-tries")
 DIFFERENT = {
     "two children of one id and priority": NAMES,
     "two parallel children of one id": NAMES,

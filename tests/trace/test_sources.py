@@ -27,11 +27,6 @@ from tests.run.mini import write_scenario
 from tests.support import ROOT
 from tests.trace.runs import family
 
-XML = (
-    '<interface name="{name}" author="a" year="2024"><data><comment>Odd.</comment>{fields}</data></interface>'
-)
-INT = '<field type="int32" name="{}">a number</field>'
-
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Run:

@@ -43,6 +43,13 @@ class BoardPair:
     bus: EventBus
     settle: Callable[[], None] = field(default=_nothing_to_wait_for)
 
+    def publish(self, writer: Any, **values: object) -> None:
+        """Set fields of a writer, write, and wait until the write has arrived."""
+        for name, value in values.items():
+            setattr(writer, name, value)
+        writer.write()
+        self.settle()
+
     def collect(self, *event_types: type[Event]) -> list[Any]:
         """Return a list that grows with the events of the bus."""
         events: list[Any] = []

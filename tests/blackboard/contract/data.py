@@ -24,9 +24,7 @@ class DataContract(Contract):
         return pair.far.open_for_writing(SampleInterface, "a", owner="w")
 
     def test_a_reader_sees_what_was_written_when_it_reads(self, pair, reader, writer):
-        writer.count, writer.text = 3, "three"
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=3, text="three")
         assert (reader.count, reader.text) == (0, "")
         assert reader.read() is True
         assert (reader.count, reader.text) == (3, "three")
@@ -45,9 +43,7 @@ class DataContract(Contract):
         )
 
     def test_a_later_reader_gets_the_current_data(self, pair, writer):
-        writer.count = 5
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=5)
         late = pair.near.open_for_reading(SampleInterface, "a")
         assert late.refreshed is False
         assert late.read() is True
@@ -65,9 +61,7 @@ class DataContract(Contract):
         assert (writer.refreshed, writer.changed) == (True, False)
 
     def test_reader_flags_compare_the_last_two_reads(self, pair, reader, writer):
-        writer.count = 1
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=1)
         assert (reader.refreshed, reader.changed) == (False, False)
         reader.read()
         assert (reader.refreshed, reader.changed) == (True, True)
@@ -75,57 +69,44 @@ class DataContract(Contract):
         assert (reader.refreshed, reader.changed) == (False, False)
 
     def test_setting_the_same_value_refreshes_and_does_not_change(self, pair, reader, writer):
-        writer.count = 1
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=1)
         reader.read()
-        writer.count = 1
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=1)
         assert reader.read() is True
         assert (reader.refreshed, reader.changed) == (True, False)
 
     def test_refreshed_needs_no_progress_of_the_clock(self, pair, reader, writer):
         stamps = []
         for count in (1, 2):
-            writer.count = count
-            writer.write()
-            pair.settle()
+            pair.publish(writer, count=count)
             assert reader.read() is True
             stamps.append(reader.timestamp_us)
         assert stamps == [pair.clock.now_us()] * 2
 
     def test_a_write_without_setting_anything_refreshes_nobody(self, pair, reader, writer):
-        writer.count = 1
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=1)
         reader.read()
         pair.clock.sleep_until(pair.clock.now_us() + 1000)
         before = reader.timestamp_us
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert reader.read() is False
         assert (reader.timestamp_us, reader.changed) == (before, False)
 
     def test_marking_refreshed_stamps_the_next_write(self, pair, reader, writer):
         writer.mark_data_refreshed()
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert reader.read() is True
         assert (reader.timestamp_us, reader.changed) == (pair.clock.now_us(), False)
 
     def test_writes_between_two_reads_add_up(self, pair, reader, writer):
         writer.count = 1
         writer.write()
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert reader.read() is True
         assert reader.changed
 
     def test_reading_undoes_what_a_reader_set_itself(self, pair, reader, writer):
-        writer.count = 1
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=1)
         reader.read()
         reader.count = 7
         assert reader.read() is False
@@ -144,8 +125,7 @@ class DataContract(Contract):
         other.write()
         writer.set_from_chunk(other.to_bytes())
         assert (writer.count, writer.refreshed, writer.changed) == (9, False, False)
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert reader.read() is True  # the time stamp came with the chunk
         assert (reader.count, reader.timestamp_us) == (9, other.timestamp_us)
         reader.set_from_chunk(bytes(SampleInterface.SCHEMA.datasize))
@@ -154,9 +134,7 @@ class DataContract(Contract):
         assert (reader.count, reader.changed) == (9, True)
 
     def test_the_whole_block_arrives(self, pair, reader, writer):
-        writer.numbers = range(64)
-        writer.write()
-        pair.settle()
+        pair.publish(writer, numbers=range(64))
         reader.read()
         assert reader.to_bytes() == writer.to_bytes()
 
@@ -165,9 +143,7 @@ class DataContract(Contract):
     def test_writes_are_stamped_by_the_clock_of_the_board(self, pair, reader, writer):
         for step in (0, 1, 1_000_000):
             pair.clock.sleep_until(pair.clock.now_us() + step)
-            writer.count = 1
-            writer.write()
-            pair.settle()
+            pair.publish(writer, count=1)
             reader.read()
             assert reader.timestamp_us == writer.timestamp_us == pair.clock.now_us()
 
@@ -175,19 +151,14 @@ class DataContract(Contract):
         writer.auto_timestamping = False
         writer.set_timestamp(1_500_000)
         assert (writer.refreshed, writer.changed) == (True, True)
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         reader.read()
         assert reader.timestamp_us == 1_500_000
-        writer.timestamp_us = 2_500_000
-        writer.write()
-        pair.settle()
+        pair.publish(writer, timestamp_us=2_500_000)
         assert reader.read() is True
         assert reader.timestamp_us == 2_500_000
         writer.auto_timestamping = True
-        writer.count = 1
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=1)
         reader.read()
         assert reader.timestamp_us == pair.clock.now_us()
 
@@ -233,9 +204,7 @@ class DataContract(Contract):
         pair.settle()
         second = pair.far.open_for_writing(SampleInterface, "a")
         assert (second.count, second.text) == (0, "")
-        second.count = 5
-        second.write()
-        pair.settle()
+        pair.publish(second, count=5)
         reader.read()
         assert (reader.count, reader.text) == (5, "")
 
@@ -246,9 +215,7 @@ class DataContract(Contract):
         pair.settle()
         second = pair.far.open_for_writing(SampleInterface, "a")
         second.read()
-        second.count = 5
-        second.write()
-        pair.settle()
+        pair.publish(second, count=5)
         reader.read()
         assert (reader.count, reader.text) == (5, "keep")
 
@@ -259,9 +226,7 @@ class DataContract(Contract):
         assert reader.num_buffers == 2
         for index, count in enumerate((10, 20)):
             pair.clock.sleep_until(pair.clock.now_us() + 7)
-            writer.count = count
-            writer.write()
-            pair.settle()
+            pair.publish(writer, count=count)
             reader.copy_shared_to_buffer(index)
         assert reader.count == 0
         assert reader.buffer_timestamp(1) - reader.buffer_timestamp(0) == 7
@@ -305,9 +270,7 @@ class DataContract(Contract):
 
     def test_writes_are_told_to_the_bus(self, pair, writer):
         events = pair.collect(InterfaceWrite)
-        writer.count, writer.text = 2, "two"
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=2, text="two")
         assert [(event.time_us, event.uid) for event in events] == [
             (pair.clock.now_us(), "SampleInterface::a")
         ]

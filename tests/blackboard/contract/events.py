@@ -39,16 +39,11 @@ class EventsContract(Contract):
     def test_refreshed_comes_with_each_write_and_changed_after_it(self, pair, reader, writer):
         recorder = Recorder()
         pair.near.register_listener(recorder, reader)
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert recorder.take() == [("refreshed", A)]
-        writer.count = 1
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=1)
         assert recorder.take() == [("refreshed", A), ("changed", A)]
-        writer.count = 1
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=1)
         assert recorder.take() == [("refreshed", A)]
 
     def test_a_listener_hears_after_the_data_are_there(self, pair, reader, writer):
@@ -61,9 +56,7 @@ class EventsContract(Contract):
 
         pair.near.register_listener(Reads(), reader)
         for count in (1, 2, 3):
-            writer.count = count
-            writer.write()
-            pair.settle()
+            pair.publish(writer, count=count)
         assert seen == [1, 2, 3]
 
     def test_only_the_kinds_that_were_asked_for(self, pair, reader, writer):
@@ -79,16 +72,14 @@ class EventsContract(Contract):
     def test_only_the_interface_that_was_asked_for(self, pair, reader, writer):
         recorder = Recorder()
         pair.near.register_listener(recorder, pair.near.open_for_reading(SampleInterface, "b"))
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert recorder.log == []
 
     def test_registering_twice_is_registering_once(self, pair, reader, writer):
         recorder = Recorder()
         pair.near.register_listener(recorder, reader, *DATA)
         pair.near.register_listener(recorder, reader, *DATA)
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert recorder.log == [("refreshed", A)]
 
     def test_listeners_are_called_in_the_order_of_registration(self, pair, reader, writer):
@@ -103,8 +94,7 @@ class EventsContract(Contract):
 
         for name in ("first", "second", "third"):
             pair.near.register_listener(Named(name), reader)
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert log == ["first", "second", "third"]
 
     # -- instances
@@ -237,11 +227,9 @@ class EventsContract(Contract):
                 pair.near.register_listener(late, reader, EventKind.DATA_REFRESHED)
 
         pair.near.register_listener(Registers(), reader)
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert late.log == []
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert late.log == [("refreshed", A)]
 
     def test_who_is_unregistered_in_a_callback_is_not_called_any_more(self, pair, reader, writer):
@@ -253,9 +241,7 @@ class EventsContract(Contract):
 
         pair.near.register_listener(Unregisters(), reader)
         pair.near.register_listener(victim, reader, *DATA)
-        writer.count = 1
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=1)
         assert victim.log == []
 
     def test_a_listener_may_unregister_itself(self, pair, reader, writer):
@@ -268,8 +254,7 @@ class EventsContract(Contract):
 
         pair.near.register_listener(Once(), reader)
         writer.write()
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert calls == [A]
 
     def test_a_listener_may_open_and_close(self, pair, reader, writer):
@@ -282,9 +267,7 @@ class EventsContract(Contract):
                     opened.append(another.count)
 
         pair.near.register_listener(Opens(), reader)
-        writer.count = 6
-        writer.write()
-        pair.settle()
+        pair.publish(writer, count=6)
         assert opened == [6]
 
     def test_unregistered_listeners_hear_nothing(self, pair, reader, writer):
@@ -303,8 +286,7 @@ class EventsContract(Contract):
         recorder = Recorder()
         pair.near.register_listener(recorder, reader, *DATA)
         reader.close()
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert recorder.log == []
 
     def test_a_closed_instance_cannot_be_listened_on(self, pair, reader):
@@ -322,8 +304,7 @@ class EventsContract(Contract):
 
         pair.near.register_listener(Fails(), reader)
         pair.near.register_listener(after, reader, *DATA)
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         assert after.log == [("refreshed", A)]
         assert [(line.level, line.text) for line in lines] == [
             (Level.ERROR, "data_refreshed of SampleInterface::a failed: ValueError: broken")

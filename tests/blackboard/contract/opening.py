@@ -113,8 +113,7 @@ class OpeningContract(Contract):
         writer = pair.far.open_for_writing(SAMPLE, "a", owner="w")
         pair.near.open_for_reading(SAMPLE, "a", owner="r")
         writer.mark_data_refreshed()
-        writer.write()
-        pair.settle()
+        pair.publish(writer)
         (info,) = pair.near.list_all()
         assert (info.type, info.id, info.uid) == (SAMPLE, "a", "SampleInterface::a")
         assert info.hash == SampleInterface.SCHEMA.hash

@@ -40,22 +40,6 @@ def test_a_file_survives(clock, tmp_path):
     again.close()
 
 
-def test_a_process_that_is_killed_leaves_what_it_wrote(clock, tmp_path):
-    file = tmp_path / "memory.db"
-    program = (
-        "import os, sys, pathlib; from cxbridge.clock import RealClock;"
-        "from cxbridge.executive.robmem.embedded import EmbeddedStore;"
-        "store = EmbeddedStore(RealClock(), pathlib.Path(sys.argv[1]));"
-        "[store.insert('robmem.test', {'_id': n}) for n in range(100)];"
-        "os.kill(os.getpid(), 9)"
-    )
-    done = subprocess.run([sys.executable, "-c", program, str(file)], check=False)
-    assert done.returncode == -9
-    store = EmbeddedStore(clock, file)
-    assert [document["_id"] for document in store.find(C)] == list(range(100))
-    store.close()
-
-
 WRITER = """
 import itertools, os, pathlib, sys, threading
 from cxbridge.clock import RealClock

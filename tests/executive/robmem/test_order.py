@@ -76,16 +76,6 @@ def test_the_order_of_types_and_values():
         assert key(below[0]) < key(above[0]), (below, above)
 
 
-def test_documents_are_sorted_in_that_order():
-    store = EmbeddedStore(VirtualClock())
-    values = [rung[0] for rung in LADDER if not isinstance(rung[0], list)]
-    for number, value in reversed(list(enumerate(values))):
-        store.insert(C, {"_id": number, "v": value})
-    found = [each["_id"] for each in store.find(C, sort={"v": 1})]
-    assert found == list(range(len(values)))
-    assert [each["_id"] for each in store.find(C, sort={"v": -1})] == found[::-1]
-
-
 SORTS = [
     # documents by _id, order, ids as MongoDB sorts them
     ([[3, 9], 5, [4]], {"v": 1}, [0, 2, 1]),
@@ -326,24 +316,6 @@ def test_what_an_event_says_of_an_update(update, fields, removed):
         "removedFields": removed,
         "truncatedArrays": [],
     }
-
-
-@pytest.mark.parametrize(
-    "update",
-    [
-        {"$unset": {"z": 1}},
-        {"$set": {"a": 1}},
-        {"$inc": {"a": 0}},
-    ],
-    ids=str,
-)
-def test_an_update_that_changes_nothing_is_no_event(update):
-    store = EmbeddedStore(VirtualClock())
-    store.insert(C, {"_id": 1, "a": 1, "l": [1, 2]})
-    told: list[dict[str, object]] = []
-    store.watch(C, {}, told.append)
-    assert store.update(C, {}, update) == 1
-    assert told == []
 
 
 def test_an_update_that_is_refused_in_the_midst_leaves_the_document():

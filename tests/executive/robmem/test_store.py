@@ -158,13 +158,6 @@ def test_queries(store, query, expected):
     assert sorted(ids(store.find(C, query))) == expected
 
 
-@pytest.mark.parametrize(("query", "expected"), QUERIES, ids=lambda value: str(value)[:60])
-def test_queries_among_many_documents(store, query, expected):
-    fill(store, *DOCUMENTS)
-    fill(store, *({"_id": 100 + number, "a": f"n{number}", "b": "other"} for number in range(50)))
-    assert sorted(each for each in ids(store.find(C, query)) if each < 100) == expected
-
-
 @pytest.mark.parametrize(
     "query",
     [{"a": {"$near": 1}}, {"$where": "1"}, {"$or": []}, {"a": {"$in": 1}}, {"a": {"$regex": "("}}],

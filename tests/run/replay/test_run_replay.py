@@ -179,7 +179,7 @@ def test_a_log_that_was_cut_off_is_compared_up_to_there(order: str, part: float,
 
 
 @pytest.mark.parametrize(
-    "name", ["test-scenario", "test-scenario-pddl", "two-robots", "waypoints", "temporal"]
+    "name", share(["test-scenario", "test-scenario-pddl", "two-robots", "waypoints", "temporal"], 3)
 )
 def test_a_run_repeats_loop_by_loop(name: str, tmp_path: Path) -> None:
     if name == "temporal" and not INSTALLED:

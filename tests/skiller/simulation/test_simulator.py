@@ -12,8 +12,6 @@ from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.skillstring import parse_skill_call
 from tests.skiller.rig import Rig
 
-LOOP_S = 0.033333
-
 
 def make(*estimators: StaticEstimator) -> Rig:
     rig = Rig()
