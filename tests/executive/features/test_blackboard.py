@@ -128,12 +128,6 @@ def test_mistakes_are_told(env, log, call, message):
     assert env.faults == []
 
 
-def test_a_second_writer_is_a_warning(env, board, log, test_writer):
-    env.eval('(blackboard-open-writing "TestInterface" "T")')
-    assert any("There is already a writer" in text for text in log.texts(Level.WARN))
-    assert facts(env, "blackboard-interface") == []
-
-
 def test_a_message_reaches_the_writer_once(env, board, log):
     env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
     with board.open_for_writing("SkillerInterface", "Skiller") as writer:
@@ -157,37 +151,6 @@ def test_a_message_without_a_writer_has_id_0_and_the_blackboard_tells(env, log):
     call = '(blackboard-send-msg (blackboard-create-msg "SkillerInterface::Skiller" "StopExecMessage"))'
     assert env.eval(call) == 0
     assert [line.component for line in log.lines if line.level is Level.WARN] == ["BlackBoard"]
-
-
-def test_a_message_type_that_does_not_exist(env, log):
-    env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
-    env.build(
-        """(deffunction attempt ()
-          (bind ?m (blackboard-create-msg "SkillerInterface::Skiller" "NoMessage"))
-          (blackboard-set-msg-field ?m "x" 1)
-          (create$ (blackboard-list-msg-fields ?m) (blackboard-send-msg ?m)))"""
-    )
-    assert env.eval("(attempt)") == (0,)
-    assert "Can't set message field, the pointer is wrong." in log.texts(Level.WARN)
-
-
-def test_closing_ends_reading_and_frees_the_writer(env, board):
-    env.eval('(blackboard-open-writing "TestInterface" "T")')
-    env.eval('(blackboard-close "TestInterface" "T")')
-    env.eval('(blackboard-close "Nothing" "T")')
-    with board.open_for_writing("TestInterface", "T"):
-        pass
-
-
-def test_info_of_the_whole_blackboard(env, board, test_writer):
-    env.eval("(blackboard-get-info)")
-    (info,) = facts(env, "blackboard-interface-info")
-    assert (info["type"], info["id"], info["has-writer"], info["num-readers"]) == (
-        "TestInterface",
-        "T",
-        "TRUE",
-        0,
-    )
 
 
 def test_destroying_the_environment_closes_its_interfaces(env, manager, board):

@@ -143,15 +143,6 @@ def test_without_a_plan_the_goal_fails(env, loop, log):
     assert any("No plan for goal 'G'" in text for text in log.texts(Level.ERROR))
 
 
-def test_a_planner_that_is_not_there_fails_the_goal(env, loop):
-    goal(env)
-    env.call("planner-plan-with", "G", "(at c1 shelf)", "gps", 5)
-    loop()
-    (failed,) = facts(env, "goal")
-    assert failed["error"] == ("PLANNING", "FAILED")
-    assert "there is no planner 'gps'" in failed["message"]
-
-
 def valid(env):
     return [(each["plan-id"], each["valid"], each["message"]) for each in facts(env, "plan-valid")]
 
@@ -334,13 +325,6 @@ def test_calls_are_told_to_the_bus(endless, manager, bus, env, loop):
         event.status in {"found", "none", "cancelled"} for event in events
     ]
     assert [bool(event.reason) for event in events] == [False, False, False, True, True, False, True]
-
-
-def test_several_at_once(env, loop):
-    for _ in range(4):
-        env.call("planner-plan", "nil", "(at c1 shelf)")
-    loop()
-    assert [call["status"] for call in facts(env, "planner-call")] == ["PLANNED"] * 4
 
 
 def test_numbers_stay_numbers(env, loop):

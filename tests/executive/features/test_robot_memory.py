@@ -1,4 +1,4 @@
-"""The functions of the feature `robot_memory`, each with its result and a mistake."""
+"""The functions of the feature `robot_memory` beyond the row that each has in robmem_rows."""
 
 from __future__ import annotations
 
@@ -126,34 +126,6 @@ def test_what_comes_out_of_a_document(do, doc):
     ]
 
 
-def test_mistakes_with_documents_are_logged_and_end_nothing(do, doc, log):
-    new = doc('{"a": 1, "mixed": [1, null]}')
-    assert do("bson-get", new, "b") == FALSE
-    assert do("bson-get-array", new, "a") == (FALSE,)
-    assert do("bson-get-array", new, "mixed") == (FALSE,)
-    assert do("bson-get-time", new, "a") == (FALSE,)
-    assert do("bson-get-time", new, "b") == (FALSE, FALSE)
-    do("bson-append-regex", new, "r", Symbol("x"))
-    do("bson-append-time", new, "t", (1,))
-    do("bson-append-time", new, "t", (1, 2.5))
-    do("bson-append-time", new, "t", (10**15, 0))
-    assert do("bson-field-names", doc("{broken")) == ()
-    assert do("bson-field-names", doc("[1]")) == ()
-    assert do("bson-field-names", new) == ("a", "mixed")
-    texts = problems(log)
-    for part in (
-        "no such element in doc: { ",
-        "field a is not an array",
-        "field a is not a time",
-        "Regex string has to be of type string",
-        "1 instead of 2 entries",
-        "type mismatch",
-        "is not a date",
-        "Parsing JSON doc failed",
-    ):
-        assert [text for text in texts if part in text], part
-
-
 @pytest.mark.parametrize(
     ("function", "more", "result"),
     [
@@ -182,15 +154,6 @@ def test_stale_handles_are_errors_not_crashes(do, doc, log, function, more, resu
         assert words in problems(log)[-1]
 
 
-def test_an_array_can_be_finished_once(do, doc, log):
-    array, new = do("bson-array-start"), doc()
-    do("bson-array-finish", new, "a", array)
-    do("bson-array-finish", new, "b", array)
-    do("bson-array-append", array, 1)
-    assert do("bson-field-names", new) == ("a",)
-    assert ["destroyed before" in text for text in problems(log)] == [True, True]
-
-
 def test_who_forgets_to_destroy_is_told(log, bus):
     handles = Handles(bus.logger("test"))
     for _ in range(100_000):
@@ -199,19 +162,6 @@ def test_who_forgets_to_destroy_is_told(log, bus):
 
 
 # --- collections ------------------------------------------------------------------------------------------
-
-
-def test_inserting_updating_removing(do, doc, memory):
-    do("robmem-insert", C, doc('{"a": 1, "b": 1}'))
-    do("robmem-upsert", C, doc('{"a": 2}'), doc('{"a": 2}'))
-    do("robmem-upsert", C, doc('{"b": 2}'), '{"a": 2}')
-    do("robmem-update", C, doc('{"b": 3}'), '{"a": 1}')
-    do("robmem-update", C, doc('{"b": 3}'), '{"a": 9}')
-    assert contents(memory) == [{"a": 1, "b": 3}, {"a": 2, "b": 2}]
-    do("robmem-replace", C, doc('{"c": 4}'), '{"a": 1}')
-    assert contents(memory)[0] == {"a": 1, "b": 3, "c": 4}
-    do("robmem-remove", C, doc('{"a": 2}'))
-    assert len(contents(memory)) == 1
 
 
 def test_cursors(do, doc):
@@ -225,37 +175,6 @@ def test_cursors(do, doc):
     assert do("robmem-cursor-next", cursor) == FALSE
     do("robmem-cursor-destroy", cursor)
     assert do("robmem-cursor-next", do("robmem-query", C, doc('{"n": 7}'))) == FALSE
-
-
-def test_mistakes_with_collections_are_logged(do, doc, env, log, memory):
-    do("robmem-create-unique-index", C, doc('{"a": 1}'))
-    do("robmem-create-index", C, doc('{"b": 1}'))
-    do("robmem-insert", C, doc('{"a": 1}'))
-    assert problems(log) == []
-    do("robmem-insert", C, doc('{"a": 1}'))
-    do("robmem-create-index", C, doc("{}"))
-    do("robmem-update", C, doc('{"a": 1}'), "{broken")
-    do("robmem-update", C, doc('{"a": 1}'), 5)
-    do("robmem-update", C, doc('{"$inc": 1}'), "{}")
-    do("robmem-remove", "nowhere", doc())
-    assert do("robmem-query", C, doc('{"$frob": 1}')) == FALSE
-    assert do("robmem-query-sort", C, doc(), doc('{"a": 5}')) == FALSE
-    cursor = do("robmem-query", C, doc())
-    do("robmem-cursor-destroy", cursor)
-    do("robmem-cursor-destroy", cursor)
-    assert do("robmem-cursor-next", cursor) == FALSE
-    texts = problems(log)
-    begins = ["Insert", "Creating index", "Update", "Update", "Update", "Remove", "Query", "Query"]
-    assert [text.split(" failed")[0] for text in texts[: len(begins)]] == begins
-    assert ["destroyed before" in text for text in texts[len(begins) :]] == [True, True]
-    assert contents(memory) == [{"a": 1}]
-
-
-def test_cursor_more_ends_the_right_hand_side(env, log):
-    env.build("(defrule r => (robmem-cursor-more 1) (assert (after)))")
-    env.run()
-    assert ordered(env, "after") == []
-    assert "no longer supported" in problems(log)[0]
 
 
 def test_an_upsert_that_comes_too_late_is_no_mistake(do, doc, log, memory):
@@ -380,24 +299,6 @@ def test_a_trigger_with_a_query(do, doc, env, manager):
 
 def mutex(memory, name="m"):
     return next(iter(memory.store.find(MUTEXES, {"_id": name})), None)
-
-
-def test_a_mutex_from_its_making_to_its_end(do, memory):
-    assert do("robmem-mutex-create", "m") == TRUE
-    assert do("robmem-mutex-create", "m") == FALSE
-    assert mutex(memory) == {"_id": "m", "locked": False}
-    assert do("robmem-mutex-try-lock", "m", "me") == TRUE
-    assert mutex(memory)["locked-by"] == "me"
-    assert do("robmem-mutex-try-lock", "m", "other") == FALSE
-    assert do("robmem-mutex-try-lock", "m", "me") == FALSE
-    assert do("robmem-mutex-renew-lock", "m", "other") == FALSE
-    assert do("robmem-mutex-renew-lock", "m", "me") == TRUE
-    assert do("robmem-mutex-unlock", "m", "other") == FALSE
-    assert do("robmem-mutex-force-lock", "m", "other") == TRUE
-    assert do("robmem-mutex-unlock", "m", "other") == TRUE
-    assert mutex(memory) == {"_id": "m", "locked": False}
-    assert do("robmem-mutex-destroy", "m") == TRUE
-    assert mutex(memory) is None
 
 
 def test_old_locks_expire(do, memory, bus):

@@ -47,11 +47,6 @@ def test_angles(tf):
     assert tf.call("tf-yaw-from-quat", (0, 0, 0, 1)) == 0.0
 
 
-def test_a_quaternion_of_three_numbers(tf, log):
-    assert tf.call("tf-yaw-from-quat", (1.0, 2.0, 3.0)) == 0.0
-    assert log.texts(Level.WARN) == ["Invalid quaternion: must be list of exactly four entries"]
-
-
 def test_frames(robot):
     assert robot.call("tf-frame-exists", "robot") == "TRUE"
     assert robot.call("tf-frame-exists", "moon") == "FALSE"
@@ -96,11 +91,6 @@ def test_what_cannot_be_transformed(robot, log, function, values):
     assert warnings[2] == "Invalid time: must be list of integers"
     assert "must be list of exactly" in warnings[3]
     assert "must be list of floats or integers" in warnings[-1]
-
-
-def test_can_transform_needs_a_time(robot, log):
-    assert robot.call("tf-can-transform", "map", "robot", ()) == "FALSE"
-    assert log.texts(Level.WARN) == ["Invalid time: must be list of exactly two entries"]
 
 
 def test_a_rotation_that_is_none(robot, log):

@@ -81,6 +81,13 @@ class World:
         self.loop()
         return number
 
+    def plan(self, goal):
+        """Have a problem generated for a goal, and a plan made."""
+        self.ask(self.generator, "GenerateMessage", goal=goal)
+        self.loop()
+        self.ask(self.planner, "PlanMessage")
+        self.loop()
+
     def plans(self):
         return [
             {key: value for key, value in document.items() if key != "_id"}
@@ -122,10 +129,7 @@ def test_facts_of_the_robot_memory_count(world):
     fact = {"relation": "domain-fact", "name": "said", "param_values": ["EVE", "HI"]}
     world.store.insert("robmem.clipswm", fact)
     world.start()
-    world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
-    world.loop()
-    world.ask(world.planner, "PlanMessage")
-    world.loop()
+    world.plan("(said EVE BYE)")
     assert [step["name"] for step in world.plans()[0]["actions"]] == ["leave"]
 
 
@@ -138,10 +142,7 @@ def test_the_plan_is_in_the_memory_before_the_interface_says_so(world):
         seen.append(world.planner.final)
 
     world.store.watch("robmem.pddl-plan", {}, look)
-    world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
-    world.loop()
-    world.ask(world.planner, "PlanMessage")
-    world.loop()
+    world.plan("(said EVE BYE)")
     assert seen == [False]
 
 
@@ -156,10 +157,7 @@ def test_the_plan_is_in_the_memory_before_the_interface_says_so(world):
 )
 def test_no_plan(world, goal, message):
     world.start()
-    world.ask(world.generator, "GenerateMessage", goal=goal)
-    world.loop()
-    world.ask(world.planner, "PlanMessage")
-    world.loop()
+    world.plan(goal)
     assert (world.planner.final, world.planner.success) == (True, False)
     assert world.plans() == [{"plan": 0}]
     assert any(message in text for text in world.log.texts(Level.ERROR))
@@ -183,10 +181,7 @@ def test_a_document_that_makes_no_sense_and_goes_again(world, document, message)
     world.store.insert("robmem.clipswm", {"_id": "bad", **document})
     world.start()
     for success in (False, True):
-        world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
-        world.loop()
-        world.ask(world.planner, "PlanMessage")
-        world.loop()
+        world.plan("(said EVE BYE)")
         assert (world.planner.final, world.planner.success) == (True, success)
         assert world.plans()[-1]["plan"] == int(success)
         errors = [text for text in world.log.texts(Level.ERROR) if message in text]
@@ -202,10 +197,7 @@ def test_a_domain_that_does_not_parse(world, text):
         file.unlink()
     else:
         file.write_text(text)
-    world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
-    world.loop()
-    world.ask(world.planner, "PlanMessage")
-    world.loop()
+    world.plan("(said EVE BYE)")
     assert (world.planner.final, world.planner.success) == (True, False)
     assert world.plans() == [{"plan": 0}]
     assert any("domain.pddl" in error for error in world.log.texts(Level.ERROR))
@@ -228,10 +220,7 @@ def test_a_planner_that_does_not_plan(world, monkeypatch, tmp_path, what):
     (tmp_path / "ff").chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
     world.start("ff", timeout=0.5 if "sleep" in script else 60)
-    world.ask(world.generator, "GenerateMessage", goal="(said EVE BYE)")
-    world.loop()
-    world.ask(world.planner, "PlanMessage")
-    world.loop()
+    world.plan("(said EVE BYE)")
     assert (world.planner.final, world.planner.success) == (True, False)
     assert world.plans() == [{"plan": 0}]
     assert any(message in error for error in world.log.texts(Level.ERROR))
@@ -254,10 +243,7 @@ def test_a_planner_that_is_not_installed_is_replaced(world, monkeypatch, tmp_pat
     world.loop()
     assert world.planner.active_planner == "ff"
     assert any("ff is not installed" in text for text in world.log.texts(Level.WARN))
-    world.ask(world.generator, "GenerateMessage", goal="(said EVE HI)")
-    world.loop()
-    world.ask(world.planner, "PlanMessage")
-    world.loop()
+    world.plan("(said EVE HI)")
     assert world.planner.success
 
 

@@ -75,30 +75,6 @@ def set_and_get(env, field, text):
 # --- message types and messages
 
 
-def test_create_and_destroy(pb, log):
-    message = pb.call("pb-create", REPORT)
-    assert isinstance(message, ExternalAddress)
-    pb.call("pb-destroy", message)
-    assert pb.call("pb-field-type", message, "robot") == "INVALID-MESSAGE"
-    pb.call("pb-destroy", message)
-    pb.call("pb-destroy", NULL)
-    assert not log.texts(Level.WARN, Level.ERROR)
-
-
-def test_create_of_an_unknown_type(pb, log):
-    assert pb.call("pb-create", "test_msgs.Nothing") == NULL
-    assert log.texts(Level.WARN) == ["Cannot create message of type test_msgs.Nothing: Unknown message type"]
-
-
-def test_register_type(pb, log):
-    assert pb.call("pb-register-type", REPORT) == "FALSE"
-    assert pb.call("pb-register-type", Symbol("test_msgs.Nothing")) == "FALSE"
-    assert log.texts(Level.ERROR) == [
-        "Registering type test_msgs.Report failed: Message type 3000:1 already registered",
-        "Registering type test_msgs.Nothing failed: Unknown message type",
-    ]
-
-
 def test_a_type_of_a_subfolder_is_registered_by_hand(bus, tmp_path):
     (tmp_path / "sub").mkdir()
     (tmp_path / "top.proto").write_text('syntax = "proto2";\nimport "sub/far.proto";\n')
@@ -121,14 +97,6 @@ def test_a_reference_is_the_same_message_and_lives_on(pb):
     pb.call("pb-destroy", message)
     assert pb.call("pb-field-value", other, "id") == 5
     assert pb.call("pb-ref", message) == NULL
-
-
-def test_the_text_of_a_message(pb, log):
-    message = pb.call("pb-create", ORDER)
-    pb.call("pb-set-field", message, "text", "hello")
-    assert pb.call("pb-tostring", message) == 'text: "hello"\n'
-    assert pb.call("pb-tostring", NULL) == ""
-    assert log.texts(Level.WARN) == ["Cannot convert message to string: invalid message"]
 
 
 def test_many_living_messages_are_told_of(pb, log, monkeypatch, feature):
@@ -169,16 +137,6 @@ def test_what_is_told_of_no_message(pb):
     assert pb.call("pb-field-list", NULL, "x") == ("INVALID-MESSAGE",)
     pb.call("pb-set-field", NULL, "x", 1)
     pb.call("pb-add-list", NULL, "x", 1)
-
-
-def test_whether_a_field_is_set(pb):
-    message = pb.call("pb-create", REPORT)
-    assert [pb.call("pb-has-field", message, name) for name in ("robot", "numbers", "nothing")] == [
-        "FALSE"
-    ] * 3
-    pb.call("pb-set-field", message, "robot", "r2")
-    pb.call("pb-add-list", message, "numbers", 1)
-    assert [pb.call("pb-has-field", message, name) for name in ("robot", "numbers")] == ["TRUE"] * 2
 
 
 @pytest.mark.parametrize(
