@@ -13,7 +13,7 @@ from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.run import RunOptions
 from cxbridge_studio.check.formats import FORMATS, as_text
 from cxbridge_studio.check.run import check
-from tests.support import ROOT
+from tests.support import ROOT, share
 
 TREES = (BUILTIN_CX / "goal-tree.clp").read_text()
 SCENARIOS = sorted(path.parent.name for path in (ROOT / "scenarios").glob("*/scenario.yaml"))
@@ -65,7 +65,7 @@ def test_an_agent_that_is_fine(tmp_path):
     assert found(agent(tmp_path)) == []
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("name", share(SCENARIOS, 4))
 def test_the_shipped_scenarios_are_fine(name):
     findings = check(RunOptions(scenario=Path(name)))
     assert findings == [], as_text(findings)
@@ -256,7 +256,7 @@ MAKERS = [each.name for each in definitions(TREES) if each.name.startswith("goal
 FILES = sub_types.files_of_core(BUILTIN_CX)
 
 
-@pytest.mark.parametrize(("sub_type", "file"), FILES.items())
+@pytest.mark.parametrize(("sub_type", "file"), share(FILES.items(), 2))
 def test_a_sub_type_whose_file_is_not_loaded(tmp_path, sub_type, file):
     clips = SUB_TYPE.format(made=f"(assert (goal (id G) (class WALK) (sub-type {sub_type})))")
     folder = agent(tmp_path, clips)
@@ -297,7 +297,7 @@ def test_a_sub_type_that_a_rule_gives_later(tmp_path):
     assert "CX508" not in [each[0] for each in found(agent(tmp_path, clips + of_routes))]
 
 
-@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("name", share(MAKERS, 3))
 def test_a_function_of_the_core_gives_a_sub_type_whose_file_is_not_loaded(tmp_path, name):
     clips = SUB_TYPE.format(made=f"({name} WALK NONE (assert (goal (id G) (class RUN))))")
     spec = SPEC.replace("agent.clp", "goal-tree.clp, agent.clp")

@@ -76,7 +76,7 @@ def test_the_cause_is_found_from_the_root_goal(name, tmp_path):
     assert "talk-plan-for-talk" in first
 
 
-@pytest.mark.parametrize("name", ["TALK", "TESTGOAL-PARENT", "FINALLY-SUCCEED"])
+@pytest.mark.parametrize("name", share(["TALK", "TESTGOAL-PARENT", "FINALLY-SUCCEED"], 1))
 def test_a_sound_agent_is_not_blamed(name):
     """While it runs, and at its end: no cause is made up."""
     for at in (0.5, 2.0, None):
