@@ -30,8 +30,8 @@ COLUMNS: Final = {
     "events": ("s", "kind", "what"),
 }
 BREAK_AT: Final = {"actions": ("action", 2, ":"), "skills": ("skill", 1, ":"), "agenda": ("rule", 1, "")}
-LIVE_PANES: Final = ("actions", "skills", "interfaces", "facts", "agenda", "breakpoints", "log")
-RECORDED_PANES: Final = ("actions", "skills", "interfaces", "facts", "events", "log")
+LIVE_PANES: Final = ("story", "actions", "skills", "interfaces", "facts", "agenda", "breakpoints", "log")
+RECORDED_PANES: Final = ("story", "actions", "skills", "interfaces", "facts", "events", "log")
 TITLES: Final = {"interfaces": "Blackboard", "breakpoints": "Breaks"}
 
 STYLE: Final = """
@@ -51,6 +51,8 @@ STYLE: Final = """
 #prompt { display: none; }
 #prompt.shown { display: block; }
 .note { height: auto; max-height: 6; padding: 0 1; color: $text-muted; }
+#story { height: 1fr; padding: 0 1; }
+#story-text { height: auto; }
 #fields { border-top: solid $primary; }
 TabPane { padding: 0; }
 Tab { padding: 0 1 0 0; }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,7 +13,7 @@ from cxbridge.blackboard import parse_uid
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
-from cxbridge.daemon.client import NoAnswerError, command, read_status, request
+from cxbridge.daemon.client import NoAnswerError, ask_why, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, shown
 from cxbridge_studio.monitor.choosing import duration_text, page
@@ -42,6 +42,7 @@ _RATE_LOOKS: Final = 20
 _LOOK_S: Final = 0.25
 _REST: Final = 5.0
 _LEAST_REST_S: Final = 1.0
+_STORY_S: Final = 2.0
 
 _ACTION_SLOTS: Final = ("goal-id", "id", "action-name", "param-values", "state")
 
@@ -83,6 +84,8 @@ class DaemonSource:
         self._started_us: object = None
         self._most_goals = MOST_GOALS
         self._search = _FactSearch()
+        self._told: Sequence[str] = ()
+        self._next_story_s = 0.0
         self._loops: deque[tuple[float, int]] = deque(maxlen=_RATE_LOOKS)
         self._commands: dict[str, Callable[[str, ViewQuery], str]] = {
             **dict.fromkeys(("pause", "resume", "reset"), self._command),
@@ -169,6 +172,7 @@ class DaemonSource:
             agenda=_noted(self._agenda, query) if query.pane == "agenda" and not missing else Table(),
             breakpoints=Table([(str(row["number"]), row["spec"]) for row in state["breakpoints"]]),
             log=tuple(self._log),
+            story=self._story(board) if query.pane == "story" and not missing else (),
             environments=state["environments"],
         )
 
@@ -184,6 +188,19 @@ class DaemonSource:
         (first_s, first), (last_s, last) = self._loops[0], self._loops[-1]
         rate = f" at {(last - first) / (last_s - first_s):.0f} Hz" if last_s > first_s else ""
         yield f"loop {loops:,}{rate}"
+
+    def _story(self, board: BlackBoard) -> Sequence[str]:
+        """Return the daemon's story of the run, some seconds old at most, or the reason without one."""
+        now = time.monotonic()
+        if now >= self._next_story_s:
+            self._next_story_s = now + _STORY_S
+            try:
+                answer = ask_why(board, "", "run", 0, ANSWER_S)
+            except CxbridgeError as error:
+                self._told = (error.message, error.hint or "")
+            else:
+                self._told = self._told if answer is None else answer["lines"]
+        return self._told
 
     def _ask(self, verb: str, **arguments: Any) -> Any:
         return request(self._reach(), verb, ANSWER_S, **arguments)

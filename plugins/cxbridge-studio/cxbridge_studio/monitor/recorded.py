@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Final
@@ -14,6 +14,7 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, GoalTransition, LogLine, PlanActionTransition, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.codec import plain_values
+from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
 from cxbridge_studio.monitor.choosing import choose_goals, duration_text, page
@@ -62,6 +63,7 @@ class RecordedSource:
         self._follows = True
         self._speed = 1.0
         self._since: tuple[float, int] | None = None
+        self._told: tuple[int, Sequence[str]] = (-1, ())
         self._commands: dict[str, Callable[[str], str]] = {
             "event": lambda rest: self._move(lambda scrubber: scrubber.go(scrubber.at + _whole(rest))),
             "transition": lambda rest: self._move(lambda scrubber: scrubber.go_transitions(_whole(rest))),
@@ -151,9 +153,19 @@ class RecordedSource:
             facts=self._facts(query) if query.pane == "facts" else Table(),
             events=self._events() if query.pane == "events" else Table(),
             log=self._log(),
+            story=self._story() if query.pane == "story" else (),
             environments=sorted({env for env, _ in scrubber.state.goals} | set(scrubber.state.facts.by_env)),
             notes=scrubber.notes,
         )
+
+    def _story(self) -> Sequence[str]:
+        """Return the story of the run up to the moment; while the recording plays, the story before."""
+        scrubber = self._scrubber
+        if self._told[0] != scrubber.at and (self._since is None or not self._told[1]):
+            at_end = scrubber.at == len(scrubber.events) and not scrubber.is_loading
+            at_s = None if at_end else scrubber.now_us / MICROSECONDS
+            self._told = scrubber.at, _story_of(KeptRun(scrubber.run, scrubber.events), at_s)
+        return self._told[1]
 
     def _head(self) -> str:
         scrubber = self._scrubber
@@ -241,6 +253,35 @@ class RecordedSource:
                 text = f"{scrubber.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}"
                 rows.append(LogRow(number, event.level.value, text))
         return rows
+
+
+class KeptRun(Run):
+    """A recording whose events are in memory.
+
+    :param run: the recording.
+    :param events: its events.
+    """
+
+    def __init__(self, run: Run, events: Sequence[Event]) -> None:
+        super().__init__(run.path)
+        self._run, self._events = run, events
+        self.metadata = run.metadata  # type: ignore[method-assign]
+        self.files = run.files  # type: ignore[method-assign]
+        self.source_records = run.source_records  # type: ignore[method-assign]
+
+    def __iter__(self) -> Iterator[Event]:
+        return iter(self._events)
+
+
+def _story_of(run: Run, at_s: float | None) -> Sequence[str]:
+    """Return the story of a run up to a moment, or the reason why there is none."""
+    from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - the first look is quick without
+    from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
+
+    try:
+        return explain(RecordedEvidence(run, at_s, None), "", "run").lines
+    except CxbridgeError as error:
+        return (error.message, error.hint or "")
 
 
 def event_text(event: Event) -> str:

@@ -12,7 +12,7 @@ from typing import ClassVar, Final, TypeVar
 from textual import events
 from textual.app import App, ComposeResult
 from textual.binding import BindingType
-from textual.containers import Container, Vertical
+from textual.containers import Container, Vertical, VerticalScroll
 from textual.css.query import NoMatches
 from textual.widget import Widget
 from textual.widgets import Input, Static, TabbedContent, TabPane
@@ -95,6 +95,10 @@ class MonitorApp(App[None]):
     def _pane(self, name: str) -> ComposeResult:
         if name == "log":
             yield LogLines()
+            return
+        if name == "story":
+            with VerticalScroll(id="story"):
+                yield Static("", id="story-text", markup=False)
             return
         if name == "interfaces":
             columns = (
@@ -191,6 +195,9 @@ class MonitorApp(App[None]):
         pane = self._pane_shown
         if pane == "log":
             self._find("#log", LogLines).show(snapshot.log)
+            return
+        if pane == "story":
+            self._write("story-text", "\n".join(map(visible, snapshot.story)))
             return
         table = getattr(snapshot, pane)
         rows = self._find(f"#{pane}", Rows)

@@ -32,7 +32,7 @@ class Scrubber:
     """
 
     def __init__(self, run: Run, stride: int = STRIDE) -> None:
-        self._run = run
+        self.run = run
         self._reader: Iterator[Event] | None = iter(run)
         self._stride = stride
         self._clock = SteadyClock(run.start_us)
@@ -95,7 +95,7 @@ class Scrubber:
 
     def _end(self, *notes: str) -> None:
         self._reader = None
-        self.notes += [*notes, *self._run.notes, *self._clock.notes()]
+        self.notes += [*notes, *self.run.notes, *self._clock.notes()]
 
     def _add(self, event: Event) -> None:
         if not event.KIND.name:

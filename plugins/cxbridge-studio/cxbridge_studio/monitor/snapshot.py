@@ -96,6 +96,7 @@ class MonitorSnapshot:
     events: Table = Table()
     log: Sequence[LogRow] = ()
     environments: Sequence[str] = ()
+    story: Sequence[str] = ()
     notes: Sequence[str] = ()
 
 

@@ -29,6 +29,7 @@ SNAPSHOT = MonitorSnapshot(
     events=Table([("0.000", "goal", "root"), ("1.000", "rule", "talk")], at=1),
     log=(LogRow(1, "W", "W Daemon: mind the [step]"),),
     environments=("executive", "second"),
+    story=("kid (TALK) FAILED: no voice",),
 )
 
 

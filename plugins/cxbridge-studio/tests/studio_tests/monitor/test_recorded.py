@@ -55,6 +55,13 @@ def test_it_begins_at_the_last_transition(tmp_path):
     assert [goal.outcome for goal in seen.goals] == ["COMPLETED", "FAILED", "FAILED"]
 
 
+def test_the_story_of_a_moment_is_that_of_why(source):
+    assert at(source, "begin").story == ()
+    end = at(source, "end", pane="story")
+    assert end.story[0].startswith("RUN-gen3 (PARENT) FAILED")
+    assert at(source, "begin", pane="story").story[0] != end.story[0]
+
+
 def test_moments(source):
     seen = at(source, "begin", pane="events")
     assert re.fullmatch(r"0\.0 s of 4\.0 s · event 0 of 1,024", seen.head)

@@ -36,13 +36,15 @@ def test_goals_and_panes():
             "○ other (MOVE) FORMULATED",
         ]
         assert text(app, "status") == "robot: running"
-        assert rows(app, "actions") == [["kid", "1", "say", '"[hi]"', "RUNNING"]]
-        for key, name in enumerate(("skills", "interfaces", "facts", "agenda", "breakpoints"), 2):
+        assert text(app, "story-text") == "kid (TALK) FAILED: no voice"
+        await pilot.press("2")
+        await until(lambda: rows(app, "actions") == [["kid", "1", "say", '"[hi]"', "RUNNING"]])
+        for key, name in enumerate(("skills", "interfaces", "facts", "agenda", "breakpoints"), 3):
             await pilot.press(str(key))
             wanted = [list(row) for row in getattr(SNAPSHOT, name).rows]
             await until(lambda name=name, wanted=wanted: rows(app, name) == wanted)
             await until(lambda name=name: source.query.pane == name)
-        await pilot.press("7")
+        await pilot.press("8")
         log = app.query_one("#log", LogLines)
         await until(lambda: [line.text.strip() for line in log.lines] == ["W Daemon: mind the [step]"])
 
@@ -113,11 +115,11 @@ def test_commands_begin_with_what_is_chosen():
     cases = {
         "b": "break ",
         "down down b": "break goal:TALK:",
-        "1 b": "break action:say:",
-        "5 b": "break rule:talk",
-        "4 down d": "retract f-2",
-        "4 e": "modify f-2 (",
-        "3 m": "send ",
+        "2 b": "break action:say:",
+        "6 b": "break rule:talk",
+        "5 down d": "retract f-2",
+        "5 e": "modify f-2 (",
+        "4 m": "send ",
         "colon": "",
     }
 
@@ -140,7 +142,7 @@ def test_a_breakpoint_is_removed_by_a_key():
     source = Scripted()
 
     async def script(app, pilot, until):
-        await pilot.press("6", "d")
+        await pilot.press("7", "d")
         await until(lambda: source.done == ["delete 3"])
 
     drive(monitor_app(source), script)
@@ -186,7 +188,7 @@ def test_values_of_the_interface_under_the_cursor():
     source = Scripted()
 
     async def script(app, pilot, until):
-        await pilot.press("3", "down")
+        await pilot.press("4", "down")
         await until(lambda: source.query.interface == "T::a")
         source.change(fields=Table([("x", "1"), ("text", '"' + "a" * 300 + '"')]))
         await until(lambda: rows(app, "fields")[:1] == [["x", "1"]])
@@ -199,7 +201,7 @@ def test_values_of_the_interface_under_the_cursor():
 
 def test_notes_tell_what_is_not_shown_and_all_of_the_fact_under_the_cursor():
     async def script(app, pilot, until):
-        await pilot.press("4", "down")
+        await pilot.press("5", "down")
         await until(lambda: text(app, "facts-note") == "f-2 (b (n 1))\n7 more facts: / finds them")
 
     drive(monitor_app(Scripted()), script)
@@ -210,7 +212,7 @@ def test_rows_that_come_and_go_leave_the_cursor_where_it_was():
 
     async def script(app, pilot, until):
         table = app.query_one("#facts", Rows)
-        await pilot.press("4", "down")
+        await pilot.press("5", "down")
         source.change(facts=Table([("f-0", "(z)"), ("f-1", "(a)"), ("f-2", "(b (n 2))")]))
         await until(lambda: table.row_count == 3)
         assert table.chosen[0] == "f-2"
@@ -231,7 +233,7 @@ def test_keys_of_a_recording_scrub_wherever_the_cursor_is():
         assert text(app, "said").endswith("goal root")
         for keys in (
             "left right shift+left shift+right home end space",
-            "5 left home comma full_stop plus minus",
+            "6 left home comma full_stop plus minus",
         ):
             await pilot.press(*keys.split())
         wanted = ["event -1", "event 1", "transition -1", "transition 1", "begin", "end", "play"]
@@ -256,7 +258,7 @@ def test_the_log_goes_back_with_a_recording():
         def shown():
             return [line.text.strip() for line in log.lines]
 
-        await pilot.press("6")
+        await pilot.press("7")
         await until(lambda: shown() == [f"line {number}" for number in range(5)])
         source.change(log=lines[:2])
         await until(lambda: shown() == ["line 0", "line 1"])
@@ -289,7 +291,7 @@ def test_it_fits_80_columns(monkeypatch):
         assert app.screen.has_class("narrow")
         assert app.query_one("#panes").region.y > app.query_one(GoalTree).region.y
         assert app.query_one("#panes").region.width == 80
-        assert app.query_one("#actions").region.height >= 8
+        assert app.query_one("#story").region.height >= 8
         await pilot.resize_terminal(140, 40)
         await until(lambda: not app.screen.has_class("narrow"))
 
