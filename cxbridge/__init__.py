@@ -1,17 +1,17 @@
 """cxbridge: the CLIPS Executive with an emulated Fawkes blackboard, without Fawkes.
 
-What programs need most is here, and imported when it is first used::
+The main names are imported on first use::
 
     import cxbridge as cx
-
     print(cx.run("test-scenario"))
 
-Every shipped interface type is here by its name, too: ``cx.BatteryInterface``. See docs/api.md; the types
-are in ``__init__.pyi``.
+So are the shipped interface types: ``cx.BatteryInterface``. See docs/api.md; the types are in
+``__init__.pyi``.
 """
 
 from typing import Any
 
+# The public names and their modules.
 _NAMES = {
     "BlackBoard": "cxbridge.blackboard.base",
     "ClipsEnvironment": "cxbridge.executive.host.environment",
@@ -26,16 +26,15 @@ _NAMES = {
     "connect": "cxbridge.blackboard.connection",
     "open_run": "cxbridge.run.program.finished",
 }
-"""The public names, and the modules that have them."""
 
 
 def __getattr__(name: str) -> Any:
-    """Give a public name, or the class of a shipped interface type."""
+    """Import a public name, or return the class of a shipped interface type, on first use."""
     from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
 
     if name == "__version__":
         return import_module("cxbridge.resources").VERSION
-    if name == "run":  # the package of runs, which can be called
+    if name == "run":  # the package of runs, which is callable
         return import_module(f"{__name__}.{name}")
     if name == "Skill":
         name = "SkillExecutor"
@@ -47,7 +46,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """List the public names and all shipped interface types."""
+    """Return the public names and all shipped interface types."""
     from cxbridge.interfaces import default_registry  # noqa: PLC0415
 
     return sorted({*globals(), *_NAMES, "run", "Skill", *default_registry().names()})

@@ -3,7 +3,7 @@
 import sys
 
 if not sys.flags.safe_path and sys.argv[0] == __file__:
-    del sys.path[0]  # the current folder: modules in it are none of ours
+    del sys.path[0]  # modules in the working directory must not be imported
 
 from cxbridge.cli.entry import main
 

@@ -1,4 +1,4 @@
-"""Objects with a ``close`` method as context managers."""
+"""Base of objects with a ``close`` method that are context managers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Self
 
 
 class Closing(ABC):
-    """Something to close. A context manager: closes itself at the end of the block."""
+    """An object that is closed at the end of its ``with`` block."""
 
     __slots__ = ()
 

@@ -1,26 +1,26 @@
-"""Every error that cxbridge raises on purpose, in one tree.
+"""The errors that cxbridge raises on purpose.
 
 ::
 
     CxbridgeError
-     ├── ConfigError              a configuration file is wrong, or a value is missing or of another type
-     ├── InterfaceError
-     │    └── InterfaceDefinitionError   an interface XML file is wrong
-     ├── BlackBoardError          an operation the blackboard refuses (blackboard.errors refines it)
-     ├── BrokenAgentError         an agent has mistakes, and is not started
-     ├── ExecutiveError
-     │    ├── ClipsError          CLIPS refused a construct, a command or a value
-     │    ├── PddlError           a PDDL text does not parse or does not make sense
-     │    └── ProtobufError       a protobuf message, frame or type is wrong, or what handles it is missing
-     ├── SkillerError
-     │    ├── ActionMappingError  an action cannot be mapped to a skill string
-     │    └── SkillError          a skill cannot be loaded or run
-     ├── TransformError           how two frames lie to each other is not known (tf.errors refines it)
-     ├── NavGraphError            a navigation graph cannot be read, or lacks a node or an edge
-     └── TraceError               a recorded run cannot be read
+    ├── ConfigError              a configuration file is wrong, or a value is missing or of another type
+    ├── InterfaceError
+    │    └── InterfaceDefinitionError   an interface XML file is wrong
+    ├── BlackBoardError          an operation the blackboard refuses (blackboard.errors refines it)
+    ├── BrokenAgentError         an agent has mistakes, and is not started
+    ├── ExecutiveError
+    │    ├── ClipsError          CLIPS refused a construct, a command or a value
+    │    ├── PddlError           a PDDL text does not parse or does not make sense
+    │    └── ProtobufError       a protobuf message, frame or type is wrong, or what handles it is missing
+    ├── SkillerError
+    │    ├── ActionMappingError  an action cannot be mapped to a skill string
+    │    └── SkillError          a skill cannot be loaded or run
+    ├── TransformError           the transform between two frames is unknown (tf.errors refines it)
+    ├── NavGraphError            a navigation graph cannot be read, or lacks a node or an edge
+    └── TraceError               a recorded run cannot be read
 
-A user's mistake is always one of these: the command line prints it in one piece and exits with
-:attr:`CxbridgeError.exit_status`; it never shows a traceback.
+All mistakes of users are such errors: the command line prints them without traceback and exits with
+:attr:`CxbridgeError.exit_status`.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from typing import Any
 
 
 class CxbridgeError(Exception):
-    """Root of all errors of cxbridge.
+    """Base of all errors of cxbridge.
 
-    :param message: the mistake, in one sentence.
-    :param file: the file that the user has to look at, if there is one.
-    :param line: the line in that file, counted from 1.
-    :param column: the column in that line, counted from 1.
-    :param hint: what to do about it.
+    :param message: the mistake in one sentence.
+    :param file: the file to look at, if any.
+    :param line: in that file, from 1.
+    :param column: in that line, from 1.
+    :param hint: how to correct it.
     """
 
     exit_status = 2
-    """The exit status of a command: 2 is bad input or usage (see docs/commands.md)."""
+    """The exit status of a command; 2 means bad input or usage (see docs/commands.md)."""
 
     def __init__(
         self,
@@ -61,12 +61,12 @@ class CxbridgeError(Exception):
 
     @property
     def location(self) -> str:
-        """``file:line:column`` as far as known; empty without a file."""
+        """The known parts of ``file:line:column``; empty without a file."""
         parts = [part for part in (self.file, self.line, self.column) if part is not None]
         return ":".join(str(part) for part in parts)
 
     def __str__(self) -> str:
-        """Return the place, the message and the hint, as a user should see them."""
+        """Return location, message and hint for users."""
         text = f"{self.location}: {self.message}" if self.location else self.message
         return f"{text}\n  hint: {self.hint}" if self.hint else text
 
@@ -76,7 +76,7 @@ class ConfigError(CxbridgeError):
 
 
 class InterfaceError(CxbridgeError):
-    """Something about an interface type: unknown, unusable, a value that does not fit a field."""
+    """An interface type is unknown or unusable, or a value does not fit a field."""
 
 
 class InterfaceDefinitionError(InterfaceError):
@@ -92,12 +92,12 @@ class ExecutiveError(CxbridgeError):
 
 
 class BrokenAgentError(CxbridgeError):
-    """An agent has mistakes: it is not started, or ended when it loads the file.
+    """An agent has mistakes, and was not started, or was ended while loading a file.
 
-    Its text has all mistakes, each with its place, and then the message, which counts them.
+    The text contains all mistakes with their locations, and the message with their number.
 
-    :param mistakes: the mistakes, one by one.
-    :param started: whether the agent had been started by then.
+    :param mistakes: the single errors.
+    :param started: whether the agent had been started.
     """
 
     def __init__(self, mistakes: Sequence[CxbridgeError], *, started: bool = False) -> None:
@@ -110,11 +110,11 @@ class BrokenAgentError(CxbridgeError):
         self.started = started
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Let it be pickled: it is made of other things than its text."""
+        """Return the arguments for unpickling, which are not those of Exception."""
         return _made_again, (self.mistakes, self.started)
 
     def __str__(self) -> str:
-        """Return all mistakes, and how many there are."""
+        """Return all mistakes and their number."""
         return "\n".join([*map(str, self.mistakes), self.message])
 
 
@@ -143,11 +143,11 @@ class SkillError(SkillerError):
 
 
 class TransformError(CxbridgeError):
-    """How two coordinate frames lie to each other is not known."""
+    """The transform between two coordinate frames is unknown."""
 
 
 class NavGraphError(CxbridgeError):
-    """A navigation graph cannot be read, or something is asked that is not in it."""
+    """A navigation graph cannot be read, or lacks a node or an edge."""
 
 
 class Ros2Error(CxbridgeError):

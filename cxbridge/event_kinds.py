@@ -1,7 +1,7 @@
-"""The description that each class of events carries: its name, topic, level, views and patterns.
+"""The description of each class of events: name, topic, level, views and patterns.
 
-Recordings, selections and streams derive their knowledge of a kind of event from it, so a new
-kind is its class, its producer, and readers that care.
+Recordings, selections and streams depend only on it, so a new kind of event needs its class, its producer and
+the readers that use it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from msgspec import Struct, field
 
 
 class RecordLevel(Enum):
-    """How much of a run is recorded; each level contains the level before it."""
+    """The level of recording; each level includes the previous one."""
 
     TRANSITIONS = "transitions"
     RULES = "rules"
@@ -22,14 +22,14 @@ class RecordLevel(Enum):
 
     @property
     def event_types(self) -> frozenset[type[Event]]:
-        """The types of events that are recorded at this level."""
+        """The types of events recorded at this level."""
         levels = list(RecordLevel)
         kept = levels[: levels.index(self) + 1]
         return frozenset(event_type for event_type in EVENT_TYPES.values() if event_type.KIND.level in kept)
 
 
 class View(Enum):
-    """What two runs are compared by, and what ``trace cat`` shows."""
+    """The selection of events by which runs are compared and that ``trace cat`` shows."""
 
     TRANSITIONS = "transitions"
     SKILLS = "skills"
@@ -39,23 +39,23 @@ class View(Enum):
 
     @property
     def event_types(self) -> tuple[type[Event], ...]:
-        """The types of events that this view shows."""
+        """The types of events in this view."""
         return tuple(event_type for event_type in EVENT_TYPES.values() if self in event_type.KIND.views)
 
 
 class EventDescription(Struct, frozen=True):
-    """The properties of a kind of event besides its fields.
+    """The properties of a kind of event.
 
-    :param name: in files, options and streams, e.g. ``rule``; empty: such events stay in the process.
+    :param name: in files, options and streams, e.g. ``rule``; empty for events that stay in the process.
     :param topic: of its messages in mcap files.
-    :param topic_field: the field that the topic ends with, as in ``/bb/Type/id``; empty: all have one topic.
+    :param topic_field: the field at the end of the topic, as in ``/bb/Type/id``; empty for a single topic.
     :param level: the lowest level that records it.
-    :param views: the views that show the event, and compare runs by it.
-    :param patterns: the fields that it is selected by, by their names in patterns; the first is the field of
-        a bare pattern. An empty field is one that the selection has to find elsewhere.
-    :param subject: the fields that identify the subject of the state; empty: the event carries no state.
-    :param details: fields that not every recording has; empty in an event, they are not recorded.
-    :param on_demand: whether the event is expensive to make: streams listen only while a client wants it.
+    :param views: the views that include it.
+    :param patterns: the fields for selection by their names in patterns; a bare pattern applies to the first.
+        The selection provides the value of an empty field.
+    :param subject: the fields that identify the subject of a state; empty for events without state.
+    :param details: fields that some recordings lack; empty if not recorded.
+    :param on_demand: whether the event is expensive, so that streams listen only while a client wants it.
     """
 
     name: str
@@ -70,19 +70,19 @@ class EventDescription(Struct, frozen=True):
 
 
 EVENT_TYPES: Final[dict[str, type[Event]]] = {}
-"""The class of each kind of event that leaves the process, by the kind's name."""
+"""The classes of events that leave the process, by the name of the kind."""
 
 
 def pattern_fields(text: str) -> dict[str, str]:
-    """Return fields by their names in patterns, of words ``NAME=FIELD``, or ``NAME`` for both."""
+    """Return fields by their names in patterns from words ``NAME=FIELD``, or ``NAME`` for both."""
     pairs = (word.partition("=") for word in text.split())
     return {name: field_name if equals else name for name, equals, field_name in pairs}
 
 
 class Event(Struct, frozen=True):
-    """An event of a run. A subclass adds fields, and describes itself in ``KIND``.
+    """An event of a run; subclasses add fields and their description ``KIND``.
 
-    :param time_us: the run's clock, microseconds since the epoch.
+    :param time_us: the run's clock, in microseconds since the epoch.
     """
 
     KIND: ClassVar[EventDescription] = EventDescription("")
@@ -90,9 +90,9 @@ class Event(Struct, frozen=True):
     time_us: int
 
     def __init_subclass__(cls) -> None:
-        """Enter a class into :data:`EVENT_TYPES` when its kind has a name.
+        """Add the class to :data:`EVENT_TYPES` if its kind has a name.
 
-        :raises ValueError: when another class has this name.
+        :raises ValueError: if another class has the name.
         """
         name = cls.KIND.name
         if name and EVENT_TYPES.setdefault(name, cls) is not cls:

@@ -1,8 +1,7 @@
-"""The events of a run as values, the bus that carries them to recorders and other listeners, and loggers.
+"""The events of a run, the bus to recorders and other listeners, and loggers.
 
-An event knows nothing of the format it will be stored in. The producers emit into an :class:`EventBus`;
-:mod:`cxbridge.trace` turns events into files and files back into events. Producers ask
-:attr:`EventBus.wants` before they format anything expensive.
+Producers emit events into an :class:`EventBus` and check :attr:`EventBus.wants` before expensive formatting.
+:mod:`cxbridge.trace` converts events to files and back; events do not depend on file formats.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ __all__ = [
 
 
 class Level(Enum):
-    """Levels of Fawkes' loggers; the value is the letter that starts a line of its log file."""
+    """The levels of Fawkes' loggers; the value is the first letter of a line in its log file."""
 
     DEBUG = "D"
     INFO = "I"
@@ -49,7 +48,7 @@ class Level(Enum):
 
 
 class LogLine(Event, frozen=True):
-    """A line of text for people, from a component, at a level."""
+    """A line of text of a component."""
 
     KIND = EventDescription("log", "/log")
 
@@ -61,10 +60,10 @@ class LogLine(Event, frozen=True):
 class RuleFired(Event, frozen=True):
     """A rule fired.
 
-    :param env: name of the CLIPS environment.
-    :param number: its number in this ``run``, from 1, as CLIPS prints it.
-    :param rule: name of the rule.
-    :param basis: the facts it fired for as CLIPS prints them, e.g. ``f-8,f-86,*``.
+    :param env: the name of the CLIPS environment.
+    :param number: in this ``run``, from 1, as CLIPS prints it.
+    :param rule: the name of the rule.
+    :param basis: the matched facts as CLIPS prints them, e.g. ``f-8,f-86,*``.
     """
 
     KIND = EventDescription(
@@ -83,12 +82,12 @@ class RuleFired(Event, frozen=True):
 
 
 class FactChange(Event, frozen=True):
-    """A fact came or went.
+    """A fact was asserted or retracted.
 
-    :param env: name of the CLIPS environment.
-    :param asserted: True when it was asserted, False when it was retracted.
-    :param index: the fact's index: 86 for ``f-86``.
-    :param template: its deftemplate.
+    :param env: the name of the CLIPS environment.
+    :param asserted: False for a retraction.
+    :param index: 86 for ``f-86``.
+    :param template: the deftemplate.
     :param text: the fact as CLIPS prints it on one line, e.g. ``(time 1 2)``.
     """
 
@@ -109,15 +108,14 @@ class FactChange(Event, frozen=True):
 
 
 class GoalTransition(Event, frozen=True):
-    """A goal got another mode, outcome, parent or error, or is new.
+    """A goal is new, or its mode, outcome, parent or error changed.
 
-    :param params: the slot ``params`` at that time, in parentheses, as CLIPS prints the fields:
-        ``(max-tries 3)``; empty: not recorded. ``meta`` and ``resources`` (those that it requires): likewise.
-    :param priority: as CLIPS prints it; empty: not recorded.
-    :param is_new: whether the goal is a new one: an agent may use the id of a goal whose fact is gone. False:
-        it is not, or that is not recorded.
-    :param slots: the other slots of the deftemplate as CLIPS prints them, those with another value than the
-        default one.
+    :param params: the slot ``params`` in parentheses as CLIPS prints it, ``(max-tries 3)``; empty if not
+        recorded. Likewise ``meta`` and ``resources``, the required ones.
+    :param priority: as CLIPS prints it; empty if not recorded.
+    :param is_new: whether the goal is new, as the id of a retracted goal may be reused; False if not
+        recorded.
+    :param slots: the other slots of the deftemplate as CLIPS prints them, without those with default values.
     """
 
     KIND = EventDescription(
@@ -149,19 +147,19 @@ class GoalTransition(Event, frozen=True):
 
     @property
     def is_unnamed(self) -> bool:
-        """Whether the goal has no id yet: the core gives it one at once, and its life begins with that."""
+        """Whether the goal has no id yet; the core assigns one immediately, which starts its life."""
         return self.goal == "nil" and self.mode == "FORMULATED"
 
 
 class PlanActionTransition(Event, frozen=True):
-    """A plan-action got another state, or is new.
+    """A plan-action is new, or its state changed.
 
-    :param params: the values of its parameters at that time, in parentheses, as CLIPS prints them:
-        ``(warn "This is a text")``; empty: not recorded.
-    :param skiller: id of the SkillerInterface that the action was sent to; empty: not recorded, not sent yet,
-        or sent to a skill board.
-    :param call: number of the message that sent it, or the name or number of the request on the skill board;
-        empty: not recorded, or not sent yet.
+    :param params: the values of its parameters in parentheses as CLIPS prints them, ``(warn "This is a
+        text")``; empty if not recorded.
+    :param skiller: the id of the SkillerInterface to which it was sent; empty if not recorded, not sent, or
+        sent to a skill board.
+    :param call: the id of the message, or the name or number of the request on the skill board; empty if not
+        recorded or not sent.
     """
 
     KIND = EventDescription(
@@ -185,7 +183,7 @@ class PlanActionTransition(Event, frozen=True):
 
 
 class SkillStatus(Event, frozen=True):
-    """The state of a Skiller as the executive reads it: one event for each new SkillerInterface fact."""
+    """The state of a Skiller as the executive reads it, one event per new SkillerInterface fact."""
 
     KIND = EventDescription(
         "skill",
@@ -203,7 +201,7 @@ class SkillStatus(Event, frozen=True):
 
 
 class Publication(Event, frozen=True):
-    """A writer published an interface: the common fields of its events.
+    """The common fields of events of a written interface.
 
     :param uid: ``Type::id``.
     """
@@ -212,9 +210,9 @@ class Publication(Event, frozen=True):
 
 
 class InterfaceWrite(Publication, frozen=True):
-    """A writer published an interface: its values.
+    """The values of a written interface.
 
-    :param values: field names and their values, in declaration order.
+    :param values: by field name, in the order of declaration.
     """
 
     KIND = EventDescription(
@@ -235,10 +233,10 @@ class InterfaceMessage(Event, frozen=True):
 
     :param uid: ``Type::id`` of the interface.
     :param message: the message's type, e.g. ``ExecSkillMessage``.
-    :param msgid: the number that its sender gave it.
-    :param sender: owner of the instance that sent it; empty when that is not known.
+    :param msgid: assigned by the sender.
+    :param sender: the owner of the sending instance, empty if unknown.
     :param outcome: ``queued``, ``handled``, ``refused`` or ``sent``; see docs/formats.md#events.
-    :param values: field names and their values, in declaration order.
+    :param values: by field name, in the order of declaration.
     """
 
     KIND = EventDescription("message", "/messages/", "uid")
@@ -254,19 +252,18 @@ class InterfaceMessage(Event, frozen=True):
 class PlannerCall(Event, frozen=True):
     """A planner was called, or has ended.
 
-    :param env: name of the CLIPS environment.
-    :param call: the call's id, the same in both events; empty when it could not be made.
-    :param goal: id of the goal that it was called for; ``nil`` for none.
-    :param planner: its name, ``auto`` when it was to be chosen.
-    :param domain: name of the PDDL domain; empty when there is none.
-    :param problem: the formula that is to be reached.
+    :param env: the name of the CLIPS environment.
+    :param call: the id of the call, equal in both events; empty if the call failed.
+    :param goal: the id of the goal, ``nil`` for none.
+    :param planner: the name; ``auto`` before a choice.
+    :param domain: the name of the PDDL domain, empty without one.
+    :param problem: the goal formula.
     :param status: ``started``, ``found``, ``none``, ``failed``, ``cancelled`` or ``timeout``.
-    :param duration_us: real time since the call.
-    :param actions: length of the plan that was found.
-    :param reason: why there is no plan; empty when there is one, and at the start.
-    :param plan: the plan that was found, an action a line: ``START: (NAME ARGUMENT...) [DURATION]``, without
-        times when it is just an order.
-    :param why: why this planner was chosen: which planners did not fit or failed before.
+    :param duration_us: the real time since the call.
+    :param actions: the length of the plan.
+    :param reason: why there is no plan.
+    :param plan: an action per line: ``START: (NAME ARGUMENT...) [DURATION]``, without times for a mere order.
+    :param why: the reason for the choice of the planner: those that did not fit or failed.
     """
 
     KIND = EventDescription("planner", "/planner")
@@ -286,11 +283,11 @@ class PlannerCall(Event, frozen=True):
 
 
 class NavGraphRead(Event, frozen=True):
-    """A navigation graph was read.
+    """A navigation graph was loaded.
 
-    :param graph: its name.
+    :param graph: the name.
     :param nodes: by name: ``x`` and ``y`` in metres, ``unconnected``, ``properties``.
-    :param edges: by their ends: ``from``, ``to``, ``directed``.
+    :param edges: ``from``, ``to``, ``directed``.
     """
 
     KIND = EventDescription("navgraph", "/navgraph", patterns=pattern_fields("graph"), subject=("graph",))
@@ -301,10 +298,10 @@ class NavGraphRead(Event, frozen=True):
 
 
 class LoopTime(Event, frozen=True):
-    """The main loop ran once. Not emitted on a virtual clock, where a loop takes no time.
+    """A cycle of the main loop; not emitted on a virtual clock, where it takes no time.
 
-    :param loop: number of the loop, from 1.
-    :param duration_us: real time from its first to its last hook, microseconds.
+    :param loop: the number of the cycle, from 1.
+    :param duration_us: the real time from the first to the last hook, in microseconds.
     """
 
     KIND = EventDescription("loop", "/loops", level=RecordLevel.RULES, on_demand=True)
@@ -314,10 +311,10 @@ class LoopTime(Event, frozen=True):
 
 
 class BlockWrite(Publication, frozen=True):
-    """A writer published an interface: its bytes.
+    """The bytes of a written interface.
 
-    :param hash: version of the interface type, 16 bytes.
-    :param block: the whole block, time stamp included, in the host's byte order.
+    :param hash: the version of the interface type, 16 bytes.
+    :param block: the whole block with time stamp, in the host's byte order.
     """
 
     hash: bytes
@@ -325,13 +322,13 @@ class BlockWrite(Publication, frozen=True):
 
 
 class SourceRead(Event, frozen=True):
-    """Something that the run is made of was read, or made; docs/formats.md lists the roles.
+    """A source of the run was read or made; docs/formats.md lists the roles.
 
     :param role: ``clips``, ``config``, ``feature`` ...
-    :param owner: name of the CLIPS environment that it belongs to; empty for none.
+    :param owner: the name of the CLIPS environment, if any.
     :param name: the requested path, or a name for a source without a file.
-    :param data: the content; None for a source without content.
-    :param details: more, by the keys of the role.
+    :param data: the content, if any.
+    :param details: further values by the keys of the role.
     """
 
     role: str
@@ -342,14 +339,14 @@ class SourceRead(Event, frozen=True):
 
 
 Sink = Callable[[Event], None]
-"""Something that takes events. Called in the thread of the producer, in order."""
+"""Takes events in order, in the thread of the producer."""
 
 
 @dataclass
 class EventBus:
-    """Hands every event to every sink that wants events of its type. Thread-safe.
+    """Passes events to the sinks that subscribed to their type. Thread-safe.
 
-    :param clock: gives the time of log lines.
+    :param clock: the time of log lines.
     """
 
     clock: Clock
@@ -359,19 +356,19 @@ class EventBus:
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
 
     def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
-        """Give ``sink`` all events of these types from now on."""
+        """Pass all further events of these types to ``sink``."""
         with self._lock:
             self._sinks = [*self._sinks, (frozenset(event_types), sink)]
             self._note_wanted()
 
     def unsubscribe(self, sink: Sink) -> None:
-        """Give ``sink`` nothing any more."""
+        """Stop passing events to ``sink``."""
         with self._lock:
             self._sinks = [(types, other) for types, other in self._sinks if other != sink]
             self._note_wanted()
 
     def _note_wanted(self) -> None:
-        """Work out what :meth:`wants` answers, and who gets what."""
+        """Compute the tables for :meth:`wants` and :meth:`emit`."""
         types = (event_type for types, _ in self._sinks for event_type in types)
         self._wanted = {kind for event_type in types for kind in event_type.__mro__}
         self._takers = {
@@ -380,55 +377,55 @@ class EventBus:
         }
 
     def wants(self, event_type: type[Event]) -> bool:
-        """Whether anybody listens to this type, or one derived from it; ask before making an event."""
+        """Return whether this type, or a derived one, has a sink; checked before making an event."""
         return event_type in self._wanted
 
     def emit(self, event: Event) -> None:
-        """Hand ``event`` to the sinks that want its type."""
+        """Pass an event to the sinks of its type."""
         for sink in self._takers.get(type(event), ()):
             sink(event)
 
     def emit_source(
         self, role: str, owner: str, name: str, data: bytes | None = None, **details: str
     ) -> None:
-        """Emit :class:`SourceRead` if a listener takes it."""
+        """Emit :class:`SourceRead` if it has a listener."""
         if self.wants(SourceRead):
             self.emit(SourceRead(self.clock.now_us(), role, owner, name, data, details))
 
     def logger(self, component: str) -> Logger:
-        """Return a logger that speaks for ``component``."""
+        """Return a logger for a component."""
         return Logger(self, component)
 
 
 @dataclass(frozen=True, slots=True)
 class Logger:
-    """Emits :class:`LogLine` events for one component."""
+    """Emits :class:`LogLine` events of one component."""
 
     bus: EventBus
     component: str
 
     @property
     def enabled(self) -> bool:
-        """Whether a listener takes log lines; code with many lines asks before it formats them."""
+        """Whether log lines have a listener; checked before formatting many lines."""
         return self.bus.wants(LogLine)
 
     def log(self, level: Level, text: str) -> None:
-        """Emit ``text`` at ``level``."""
+        """Emit a log line at a level."""
         if self.bus.wants(LogLine):
             self.bus.emit(LogLine(self.bus.clock.now_us(), level, self.component, text))
 
     def debug(self, text: str) -> None:
-        """Emit ``text`` with the level debug."""
+        """Emit a log line of level debug."""
         self.log(Level.DEBUG, text)
 
     def info(self, text: str) -> None:
-        """Emit ``text`` for all subscribers."""
+        """Emit a log line of level info."""
         self.log(Level.INFO, text)
 
     def warn(self, text: str) -> None:
-        """Emit ``text`` about something that may be wrong."""
+        """Emit a log line about a possible problem."""
         self.log(Level.WARN, text)
 
     def error(self, text: str) -> None:
-        """Emit ``text`` about something that went wrong."""
+        """Emit a log line about a failure."""
         self.log(Level.ERROR, text)

@@ -1,4 +1,4 @@
-"""Optional parts of an installation ("extras" of the package) and the command that installs one."""
+"""Extras, the optional parts of an installation, and the commands that install them."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ PURPOSES: Final[Mapping[str, str]] = {
     "all": "all plug-ins of this repository, `planners` and `test`",
     _DEVELOPERS: "everything that the tests and the manual need",
 }
-"""What each extra is for, as docs/installing.md and `cxbridge doctor` say it; not of plug-ins."""
+"""The purposes of the core's extras for docs/installing.md and `cxbridge doctor`."""
 _EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _NAME = re.compile(r"[\w.-]+")
 _PLUGIN_EXTRA = re.compile(rf"({CORE}-[\w-]+)\[([\w-]+)\]")
+# The modules of packages with other names.
 _MODULES = {"eclipse-zenoh": "zenoh"}
-"""The modules of packages that have other names."""
 _CHECKOUT = Path(__file__).resolve().parent.parent
 
 
 def extras(package: str = CORE) -> Mapping[str, Sequence[str]]:
     """Return the requirements of each extra for users, e.g. ``{"mongodb": ["pymongo<5,>=4.9"]}``.
 
-    Empty where the package is not installed, e.g. imported from its source tree.
+    Empty if the package is not installed, for example imported from its source tree.
 
     :param package: cxbridge, or the package of a plug-in.
     """
@@ -54,34 +54,34 @@ def extras(package: str = CORE) -> Mapping[str, Sequence[str]]:
 
 
 def missing(extra: str, package: str = CORE) -> list[str]:
-    """Return the requirements of an extra whose packages are not installed."""
+    """Return the requirements of an extra that are not installed."""
     return [requirement for requirement in extras(package).get(extra, ()) if not _installed(requirement)]
 
 
 def install_command(extra: str, package: str = CORE) -> str:
     """Return the shell command that installs an extra.
 
-    It works while cxbridge is on no package index: a checkout is installed with its extra; elsewhere
-    the command names the packages of the extra.
+    cxbridge is on no package index, so a checkout is installed with the extra; otherwise the command lists
+    the packages of the extra.
 
-    :param package: the package that has the extra.
+    :param package: the package with the extra.
     """
     folder = _CHECKOUT if package == CORE else _CHECKOUT / "plugins" / package
     if (folder / "pyproject.toml").is_file():
-        # pip keeps an editable installation only when the folder is named again
+        # pip keeps an editable installation only if the folder is named in the command
         return _pip("-e", f"{_shown(folder)}[{extra}]")
     requirements = extras(package).get(extra)
     return _pip(*requirements) if requirements else _pip(f"{package}[{extra}]")
 
 
 def plugin_command(package: str) -> str:
-    """Return the shell command that installs a plug-in, from the checkout or from the package index."""
+    """Return the shell command that installs a plug-in, from the checkout or the package index."""
     folder = _CHECKOUT if package == CORE else _CHECKOUT / "plugins" / package
     return _pip("-e", _shown(folder)) if (folder / "pyproject.toml").is_file() else _pip(package)
 
 
 def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
-    """Return the error for a user who lacks a package; None when neither cxbridge nor a plug-in needs it.
+    """Return the error for a missing package of cxbridge or a plug-in; None for other packages.
 
     :param error: of the import.
     """
@@ -103,7 +103,7 @@ def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
 
 
 def _packages() -> list[str]:
-    """Return cxbridge, and the installed packages whose names begin with its name."""
+    """Return cxbridge and the installed packages whose names start with its name."""
     from importlib import metadata  # noqa: PLC0415 - as above
 
     names = {package.name for package in metadata.distributions() if package.name}
@@ -111,7 +111,7 @@ def _packages() -> list[str]:
 
 
 def _module(package: str) -> str:
-    """Return the name of the module that a package has."""
+    """Return the module of a package."""
     return _MODULES.get(package, package.replace("-", "_").lower())
 
 
@@ -127,16 +127,16 @@ def _installed(requirement: str) -> bool:
 
 
 def _pip(*arguments: str) -> str:
-    """Return a call of the pip of this Python: the one on the PATH may be another's."""
+    """Return a pip command of this Python, because the pip on the PATH may belong to another one."""
     python = Path(sys.executable)
     return shlex.join([_shown(python), "-m", "pip", "install", *arguments])
 
 
 def _shown(path: Path) -> str:
-    """Return a path relative to the current folder where that is shorter."""
+    """Return a path, relative to the working directory if that is shorter."""
     try:
         folder = Path.cwd()
-    except OSError:  # it was removed
+    except OSError:  # the working directory was removed
         return str(path)
     if path == folder:
         return os.curdir

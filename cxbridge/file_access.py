@@ -1,4 +1,4 @@
-"""Whether files can be read, asked of the system that would have to open them; whole output files."""
+"""Checks whether files can be read, and atomic output files."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 
 ABSENT: Final = "is not there"
-"""Why a path names no file, when there is nothing."""
+"""The reason if nothing exists at a path."""
 
 _NOTHING_THERE: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
 
 
 @contextmanager
 def file_errors() -> Iterator[None]:
-    """Turn the system's refusal of a file operation into an error that names the file.
+    """Raise an error with the file instead of an OSError.
 
-    For processes that send their errors to another one; the command line shows an OSError in the same way.
+    It is for processes that send their errors to another process; the command line handles an OSError in the
+    same way.
 
-    :raises CxbridgeError: instead of an OSError that has a file.
+    :raises CxbridgeError: instead of an OSError with a file.
     """
     try:
         yield
@@ -37,14 +38,14 @@ def file_errors() -> Iterator[None]:
 
 
 def is_readable_file(path: str | Path) -> bool:
-    """Return whether there is a regular file that can be opened; to open a pipe may take forever."""
+    """Return whether a path is a readable regular file; opening a pipe might block forever."""
     return not why_unreadable(path)
 
 
 def why_unreadable(path: str | Path) -> str:
-    """Return why a path names no file that can be read, to follow its name; empty when it does.
+    """Return why a path is not a readable file, as a phrase after its name; empty if it is.
 
-    A folder on the way that may not be searched is a reason, too: its content is unknown.
+    A parent folder that must not be searched is a reason, because its content is unknown.
     """
     path = Path(path)
     try:
@@ -60,11 +61,11 @@ def why_unreadable(path: str | Path) -> str:
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Give another path to write a file or folder to, which replaces ``path`` at the end.
+    """Yield a path for writing a file or folder that finally replaces ``path``.
 
-    After an error the new file is removed, and ``path`` is unchanged. The yielded path has the same
-    name; an existing file or folder is an empty file or folder at first; new files go into the old
-    folder. A device or a pipe is written to directly, and so is a file in a folder that takes no new files.
+    After an error, the new file is removed and ``path`` is unchanged. The yielded path has the same name. An
+    existing file or folder is initially an empty file or folder; new files go into the old folder. Devices
+    and pipes are written directly, as are files in folders that allow no new files.
 
     :raises CxbridgeError: instead of an OSError of this file; errors of the block name ``path``.
     """
@@ -95,8 +96,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
 def write_file(path: str | Path, content: str | bytes) -> None:
     r"""Write a whole file; after an error the old file is unchanged.
 
-    :param content: a text is written as UTF-8, with ``\n`` as the end of lines.
-    :raises CxbridgeError: when it cannot be written.
+    :param content: a text is written in UTF-8 with line ends ``\n``.
+    :raises CxbridgeError: if the file cannot be written.
     """
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
     with replacing(path) as fresh:
@@ -104,7 +105,7 @@ def write_file(path: str | Path, content: str | bytes) -> None:
 
 
 def _temporary_folder(real: Path) -> Path | None:
-    """Make a folder next to a file, or in a folder; None when the file must be written directly."""
+    """Create a temporary folder next to a file or within a folder; None to write directly."""
     if real.exists() and not real.is_file() and not real.is_dir():
         return None
     try:
@@ -116,7 +117,7 @@ def _temporary_folder(real: Path) -> Path | None:
 
 
 def _make_like(fresh: Path, real: Path) -> None:
-    """Make an empty folder or file of the kind of the existing one; nothing when there is none."""
+    """Create an empty file or folder of the same kind as the existing one, if any."""
     if real.is_dir():
         fresh.mkdir()
     elif real.exists():
@@ -125,7 +126,7 @@ def _make_like(fresh: Path, real: Path) -> None:
 
 
 def _put_in_place(fresh: Path, real: Path) -> None:
-    """Move a file or folder to where it belongs."""
+    """Move a file or folder to its final place."""
     if real.is_dir():
         for each in sorted(fresh.iterdir()):
             each.replace(real / each.name)
@@ -134,7 +135,7 @@ def _put_in_place(fresh: Path, real: Path) -> None:
 
 
 def _rename_in(error: CxbridgeError | OSError, fresh: Path, path: Path) -> None:
-    """Let an error name the path that the user knows."""
+    """Replace the temporary path in an error by the user's path."""
     named = error.filename if isinstance(error, OSError) else error.file
     if named is None or not Path(named).is_relative_to(fresh):
         return
@@ -147,7 +148,7 @@ def _rename_in(error: CxbridgeError | OSError, fresh: Path, path: Path) -> None:
 
 
 def walk(root: Path) -> Iterator[tuple[str, list[str], list[str]]]:
-    """Walk through folders as :func:`os.walk` does, and through links to folders; each folder comes once."""
+    """Walk through folders like :func:`os.walk`, following links, but visiting each folder once."""
     seen: set[str] = set()
     for place, folders, files in os.walk(root, followlinks=True):
         real = os.path.realpath(place)

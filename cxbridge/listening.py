@@ -1,7 +1,7 @@
-"""Where servers may listen, and which pages of browsers may use them: the rules of all servers, here alone.
+"""Rules for the addresses of all servers, and for pages of browsers that may use them.
 
-A server that more than this user's machine reaches needs keys, a token, a list of peers, or an option that
-allows it to do without (docs/security.md).
+A server that can be reached from outside of this user's machine needs keys, a token, a list of peers, or an
+explicit option (docs/security.md).
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from urllib.parse import urlsplit
 from cxbridge.errors import ConfigError, CxbridgeError
 
 LOOPBACK: Final = "127.0.0.1"
-"""Where servers listen unless their settings say otherwise."""
+"""The default host of servers."""
 
 LOCAL_NAMES: Final = frozenset({"localhost", LOOPBACK, "::1"})
-"""Names of this machine in the header ``Host`` of a request."""
+"""The names of this machine in the header ``Host``."""
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether only this machine reaches a host. Names but ``localhost`` are not looked up."""
+    """Return whether a host is only reachable from this machine; other names than ``localhost`` are not."""
     try:
         address = ipaddress.ip_address(host.strip("[]").partition("%")[0])
     except ValueError:
@@ -31,12 +31,12 @@ def is_loopback(host: str) -> bool:
 
 
 def is_abstract(endpoint: str) -> bool:
-    """Return whether an endpoint is an abstract socket of Linux: a name without file, owner and mode."""
+    """Return whether an endpoint is an abstract socket of Linux, which has no file, owner and mode."""
     return endpoint.startswith("ipc://@")
 
 
 def is_private(endpoint: str) -> bool:
-    """Return whether only this machine reaches an endpoint of ZeroMQ, and over ipc only its user."""
+    """Return whether a ZeroMQ endpoint is only reachable from this machine, over ipc only by its user."""
     if not endpoint.startswith("tcp://"):
         return not is_abstract(endpoint)
     try:
@@ -54,12 +54,12 @@ def check_place(
     hint: str,
     error: type[CxbridgeError] = ConfigError,
 ) -> None:
-    """Refuse a server that clients without permission reach.
+    """Raise an error for a server that clients without permission can reach.
 
     :param server: the server, for the error.
     :param place: the host or the endpoint.
-    :param private: whether only this user or this machine reaches the place.
-    :param admitted: whether keys, a token, a list of peers or an option say who may come.
+    :param private: whether only this user or this machine can reach it.
+    :param admitted: whether keys, a token, a list of peers or an option restrict or permit clients.
     :raises CxbridgeError: of the class ``error``.
     """
     if not (private or admitted):
@@ -68,22 +68,22 @@ def check_place(
 
 
 def is_named(host: str, names: Collection[str]) -> bool:
-    """Return whether the header ``Host`` of a request, with or without port, has one of these names."""
+    """Return whether the header ``Host``, with or without port, has one of these names."""
     name = host[1:].partition("]")[0] if host.startswith("[") else host.partition(":")[0]
     return name.lower() in names
 
 
 def is_own_page(origin: str, scheme: str, host: str, allowed: Collection[str]) -> bool:
-    """Return whether a request comes from our own page, from an allowed one, or from no page of a browser.
+    """Return whether a request comes from our page, an allowed page, or not from a browser's page.
 
-    :param origin: the header ``Origin``; empty: the request has none.
+    :param origin: the header ``Origin``, empty without one.
     :param scheme: of the request.
     :param host: the header ``Host``.
-    :param allowed: origins of other pages; ``*``: all.
+    :param allowed: origins of other pages; ``*`` allows all.
     """
     return not origin or is_allowed(origin, allowed) or origin.lower() == f"{scheme}://{host}".lower()
 
 
 def is_allowed(origin: str, allowed: Collection[str]) -> bool:
-    """Return whether an origin is one of those that are allowed; ``*``: all are."""
+    """Return whether an origin is allowed; ``*`` allows all."""
     return bool(origin) and ("*" in allowed or origin in allowed)

@@ -1,4 +1,4 @@
-"""Whether a text is Lua: it is compiled, and nothing of it is executed."""
+"""Checks of Lua syntax by compiling a text without executing it."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ _PRECOMPILED: Final = b"\x1b"
 
 
 class LuaCompiler:
-    """Compiles Lua and runs nothing of it.
+    """Compiles Lua without executing it.
 
-    Lua's messages quote the text, and may cut a character of it in two.
+    The messages of Lua quote the text, and may cut characters.
     """
 
     def __init__(self) -> None:
@@ -22,7 +22,7 @@ class LuaCompiler:
         self._lua: Any = LuaRuntime(encoding="latin-1", register_eval=False, register_builtins=False)
 
     def problem(self, text: bytes) -> tuple[int, str] | None:
-        """Return the line of a mistake (0: unknown) and Lua's message; None when the text compiles."""
+        """Return the line of an error (0: unknown) and Lua's message, or None."""
         if text.startswith(_PRECOMPILED):
             return 1, "precompiled Lua is not accepted"
         try:
@@ -34,10 +34,10 @@ class LuaCompiler:
         return None
 
     def problem_of_file(self, text: bytes) -> tuple[int, str] | None:
-        """Return a mistake as :meth:`problem`; Lua passes over the line of a script's interpreter."""
+        """Return an error of a file like :meth:`problem`, ignoring a first line with ``#`` as Lua does."""
         return self.problem(b"--" + text if text.startswith(b"#") else text)
 
 
 def readable(text: str) -> str:
-    """Return a text that came out of Lua for people: bytes that are not UTF-8 are replaced."""
+    """Return a text from Lua with bytes that are not UTF-8 replaced."""
     return text if text.isascii() else text.encode("latin-1").decode("utf-8", "replace")

@@ -1,4 +1,4 @@
-"""The main loop: Fawkes' hooks in Fawkes' order, one loop a period of the clock."""
+"""The main loop: Fawkes' hooks in Fawkes' order, one cycle per period of the clock."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from enum import Enum
 from cxbridge.clock import Clock, Wakeup
 
 DEFAULT_PERIOD_US = 33_333
-"""Fawkes' ``/fawkes/mainapp/desired_loop_time``: 30 loops a second."""
+"""Fawkes' ``/fawkes/mainapp/desired_loop_time``: 30 cycles a second."""
 
 
 class Hook(Enum):
-    """The places in a loop where work is done, in order."""
+    """The hooks of a cycle in order."""
 
     PRE_LOOP = "pre_loop"
     SENSOR_ACQUIRE = "sensor_acquire"
@@ -28,11 +28,11 @@ class Hook(Enum):
 
 
 class MainLoop:
-    """Calls the functions that are registered at each hook, once a period.
+    """Calls the registered functions of each hook once per period.
 
-    :param clock: the run's clock; each loop starts a period after the one before, or at once when that
-        one took longer (lost time is not made up for, as in Fawkes).
-    :param period_us: the desired time of a loop in microseconds.
+    :param clock: each cycle starts a period after the previous one, or immediately if that took longer. Lost
+        time is not made up for, as in Fawkes.
+    :param period_us: in microseconds.
     """
 
     def __init__(self, clock: Clock, period_us: int = DEFAULT_PERIOD_US) -> None:
@@ -40,25 +40,25 @@ class MainLoop:
         self.period_us = period_us
         self.loops = 0
         self.turns = 0
-        """The number of loops and :meth:`busy` sections that have begun."""
+        """The number of started cycles and :meth:`busy` sections."""
         self.working = False
-        """Whether it does something now; not while it sleeps between two loops."""
+        """Whether it is in a cycle or a :meth:`busy` section."""
         self._stopped = Wakeup()
         self._hooks: dict[Hook, list[Callable[[], object]]] = {hook: [] for hook in Hook}
         self._steps: tuple[Callable[[], object], ...] | None = None
 
     def add(self, hook: Hook, step: Callable[[], object]) -> None:
-        """Call ``step`` at ``hook`` in every loop, after the functions registered before."""
+        """Call ``step`` at ``hook`` in every cycle, after earlier registered functions."""
         self._hooks[hook].append(step)
         self._steps = None
 
     def remove(self, hook: Hook, step: Callable[[], object]) -> None:
-        """Do not call ``step`` at ``hook`` any more."""
+        """Stop calling ``step`` at ``hook``."""
         self._hooks[hook].remove(step)
         self._steps = None
 
     def run_once(self) -> None:
-        """Run one loop: every hook in order; does not wait."""
+        """Run one cycle without waiting."""
         if self._steps is None:
             self._steps = tuple(step for hook in Hook for step in self._hooks[hook])
         self.turns += 1
@@ -69,7 +69,7 @@ class MainLoop:
         self.working = False
 
     def run(self, done: Callable[[], bool]) -> None:
-        """Run loops, a period apart, until ``done()`` is true after one, or :meth:`stop` has been called."""
+        """Run cycles until ``done()`` returns True after one, or :meth:`stop` is called."""
         while not self._stopped.is_set():
             start_us = self.clock.now_us()
             self.run_once()
@@ -78,20 +78,20 @@ class MainLoop:
             self.clock.sleep_until(start_us + self.period_us, self._stopped)
 
     def stop(self) -> None:
-        """Let :meth:`run` return: at once when it sleeps, else after the loop. From any thread.
+        """Make :meth:`run` return after the present cycle; callable from any thread.
 
-        Not from a signal handler: it takes a lock that the code below the handler may hold.
+        It must not be called from a signal handler, because the interrupted code may hold its lock.
         """
         self._stopped.set()
 
     @property
     def stopping(self) -> bool:
-        """Whether :meth:`stop` has been called."""
+        """Whether :meth:`stop` was called."""
         return self._stopped.is_set()
 
     @contextmanager
     def busy(self) -> Iterator[None]:
-        """Count this section as work of a loop: the watchdog looks at :attr:`working`."""
+        """Count the section as a cycle's work, for the watchdog."""
         self.turns += 1
         self.working = True
         try:

@@ -1,4 +1,4 @@
-"""Plug-ins, and the tables to which plug-ins add rows. How to write a plug-in: docs/plugins.md."""
+"""Plug-ins, and the tables to which they add rows; writing plug-ins: docs/plugins.md."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from cxbridge.extras import missing_package, plugin_command
 from cxbridge.suggestions import did_you_mean
 
 API: Final = 1
-"""The version of the hooks. A plug-in for another version is refused."""
+"""The version of the hooks; plug-ins for other versions are refused."""
 
 GROUP: Final = "cxbridge"
-"""The group of entry points. Each entry point names a module with the tables of a plug-in."""
+"""The group of entry points; each names a module with the tables of a plug-in."""
 
 HOOKS: Final = frozenset(
     {
@@ -49,13 +49,13 @@ HOOKS: Final = frozenset(
         "VIEWS",
     }
 )
-"""The tables of cxbridge to which a plug-in's module may add rows."""
+"""The tables of cxbridge to which plug-ins may add rows."""
 
+# The name of a plug-in's own tables, to which other plug-ins may add rows.
 _OWN_HOOKS: Final = "HOOKS"
-"""The name of a plug-in's own tables, to which other plug-ins may add rows."""
 
+# The names in capitals of a plug-in's module that are no tables.
 _NO_TABLES: Final = frozenset({"API", _OWN_HOOKS})
-"""The names in capitals of a plug-in's module that are no tables."""
 
 _GROUP: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
 
@@ -63,21 +63,21 @@ T = TypeVar("T")
 
 
 class PluginError(CxbridgeError):
-    """A plug-in that cannot be used."""
+    """A plug-in cannot be used."""
 
 
 def always(_context: Any) -> bool:
-    """Return True: the row's object is needed in every run."""
+    """Return True, for objects that every run needs."""
     return True
 
 
 def never(_context: Any) -> bool:
-    """Return False: no run makes the row's object before the object is requested."""
+    """Return False, for objects that are only made on request."""
     return False
 
 
 def in_daemon(section: str) -> Callable[[Any], bool]:
-    """Return a test whether a daemon has settings of the table SETTINGS of this name; False for runs."""
+    """Return a test whether a daemon has the settings of a row in SETTINGS; False for runs."""
 
     def has_settings(context: Any) -> bool:
         return context.section(section) is not None
@@ -88,7 +88,7 @@ def in_daemon(section: str) -> Callable[[Any], bool]:
 def configured(*sections: str) -> Callable[[Any], bool]:
     """Return a test whether the configuration of a run has one of these sections.
 
-    :param sections: paths as in ``/ros2/performers``.
+    :param sections: paths such as ``/ros2/performers``.
     """
 
     def has_section(context: Any) -> bool:
@@ -98,17 +98,16 @@ def configured(*sections: str) -> Callable[[Any], bool]:
 
 
 class Row(Struct, frozen=True):
-    """A row of a table: an object with a name, imported when the object is needed.
+    """A row of a table: a named object, imported when it is needed.
 
     :param target: ``module:object``.
-    :param needed: whether the run or daemon with this context needs the object.
-    :param early: of a feature: whether the run with this context makes the feature at its start, not when an
-        environment requests the feature; a mistake in its configuration is reported before a rule fires. Of a
-        component: whether the component starts before the components of cxbridge, to observe them.
-    :param requested: of a feature: whether the run with this context requests the feature for an agent whose
-        initialisation does not request it.
-    :param section: of a command at the top: the heading below which the help lists the command.
-    :param origin: the plug-in that has the row; empty for rows of cxbridge. The table sets it.
+    :param needed: returns whether the run or daemon with this context needs the object.
+    :param early: for features: whether the run makes the feature at its start instead of on request, so that
+        mistakes in its configuration are reported before a rule fires. For components: whether it starts
+        before those of cxbridge, to observe them.
+    :param requested: for features: whether the run requests the feature for an agent that does not.
+    :param section: for top-level commands: the heading in the help.
+    :param origin: the plug-in with the row, empty for cxbridge; set by the table.
     """
 
     name: str
@@ -124,13 +123,13 @@ class Row(Struct, frozen=True):
 
 
 def rows_of_modules(package: ModuleType) -> tuple[Row, ...]:
-    """Return a row for each module of a package, sorted by name: a new file is a new row."""
+    """Return a row per module of a package, sorted by name, so that a new file is a new row."""
     names = sorted(module.name for module in iter_modules(package.__path__))
     return tuple(Row(name.replace("_", "-"), f"{package.__name__}.{name}") for name in names)
 
 
 def is_module(loaded: object) -> bool:
-    """Return whether an object is a module, for tables whose rows are modules."""
+    """Return whether an object is a module, for tables of modules."""
     return isinstance(loaded, ModuleType)
 
 
@@ -138,9 +137,9 @@ class Plugin(Struct, frozen=True, eq=False):
     """An installed plug-in.
 
     :param name: of the entry point.
-    :param package: the distribution and its version, as in ``cxbridge-ros2 0.2.0``.
-    :param rows: the rows of each table, by the table's name.
-    :param error: why the plug-in cannot be used; None when it can.
+    :param package: distribution and version, e.g. ``cxbridge-ros2 0.2.0``.
+    :param rows: by the table's name.
+    :param error: why the plug-in cannot be used, if it cannot.
     """
 
     name: str
@@ -150,11 +149,11 @@ class Plugin(Struct, frozen=True, eq=False):
 
 
 class Table(Generic[T]):
-    """Named objects of one kind: those of cxbridge, then those of plug-ins, sorted by the plug-ins' names.
+    """Named objects of one kind: those of cxbridge, then those of plug-ins by name.
 
-    :param hook: the table's name in the modules of plug-ins: one of :data:`HOOKS`, or declared by a plug-in.
-    :param accepts: whether an object is of the table's kind.
-    :param kind: the table's kind in words, for errors.
+    :param hook: the table's name in plug-ins: one of :data:`HOOKS`, or declared by a plug-in.
+    :param accepts: returns whether an object has the table's kind.
+    :param kind: the description of the kind, for errors.
     :param rows: the rows of cxbridge.
     """
 
@@ -166,16 +165,16 @@ class Table(Generic[T]):
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """The rows: two of cxbridge may have the same name when no run needs both.
+        """The rows; two of cxbridge may share a name if no run needs both.
 
-        :raises PluginError: when a plug-in's row has the name of another row.
+        :raises PluginError: if a plug-in's row has the name of another row.
         """
         return _merged(self.hook, self._own, installed_plugins())
 
     def find(self, name: str) -> Row:
-        """Return the row of a name.
+        """Return a row by name.
 
-        :raises PluginError: when no row has the name.
+        :raises PluginError: if there is none.
         """
         found = next((row for row in self.rows if row.name == name), None)
         if found is not None:
@@ -187,7 +186,7 @@ class Table(Generic[T]):
     def load(self, row: Row) -> T:
         """Import the object of a row.
 
-        :raises PluginError: when the import fails, or the object is of another kind.
+        :raises PluginError: if the import fails, or the object has another kind.
         """
         thing = f"the {self.hook.lower().removesuffix('s')} '{row.name}' ({row})"
         try:
@@ -220,7 +219,7 @@ def _merged(hook: str, own: tuple[Row, ...], plugins: tuple[Plugin, ...]) -> tup
 
 
 def two_of_a_name(hook: str, first: Row, second: Row) -> PluginError:
-    """Return the error for two rows of the same name that cannot be used together."""
+    """Return the error for two conflicting rows of the same name."""
     thing = hook.lower().removesuffix("s")
     return PluginError(
         f"two {thing}s are called '{second.name}': {first}, and {second}",
@@ -230,7 +229,7 @@ def two_of_a_name(hook: str, first: Row, second: Row) -> PluginError:
 
 @lru_cache(maxsize=1)
 def known_packages() -> Mapping[str, str]:
-    """Return the known packages of plug-ins, by the names of their rows, options and sections."""
+    """Return the known packages of plug-ins by the names of their rows, options and sections."""
     known: dict[str, str] = json.loads(
         Path(__file__).with_name("known_plugins.json").read_text(encoding="utf-8")
     )
@@ -238,14 +237,14 @@ def known_packages() -> Mapping[str, str]:
 
 
 def package_with(name: str) -> str:
-    """Return the known package of plug-ins that has a row, an option or a section; empty when none has."""
+    """Return the known package with a row, an option or a section; empty if there is none."""
     return known_packages().get(name, "")
 
 
 def sections_without_package(has_section: Callable[[str], object]) -> list[str]:
-    """Return a warning for each section of a configuration that belongs to a package which is not installed.
+    """Return a warning per section of a configuration whose package is not installed.
 
-    :param has_section: whether the configuration has the section of a path.
+    :param has_section: returns whether the configuration has a section.
     """
     installed = {plugin.package.partition(" ")[0] for plugin in installed_plugins()}
     return [
@@ -256,7 +255,7 @@ def sections_without_package(has_section: Callable[[str], object]) -> list[str]:
 
 
 def is_installed(target: str) -> bool:
-    """Return whether ``module:object`` is of cxbridge or of an installed plug-in."""
+    """Return whether ``module:object`` belongs to cxbridge or an installed plug-in."""
     package = target.partition(":")[0].partition(".")[0]
     return package == GROUP or any(
         row.target.partition(".")[0] == package
@@ -267,15 +266,12 @@ def is_installed(target: str) -> bool:
 
 
 def installed_plugins() -> tuple[Plugin, ...]:
-    """Return the plug-ins of the installed packages, sorted by name; broken ones have an ``error``."""
+    """Return the plug-ins of the installed packages, sorted by name; unusable ones have an ``error``."""
     return _read_plugins(tuple(_folders_with_plugins()))
 
 
 def package_hint(name: str) -> str:
-    """Return how to install the package that has a row, an option or a section of a configuration.
-
-    Empty when no known package has it.
-    """
+    """Return a hint to install the package with a row, an option or a section; empty if unknown."""
     package = package_with(name)
     return f"{name} belongs to the plug-in {package}: {plugin_command(package)}" if package else ""
 
@@ -292,7 +288,7 @@ def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
 
 
 def _import(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType | PluginError]:
-    """Return the package of a plug-in, and its module or why it cannot be used."""
+    """Return the package of a plug-in, and its module or the error."""
     module, package = entries[0]
     packages = sorted({each for _, each in entries})
     if len(packages) > 1:
@@ -353,7 +349,7 @@ def _tables(name: str, package: str, module: Any, hooks: frozenset[str]) -> Mapp
 
 
 def _folders_with_plugins() -> Iterator[tuple[str, int]]:
-    """Yield the folders of ``sys.path`` that have packages with plug-ins, each with its time of change."""
+    """Yield the folders of ``sys.path`` with plug-ins, and their times of change."""
     for folder in sys.path:
         with suppress(OSError):
             changed_ns = os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 - in each run; pathlib takes long
@@ -364,10 +360,10 @@ def _folders_with_plugins() -> Iterator[tuple[str, int]]:
 
 @lru_cache(maxsize=64)
 def _entries_in(folder: str, changed_ns: int) -> tuple[tuple[str, str, str], ...]:  # noqa: ARG001
-    """Return the entry points of our group in a folder: name, module, folder with information on the package.
+    """Return the entry points of our group in a folder: name, module, folder with metadata.
 
-    ``importlib.metadata`` reads hundreds of files, and is slow to import. An installation changes the folder,
-    and so the key.
+    ``importlib.metadata`` is slow to import and reads hundreds of files. An installation changes the folder
+    and thus the cache key.
     """
     found: list[tuple[str, str, str]] = []
     with suppress(OSError):
@@ -392,7 +388,7 @@ def _entries(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _package_of(information: str) -> str:
-    """Return name and version of a package, as in ``cxbridge-ros2 0.2.0``."""
+    """Return name and version of a package, e.g. ``cxbridge-ros2 0.2.0``."""
     for name in ("METADATA", "PKG-INFO"):
         with suppress(OSError):
             head = Path(information, name).read_text(encoding="utf-8", errors="replace").partition("\n\n")[0]

@@ -1,13 +1,13 @@
-r"""Foreign text made safe for a terminal and for a log: every printer uses these functions.
+r"""Sanitizing of foreign text for terminals and logs; all printers use these functions.
 
-Skill strings, facts, errors, names of peers, ids of interfaces, configuration values and recordings hold what
-text of other programs. On a terminal an escape sequence moves the cursor, sets the clipboard or the title, or
-draws a link; in a log a line break forges a line of another program. Such characters are printed by
-their number, as JSON writes them: ``\u001b``. All other text is kept, tabs and any script included.
+Skill strings, facts, errors, peer names, interface ids, configuration values and recordings contain text of
+other programs. On a terminal, escape sequences could move the cursor, set the clipboard or the title, or draw
+links; in a log, line breaks could forge lines of other programs. Such characters are printed as numbers like
+in JSON: ``\u001b``. All other text is kept, including tabs and any script.
 
-What counts as such: C0 but tab and line feed, DEL, C1 (U+0080 to U+009F), the separators of lines and of
-paragraphs, embeddings, overrides and isolates, which turn the reading order around, and lone surrogates, that
-are bytes that were no UTF-8. JSON has the same characters so, too: it stays valid, and says the same.
+These characters are C0 except tab and line feed, DEL, C1 (U+0080 to U+009F), separators of lines and
+paragraphs, embeddings, overrides and isolates, which change the reading order, and lone surrogates, which
+represent bytes that are not UTF-8. JSON output remains valid with the same meaning.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ UNSAFE: Final = (
     *range(0x2066, 0x206A),
     *_SURROGATES,
 )
-"""Code points that never reach a terminal or a log; a line feed does, where a text may have several lines."""
+"""Code points never printed; line feeds are printed in texts of several lines."""
 
 
 def numbered(code: int) -> str:
-    r"""Return a code point of the basic plane as its number: ``\u001b``."""
+    r"""Return a code point of the basic plane as a number: ``\u001b``."""
     return f"\\u{code:04x}"
 
 
@@ -47,28 +47,29 @@ _BACKSLASH: Final = 0x5C
 
 
 def visible(text: str) -> str:
-    """Return a text of one or several lines as a terminal may have it."""
+    """Return a text of any number of lines without control characters."""
     return text if text.isprintable() or not _DANGEROUS.search(text) else text.translate(_VISIBLE)
 
 
 def one_line(text: str) -> str:
-    """Return a text as a terminal may have it, in one line: line feeds appear as numbers, too."""
+    """Return a text as one line without control characters."""
     return text if text.isprintable() else text.translate(_ONE_LINE)
 
 
 def indented(text: str) -> str:
-    """Return a text of several lines as a terminal may have it, all but the first begin with blanks.
+    """Return a text without control characters, with its further lines indented.
 
-    None of them can be mistaken for a line of another program.
+    An indented line cannot be mistaken for a line of another program.
     """
     first, *more = visible(text).split("\n")
     return "\n".join([first, *(line if line.startswith("  ") or not line else f"  {line}" for line in more)])
 
 
 def to_record(text: str) -> str:
-    r"""Return a text for a line of a recording: as :func:`one_line`, and :func:`from_record` gets it back.
+    r"""Return a text for a line of a recording, from which :func:`from_record` restores it.
 
-    Bytes that were letters of Latin-1 stay. A backslash that would begin a number is ``\u005c``.
+    Bytes that represent Latin-1 letters are kept. A backslash that looks like an escaped number becomes
+    ``\u005c``.
     """
     if text.isprintable() and "\\u" not in text:
         return text
@@ -76,10 +77,10 @@ def to_record(text: str) -> str:
 
 
 def to_entry(text: str) -> str:
-    """Return a text for an entry of a log: as :func:`to_record`, but of several lines.
+    """Return a text for a log entry like :func:`to_record`, but with several lines.
 
-    As Fawkes logs constructs: a line feed stays before a blank, a tab or a parenthesis, with which no entry
-    begins, and before the end.
+    As in constructs logged by Fawkes, a line feed is kept before a blank, a tab or a parenthesis, with which
+    no entry starts, and at the end.
     """
     if text.isprintable() and "\\u" not in text:
         return text
@@ -88,7 +89,7 @@ def to_entry(text: str) -> str:
 
 
 def from_record(text: str) -> str:
-    """Return the text that :func:`to_record` or :func:`to_entry` was given; other numbers stay."""
+    """Restore the text from :func:`to_record` or :func:`to_entry`; other numbers are kept."""
     return _ESCAPED.sub(_character, text) if "\\u" in text else text
 
 
@@ -98,19 +99,19 @@ def _character(match: re.Match[str]) -> str:
 
 
 class VisibleStream:
-    """A text stream that passes nothing on that a terminal would obey: what no printer forgets.
+    """A text stream that filters control sequences, in case a printer forgets it.
 
-    All other attributes are the stream's. The program's own escape sequences go to :attr:`terminal`.
+    Other attributes are those of the stream. The program's escape sequences use `terminal`.
 
     :param stream: e.g. ``sys.stdout``.
     """
 
     def __init__(self, stream: IO[str]) -> None:
         self.terminal: Final = stream
-        """The stream without the filter, for colours and the cursor."""
+        """The unfiltered stream, for colours and the cursor."""
 
     def write(self, text: str) -> int:
-        """Write a text of one or several lines."""
+        """Write a text."""
         self.terminal.write(visible(text))
         return len(text)
 
@@ -120,17 +121,17 @@ class VisibleStream:
             self.write(line)
 
     def __getattr__(self, name: str) -> Any:
-        """Return whatever else a stream has."""
+        """Return an attribute of the stream."""
         return getattr(self.terminal, name)
 
 
 def terminal_of(stream: IO[str] | VisibleStream) -> IO[str]:
-    """Return the stream to which the program's own colours and movements of the cursor go."""
+    """Return the stream for the program's colours and cursor movements."""
     return stream.terminal if isinstance(stream, VisibleStream) else stream
 
 
 def short_path(file: str | Path) -> str:
-    """Return a path as seen from the working directory, if it is below that."""
+    """Return a path relative to the working directory if it is within."""
     try:
         return str(Path(file).relative_to(Path.cwd()))
     except ValueError:

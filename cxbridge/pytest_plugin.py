@@ -1,4 +1,4 @@
-"""The pytest plug-in: fixtures that run agents, golden runs, reports of failed tests. See docs/testing.md."""
+"""The pytest plug-in: fixtures for runs of agents, golden runs, reports of failures. See docs/testing.md."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _FAILED: pytest.StashKey[bool] = pytest.StashKey()
 _SCRIPTED = "scripted"
 Paths = str | Path | tuple[str | Path, ...]
 """One path, or several."""
+# The names of modules of cxbridge and its plug-ins.
 _LIBRARY = re.compile(r"cxbridge(_\w+)?(\.|$)")
-"""The names of modules of cxbridge and its plug-ins."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -35,10 +35,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @dataclass
 class Bench:
-    """The value of the fixtures: makes runs for one test, or for all tests of a module.
+    """The value of the fixtures, which makes runs for one test, or for all tests of a module.
 
-    :param file: the test's.
-    :param test: its name; empty: for a module.
+    :param file: of the test.
+    :param test: the name, empty for a module.
     :param root: pytest's root folder.
     """
 
@@ -66,14 +66,14 @@ class Bench:
     ) -> AgentRun:
         """Make a run of a scenario and load its agent.
 
-        :param skiller: ``scripted``, or who executes skills as for ``cxbridge run``.
-        :param config: one file or several, each laid over those before.
-        :param patience: seconds of real time that a wait may take.
+        :param skiller: ``scripted``, or as for ``cxbridge run``.
+        :param config: files that are laid over the configuration in order.
+        :param patience: the maximal seconds of real time of a wait.
         :param options: ``spec``, ``core``, ``clock``, and options of plug-ins, e.g. ``ros2cx``.
-        :raises CxbridgeError: when the scenario is wrong.
-        :raises AssertionError: when a construct does not load.
+        :raises CxbridgeError: if the scenario is invalid.
+        :raises AssertionError: if a construct does not load.
         """
-        # not before a test asks for it: pytest loads this plug-in for each project on the machine
+        # imported on first use, because pytest loads this plug-in in every project of the machine
         from cxbridge.run.options import RunOptions  # noqa: PLC0415
         from cxbridge.run.program.plain_options import more_options, paths_of  # noqa: PLC0415
         from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
@@ -123,20 +123,20 @@ class Bench:
         return find_member("cx", self, name)
 
     def find(self, path: str | Path) -> Path:
-        """Return a path as seen from the test's folder, else from pytest's root, else unchanged."""
+        """Return a path within the test's folder, else within pytest's root, else unchanged."""
         for base in (self.file.parent, self.root):
             if (base / path).exists():
                 return base / path
         return Path(path)
 
     def check_skills(self) -> None:
-        """Fail when nothing has called a skill that was scripted: its name may be wrong."""
+        """Fail if a scripted skill was never called, as its name may be wrong."""
         unmet = [line for run in self.runs for line in run.unmet_skills()]
         if unmet:
             pytest.fail("\n".join(unmet), pytrace=False)
 
     def close(self, *, failed: bool) -> None:
-        """Close the runs; keep their recordings when the test failed."""
+        """Close the runs; keep their recordings after a failure."""
         for run in self.runs:
             run.close()
             if run.options.trace is not None and not failed:
@@ -145,7 +145,7 @@ class Bench:
 
 
 def _benches(request: pytest.FixtureRequest, test: str) -> Iterator[Bench]:
-    """Yield a bench that makes runs, and close the runs afterwards."""
+    """Yield a bench, and close its runs afterwards."""
     config = request.config
     artifacts = config.getoption("--cx-artifacts")
     bench = Bench(
@@ -173,13 +173,13 @@ def cx(request: pytest.FixtureRequest) -> Iterator[Bench]:
 
 @pytest.fixture(scope="module")
 def cx_module(request: pytest.FixtureRequest) -> Iterator[Bench]:
-    """Make runs that all tests of a module share, for fixtures of scope ``module``."""
+    """Make runs shared by all tests of a module, for fixtures of scope ``module``."""
     yield from _benches(request, "")
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
-    """Fail a test whose script of skills met no call."""
+    """Fail a test whose script of skills has unused entries."""
     yield
     bench = item.stash.get(_BENCH, None)
     if bench is not None:
@@ -190,7 +190,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Report the runs of a test that failed."""
+    """Report the runs of a failed test."""
     if call.excinfo is not None and not item.config.getoption("fulltrace"):
         _hide_library(call.excinfo)
     report = yield
@@ -210,7 +210,7 @@ def pytest_runtest_makereport(
 
 
 def _hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
-    """Leave the library's frames out of a failure: the mistake is in the test. Faults keep all frames."""
+    """Remove the library's frames from a failure of the test; faults of the library keep all frames."""
     frames = []
     frame: TracebackType | None = excinfo.tb
     while frame is not None:
@@ -222,6 +222,6 @@ def _hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
     from cxbridge.errors import CxbridgeError  # noqa: PLC0415  as above
 
     if shown and shown[0] is frames[0] and excinfo.errisinstance((AssertionError, CxbridgeError)):
-        # pytest cuts the chain itself, so a filtered copy of it would not do
+        # pytest filters the original chain, so a copy would have no effect
         for one, after in zip(shown, (*shown[1:], None), strict=True):
             one.tb_next = after

@@ -11,17 +11,17 @@ VERSION: Final = "0.2.0"
 """The version of cxbridge, ``cxbridge.__version__``."""
 
 DAEMON_URL: Final = "tcp://127.0.0.1:1911"
-"""The address of a daemon of this machine, unless its configuration says otherwise."""
+"""The default address of a daemon on this machine."""
 
 _PACKAGE = Path(__file__).resolve().parent
 
 
 def shipped_dir(name: str) -> Path:
-    """Return the folder of shipped files called ``name``: ``interfaces``, ``luaskills`` or ``scenarios``.
+    """Return a folder of shipped files: ``interfaces``, ``luaskills`` or ``scenarios``.
 
-    :raises CxbridgeError: when the installation is not complete.
+    :raises CxbridgeError: if the installation is incomplete.
     """
-    # our folder first: an installed package has folders of other packages next to it
+    # inside the package first, because next to an installed package are those of others
     for candidate in (_PACKAGE / "share" / name, _PACKAGE.parent / name):
         if candidate.is_dir():
             return candidate
@@ -31,7 +31,7 @@ def shipped_dir(name: str) -> Path:
 
 
 def shipped_scenarios(incomplete: str = "") -> list[str]:
-    """Return the shipped scenarios whose names begin so; none in an incomplete installation."""
+    """Return the shipped scenarios whose names start with a text; empty if the installation is incomplete."""
     return [
         name
         for file in _shipped("scenarios", "*/scenario.yaml")
@@ -40,12 +40,12 @@ def shipped_scenarios(incomplete: str = "") -> list[str]:
 
 
 def shipped_interfaces(incomplete: str = "") -> list[str]:
-    """Return the shipped interface types whose names begin so; none in an incomplete installation."""
+    """Return the shipped interface types whose names start with a text; empty if incomplete."""
     return [file.stem for file in _shipped("interfaces", "*.xml") if file.stem.startswith(incomplete)]
 
 
 def _shipped(folder: str, pattern: str) -> list[Path]:
     try:
         return sorted(shipped_dir(folder).glob(pattern))
-    except CxbridgeError:  # `doctor` says so
+    except CxbridgeError:  # `doctor` reports it
         return []

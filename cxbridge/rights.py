@@ -1,8 +1,8 @@
-"""The rights of clients, and those that messages on the blackboard and frames of its protocols need.
+"""The rights of clients, and those required by messages on the blackboard and frames of its protocols.
 
-Each operation names the :class:`Right` that it needs (:mod:`cxbridge.operations`), and so does each endpoint
-over HTTP. A message or an endpoint that names none needs more than the right to look: an addition whose
-author forgets the right is refused, not open. See docs/security.md, "Rights".
+Each operation (:mod:`cxbridge.operations`) and each endpoint over HTTP names its :class:`Right`. Messages and
+endpoints without an entry require more than the right to look, so that an addition with a forgotten entry is
+refused. See docs/security.md, "Rights".
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from cxbridge.errors import CxbridgeError
 
 
 class Right(IntEnum):
-    """The right that a client needs; each contains the rights before it."""
+    """The right of a client; each includes the previous ones."""
 
     LOOK = 0
-    """Read state. Every client that may connect has this right."""
+    """Read state; every client that may connect has this right."""
     CONTROL = 1
     """Change something: ``cxbridge/remote-control``."""
     PROGRAMS = 2
@@ -26,7 +26,7 @@ class Right(IntEnum):
 
 
 class RefusedError(CxbridgeError):
-    """Clients may not do that."""
+    """Clients have no right to an operation."""
 
 
 EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
@@ -37,8 +37,8 @@ EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
 class Rights:
     """The rights of the clients of a daemon.
 
-    :param control: they may change something.
-    :param programs: they may run programs; only with ``control``.
+    :param control: clients may change something.
+    :param programs: clients may run programs; requires ``control``.
     :param skills_are_programs: skill strings are evaluated as Lua (``/skiller/mode: fawkes``).
     """
 
@@ -47,68 +47,68 @@ class Rights:
     skills_are_programs: bool = False
 
     def allow(self, right: Right) -> bool:
-        """Whether clients have a right."""
+        """Return whether clients have a right."""
         return right is Right.LOOK or (self.control and (right is Right.CONTROL or self.programs))
 
     def why_not(self, right: Right) -> str:
-        """Return which setting is why clients have not a right."""
+        """Return the setting that withholds a right."""
         name = "remote-programs" if self.control and right is Right.PROGRAMS else "remote-control"
         return f"cxbridge/{name} of the daemon is off"
 
     def check(self, right: Right, action: str) -> None:
-        """Refuse what needs a right that clients have not.
+        """Raise an error if clients do not have a right.
 
         :param action: the operation, for the error.
-        :raises RefusedError: when the clients do not have the right.
+        :raises RefusedError: if they do not.
         """
         if not self.allow(right):
             raise RefusedError(f"refused: {action}", hint=self.why_not(right))
 
     def of_message(self, interface_type: str, message_type: str) -> Right:
-        """Return the right that a message on the blackboard needs with these settings."""
+        """Return the right that a message on the blackboard requires with these settings."""
         if self.skills_are_programs and (interface_type, message_type) == EXEC_SKILL:
             return Right.PROGRAMS
         return right_of_message(interface_type, message_type)
 
     def check_message(self, interface_type: str, message_type: str) -> None:
-        """Refuse a message that clients may not send.
+        """Raise an error for a message that clients must not send.
 
-        :raises RefusedError: when it is one.
+        :raises RefusedError: if they must not.
         """
         right = self.of_message(interface_type, message_type)
         self.check(right, f"{message_type} to {interface_type}")
 
     def check_writer(self, uid: str) -> None:
-        """Refuse a writer, when clients may only look.
+        """Raise an error for a writer unless clients may change something.
 
-        :raises RefusedError: when they may.
+        :raises RefusedError: if they must not.
         """
         self.check(Right.CONTROL, f"to write {uid}")
 
 
 EVERYTHING: Final = Rights()
-"""For servers of a blackboard that no daemon is behind."""
+"""The rights for servers of a blackboard without a daemon."""
 
 MESSAGES: Final = {
     ("ExplainInterface", "WhyMessage"): Right.LOOK,
-    ("RequestInterface", "AskMessage"): Right.LOOK,  # the verb decides
-    ("SkillerDebugInterface", "SetGraphMessage"): Right.LOOK,  # which graph is drawn
+    ("RequestInterface", "AskMessage"): Right.LOOK,  # the verb determines the right
+    ("SkillerDebugInterface", "SetGraphMessage"): Right.LOOK,  # selects the drawn graph
     ("SkillerDebugInterface", "SetGraphDirectionMessage"): Right.LOOK,
     ("SkillerDebugInterface", "SetGraphColoredMessage"): Right.LOOK,
 }
-"""Messages on the blackboard, over any transport. Any other needs :attr:`Right.CONTROL`."""
+"""The messages that do not require :attr:`Right.CONTROL`, over any transport."""
 
 FRAMES: Final = {
     "zmq": {
         **dict.fromkeys(("hello", "close", "list", "watch", "sync", "beat", "bye"), Right.LOOK),
         **dict.fromkeys(("credit", "delivered"), Right.LOOK),
-        "open": Right.LOOK,  # a writer: check_writer
-        "send": Right.LOOK,  # check_message
-        "write": Right.CONTROL,  # of a writer that was opened
+        "open": Right.LOOK,  # see check_writer for writers
+        "send": Right.LOOK,  # see check_message
+        "write": Right.CONTROL,  # of an open writer
     },
     "fawkes-blackboard": {
         **dict.fromkeys(("LIST_ALL", "LIST", "OPEN_FOR_READING", "CLOSE"), Right.LOOK),
-        "INTERFACE_MESSAGE": Right.LOOK,  # check_message
+        "INTERFACE_MESSAGE": Right.LOOK,  # see check_message
         **dict.fromkeys(("OPEN_FOR_WRITING", "DATA_REFRESHED", "DATA_CHANGED"), Right.CONTROL),
     },
     "fawkes-plugins": {
@@ -118,7 +118,7 @@ FRAMES: Final = {
     "fawkes-configuration": {
         **dict.fromkeys(("GET_FLOAT", "GET_UINT", "GET_INT", "GET_BOOL", "GET_STRING"), Right.LOOK),
         **dict.fromkeys(("GET_VALUE", "SUBSCRIBE", "UNSUBSCRIBE"), Right.LOOK),
-        # values name programs, Python classes and files to load: with the next reset they run
+        # values name programs, Python classes and files, which are loaded at the next reset
         **dict.fromkeys(("SET_FLOAT", "SET_UINT", "SET_INT", "SET_BOOL", "SET_STRING"), Right.PROGRAMS),
         **dict.fromkeys(("SET_DEFAULT_FLOAT", "SET_DEFAULT_UINT", "SET_DEFAULT_INT"), Right.PROGRAMS),
         **dict.fromkeys(("SET_DEFAULT_BOOL", "SET_DEFAULT_STRING", "ERASE_VALUE"), Right.PROGRAMS),
@@ -137,22 +137,22 @@ FRAMES: Final = {
     "ros2-action": {
         "get_result": Right.LOOK,
         "cancel_goal": Right.CONTROL,
-        # send_goal: the server of the action names the right of its goals
+        # send_goal: the server of the action defines the rights of its goals
     },
-    "ros2-interfaces": {"write": Right.CONTROL},  # a message of an interface: Rights.of_message
+    "ros2-interfaces": {"write": Right.CONTROL},  # a message of an interface, see Rights.of_message
     "ros2-tf": dict.fromkeys(("/tf", "/tf_static"), Right.CONTROL),
     "ros2-performers": {"word": Right.CONTROL},
     "ros2-experts": {"read": Right.LOOK, **dict.fromkeys(("change", "plan"), Right.CONTROL)},
-    "foxglove": {},  # the server has no capability that takes anything from a client
+    "foxglove": {},  # the server accepts nothing from clients
 }
-"""Frames, services and topics by which clients ask, by protocol."""
+"""The frames, services and topics of client requests, by protocol."""
 
 
 def right_of_message(interface_type: str, message_type: str) -> Right:
-    """Return the right that a message on the blackboard needs."""
+    """Return the right that a message on the blackboard requires."""
     return MESSAGES.get((interface_type, message_type), Right.CONTROL)
 
 
 def right_of_frame(protocol: str, frame: str) -> Right:
-    """Return the right that a frame of a protocol needs; :attr:`Right.PROGRAMS` without an entry."""
+    """Return the right that a frame of a protocol requires; :attr:`Right.PROGRAMS` without an entry."""
     return FRAMES.get(protocol, {}).get(frame, Right.PROGRAMS)

@@ -1,4 +1,4 @@
-"""Suggests known names that are similar to an unknown name."""
+"""Suggestions of known names similar to an unknown one."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from itertools import takewhile
 from typing import Final
 
 LIKE: Final = 0.6
-"""How similar a name must be to an unknown one, of 1, to be suggested."""
+"""The minimal similarity, from 0 to 1, for a suggestion."""
 
 _MOST: Final = 3
-_BY_ENDS: Final = 0.2  # the weight of an equal beginning and end, added to the similarity
+_BY_ENDS: Final = 0.2  # the weight of equal ends, added to the similarity
 _MARGIN: Final = 0.05  # names that are less similar than the nearest one by this margin are not suggested
-_COMPARED: Final = 300  # comparing takes time: hostile files have many names, and long ones
+_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
 _LONGEST: Final = 200
 _SHORTEST_PART: Final = 3
 
 
 def likeness(one: str, other: str) -> float:
-    """Return how similar two names are, from 0 to 1; upper and lower case are the same."""
+    """Return the similarity of two names from 0 to 1, ignoring case."""
     return SequenceMatcher(None, one.lower(), other.lower()).ratio()
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float = LIKE) -> list[str]:
-    """Return the known names that an unknown one probably stands for, the nearest first; three at most.
+    """Return at most three known names similar to an unknown one, the nearest first.
 
-    They are similar, in upper or lower case. When no name is, they are those that have it in them.
+    Case is ignored. Without similar names, the names that contain it are returned.
 
-    :param cutoff: how similar a name must be, of 1; higher for paths, whose beginnings are the same.
+    :param cutoff: the minimal similarity; higher for paths, which often start equally.
     """
     names = set(known)
     if not name or not names or len(name) > _LONGEST:
@@ -40,9 +40,9 @@ def nearest(name: str, known: Iterable[str], cutoff: float = LIKE) -> list[str]:
 
 
 def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", cutoff: float = LIKE) -> str:
-    """Return a hint with the names that an unknown one probably stands for.
+    """Return a hint with the likely meanings of an unknown name.
 
-    :param otherwise: the hint when there are none.
+    :param otherwise: the hint if there are none.
     :param cutoff: as for :func:`nearest`.
     """
     found = nearest(name, known, cutoff)
@@ -50,7 +50,7 @@ def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", cutoff: f
 
 
 def or_similar(name: str, known: Iterable[str]) -> str:
-    """Return the same, to be put behind a name in a sentence: `` (did you mean ...?)``; or nothing."""
+    """Return the hint in parentheses, `` (did you mean ...?)``, to follow a name; or empty."""
     hint = did_you_mean(name, known)
     return f" ({hint})" if hint else ""
 
@@ -74,12 +74,12 @@ def _similar(name: str, names: Iterable[str], cutoff: float) -> list[str]:
 
 
 def _same_ends(one: str, other: str) -> float:
-    """Return how much of two names is the same at their beginning and end, of 1: a slip is in one place."""
+    """Return the share of two names that is equal at their ends; typing errors are usually in one place."""
     begin = _same_beginning(one, other)
     end = _same_beginning(one[begin:][::-1], other[begin:][::-1])
     return (begin + end) / max(len(one), len(other))
 
 
 def _same_beginning(one: str, other: str) -> int:
-    """Return how many characters are the same at the beginning of two texts."""
+    """Return the length of the common prefix of two texts."""
     return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False)))

@@ -2,6 +2,7 @@
 
 ::
 
+
     board = LocalBlackBoard(registry, clock)
     with board.open_for_writing("SkillerInterface", "Skiller", owner="skiller") as skiller:
         skiller.skill_string = "say{}"

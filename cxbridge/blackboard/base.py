@@ -1,4 +1,4 @@
-"""The base of all blackboards, in this process or at the other end of a wire."""
+"""The base class of local and remote blackboards."""
 
 from __future__ import annotations
 
@@ -30,19 +30,18 @@ from cxbridge.interfaces.message import Port
 
 
 class ListenedPort(Port[Interface], Protocol):
-    """The port of an interface that has listeners."""
+    """A port with listeners."""
 
     @property
-    def listeners(self) -> ListenerTable:
-        """The listeners of the interface."""
+    def listeners(self) -> ListenerTable: ...
 
 
 class OpenRequest(Struct, frozen=True):
-    """An interface to open; its names are checked.
+    """A request to open an interface, with checked names.
 
-    :param owner: the name of the opener, for lists and messages to people.
-    :param queue_limit: how many messages may wait, of a writer; None: 1,024.
-    :param listen: called with the instance before any other code can see it.
+    :param owner: the opener's name, for lists and messages.
+    :param queue_limit: the maximum number of a writer's queued messages; None: 1,024.
+    :param listen: called with the instance before other code can access it.
     """
 
     interface_class: type[Interface]
@@ -54,7 +53,6 @@ class OpenRequest(Struct, frozen=True):
 
     @property
     def type(self) -> str:
-        """The type of the interface."""
         return self.interface_class.SCHEMA.name
 
     @property
@@ -68,7 +66,7 @@ class OpenRequest(Struct, frozen=True):
         return self.type, self.id
 
     def make_instance(self, port: ListenedPort, serial: UUID) -> Interface:
-        """Make the instance, with the listeners it is to have from the beginning."""
+        """Make the instance with its initial listeners."""
         instance = self.interface_class(
             port,
             id=self.id,
@@ -85,30 +83,27 @@ class OpenRequest(Struct, frozen=True):
 I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
 
 COMPONENT: Final = "BlackBoard"
-"""Under which blackboards log."""
+"""The log component of blackboards."""
 
 
 class Registry(Protocol):
-    """Where the class of an interface type comes from: :class:`cxbridge.interfaces.InterfaceRegistry`."""
+    """A source of interface classes, :class:`cxbridge.interfaces.InterfaceRegistry`."""
 
     def get(self, name: str) -> type[Interface]:
-        """Return the class of the type ``name``.
+        """Return the class of an interface type.
 
-        :raises InterfaceError: when there is none.
+        :raises InterfaceError: if the type is unknown.
         """
 
 
 class BlackBoard(ABC):
-    """Interfaces to open, to list and to watch; a transport derives from it.
+    """Opens, lists and watches interfaces. Transports derive from it. A context manager shuts it down.
 
-    As a context manager it is shut down at the end.
-
-    :cvar reports_writes: whether its bus gets every write of the interfaces that are open here. Where it
-        does not, listeners do: each reads the block of its very write.
-
-    :param registry: gives the classes of types that are named by a string.
-    :param clock: gives time stamps.
-    :param bus: gets log lines and writes; None: failing listeners are reported to :mod:`logging`.
+    :cvar reports_writes: whether the bus gets every write of the open interfaces; otherwise each listener
+        reads the block of its write.
+    :param registry: the classes of types given by name.
+    :param clock: the source of time stamps.
+    :param bus: gets log lines and writes; None: errors of listeners go to :mod:`logging`.
     """
 
     reports_writes: ClassVar[bool] = True
@@ -131,8 +126,6 @@ class BlackBoard(ABC):
     ) -> None:
         self.shutdown()
 
-    # -- opening and closing
-
     @overload
     def open_for_reading(
         self, interface: type[I], interface_id: str, *, owner: str = "", listen: Listen | None = None
@@ -149,15 +142,15 @@ class BlackBoard(ABC):
         owner: str = "",
         listen: Listen | None = None,
     ) -> Interface:
-        """Open an interface for reading; it need not exist yet.
+        """Open an interface for reading, which need not exist yet.
 
-        :param interface: the class, or the name of its type.
-        :param owner: who opens it, for lists and messages to people.
-        :param listen: registers a listener before anything can happen to the instance; see :func:`listening`.
-        :raises InvalidNameError: when the type or the id is empty or too long.
-        :raises UnknownTypeError: when there is no such type.
-        :raises InterfaceDefinitionError: when its definition is wrong.
-        :raises VersionMismatchError: when it is open in another version of the type.
+        :param interface: the class or the type's name.
+        :param owner: the opener's name, for lists and messages.
+        :param listen: registers a listener before any event of the instance, see :func:`listening`.
+        :raises InvalidNameError: if the type or the id is empty or too long.
+        :raises UnknownTypeError: if the type is unknown.
+        :raises InterfaceDefinitionError: if the definition is wrong.
+        :raises VersionMismatchError: if the interface is open in another version of the type.
         """
         interface_class = self._resolve(interface, interface_id)
         return self._open(OpenRequest(interface_class, interface_id, owner, listen=listen))
@@ -193,16 +186,16 @@ class BlackBoard(ABC):
     ) -> Interface:
         """Open an interface for writing.
 
-        Its private copy is all zero: call read() to start with the present data.
+        The instance's copy is zero-filled; :meth:`Interface.read` loads the present data.
 
-        :param interface: the class, or the name of its type.
-        :param owner: who opens it, for lists and messages to people.
-        :param queue_limit: how many messages may wait; None: 1,024.
-        :param listen: registers a listener before anything can happen to the instance; see :func:`listening`.
-        :raises WriterActiveError: when it has a writer already.
-        :raises InvalidNameError: when the type or the id is empty or too long.
-        :raises UnknownTypeError: when there is no such type.
-        :raises VersionMismatchError: when it is open in another version of the type.
+        :param interface: the class or the type's name.
+        :param owner: the opener's name, for lists and messages.
+        :param queue_limit: the maximum number of queued messages; None: 1,024.
+        :param listen: registers a listener before any event of the instance, see :func:`listening`.
+        :raises WriterActiveError: if the interface has a writer.
+        :raises InvalidNameError: if the type or the id is empty or too long.
+        :raises UnknownTypeError: if the type is unknown.
+        :raises VersionMismatchError: if the interface is open in another version of the type.
         """
         interface_class = self._resolve(interface, interface_id)
         return self._open(OpenRequest(interface_class, interface_id, owner, True, queue_limit, listen))
@@ -210,9 +203,9 @@ class BlackBoard(ABC):
     def open_multiple_for_reading(
         self, type_glob: str, id_glob: str = "*", *, owner: str = ""
     ) -> Sequence[Interface]:
-        """Open all interfaces for reading that exist and match, as :meth:`list` finds them; all or none.
+        """Open all existing interfaces that match the patterns, see :meth:`list`. All or none.
 
-        :raises BlackBoardError: when one of them cannot be opened.
+        :raises BlackBoardError: if an interface cannot be opened.
         """
         opened: list[Interface] = []
         try:
@@ -225,112 +218,102 @@ class BlackBoard(ABC):
         return opened
 
     def _resolve(self, interface: type[Interface] | str, interface_id: str) -> type[Interface]:
-        """Return the class to open, after the names have been checked."""
+        """Check the names and return the class."""
         check_names(interface if isinstance(interface, str) else interface.SCHEMA.name, interface_id)
         if not isinstance(interface, str):
             return interface
         try:
             return self.registry.get(interface)
         except InterfaceDefinitionError:
-            raise  # there is such a type, and its file is wrong
+            raise  # the type exists, but its file is wrong
         except InterfaceError as error:
             raise UnknownTypeError(interface, hint=error.hint) from error
 
     @abstractmethod
-    def _open(self, request: OpenRequest) -> Interface:
-        """Open an interface."""
+    def _open(self, request: OpenRequest) -> Interface: ...
 
     @abstractmethod
     def close(self, instance: Interface) -> None:
-        """Close an instance that was opened here; it is invalid afterwards. Closing twice is not an error.
+        """Close an instance of this blackboard, which becomes invalid. Closing twice is permitted.
 
-        The interface vanishes with its last instance. While a reader exists its data outlive the writer.
+        The interface disappears with its last instance. As long as readers exist, its data outlive the
+        writer.
 
-        :raises ForeignInstanceError: when it was opened on another blackboard.
+        :raises ForeignInstanceError: if the instance belongs to another blackboard.
         """
 
     @abstractmethod
     def shutdown(self) -> None:
-        """Make all instances invalid and refuse to open more. No event is delivered."""
-
-    # -- looking around
+        """Invalidate all instances and refuse new ones. Listeners are not called."""
 
     @abstractmethod
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        """Return a description of the interfaces that match, the oldest first.
+        """Return the matching interfaces, oldest first.
 
-        :param type_glob: shell pattern for the type: ``*``, ``?``, ``[seq]``, ``[!seq]``.
-        :param id_glob: shell pattern for the id.
+        :param type_glob: a shell pattern for the type: ``*``, ``?``, ``[seq]``, ``[!seq]``.
+        :param id_glob: a shell pattern for the id.
         """
 
     def list_all(self) -> Sequence[InterfaceInfo]:
-        """Return a description of all interfaces, the oldest first."""
+        """Return all interfaces, oldest first."""
         return self.list()
-
-    # -- the connection, where there is one
 
     @property
     def connected(self) -> bool:
-        """Whether the interfaces can be reached now; always, where there is no connection to lose."""
+        """Whether the interfaces are reachable. A local blackboard is always connected."""
         return True
 
     def on_connection(self, callback: Callable[[bool], None]) -> None:  # noqa: B027 - optional
-        """Call ``callback`` with False when the connection is lost, with True when all is open again.
+        """Register a callback for the connection.
 
-        In the thread of the listeners. Never, where there is no connection to lose.
+        The argument is False when the connection is lost, True when all interfaces are open again. Called in
+        the thread of listeners. A local blackboard never calls it.
         """
 
     @property
     def skipped(self) -> int:
-        """The number of updates that a newer one replaced before delivery, as far as known here."""
+        """The number of updates replaced by newer ones before delivery, as far as known."""
         return 0
 
     def flush(self, timeout: float | None = None) -> None:  # noqa: B027 - optional
-        """Return when everything done here has arrived, and listeners were called for what arrived before.
+        """Wait until all earlier calls have arrived and listeners have handled all earlier events.
 
-        :param timeout: seconds; None: what requests may take.
-        :raises BlackBoardError: when it takes too long.
+        :param timeout: seconds; None: the limit of requests.
+        :raises BlackBoardError: after the timeout.
         """
 
-    # -- notifications
-
     def register_listener(self, listener: Listener, instance: Interface, *kinds: EventKind) -> None:
-        """Notify ``listener`` of what happens on the interface of ``instance``, until that is closed.
+        """Register a listener for events of an instance's interface, until the instance is closed.
 
-        :param kinds: of which events; without any, of those whose methods ``listener`` overrides (not of
-            messages when the instance is not a writer).
-        :raises ForeignInstanceError: when the instance is not open on this blackboard.
-        :raises BlackBoardError: when ``kinds`` has messages and the instance is not a writer.
+        :param kinds: the events, by default those whose methods the listener overrides, without messages for
+            a reader.
+        :raises ForeignInstanceError: if the instance is not open on this blackboard.
+        :raises BlackBoardError: if ``kinds`` has messages and the instance is a reader.
         """
         listening(listener, *kinds)(instance, self._listeners_of(instance))
 
     def unregister_listener(self, listener: Listener, instance: Interface) -> None:
-        """Stop notifying ``listener`` on behalf of ``instance``.
-
-        No error when it was not registered, or when the instance is closed.
-        """
+        """Unregister a listener. Does nothing if it is not registered or the instance is closed."""
         if instance.valid:
             self._listeners_of(instance).unregister(listener, instance)
 
     @abstractmethod
     def _listeners_of(self, instance: Interface) -> ListenerTable:
-        """Return the listeners of the instance's interface.
+        """Return the listeners of an instance's interface.
 
-        :raises ForeignInstanceError: when the instance is not open on this blackboard.
+        :raises ForeignInstanceError: if the instance is not open on this blackboard.
         """
 
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
-        """Notify ``observer`` of interfaces that come into being or vanish and match both patterns."""
+        """Register an observer for the creation and end of matching interfaces."""
         self._observers.register(observer, type_glob, id_glob)
 
     def unregister_observer(self, observer: Observer) -> None:
-        """Stop notifying ``observer``; no error when it was not registered."""
+        """Unregister an observer. Does nothing if it is not registered."""
         self._observers.unregister(observer)
 
-    # -- for ports, and for the log
-
     def refuse_message(self, sender: Interface, message: Message) -> NoReturn:
-        """Log that a message has no writer, in the words of Fawkes.
+        """Log, with Fawkes' text, that a message has no writer.
 
         :raises NoWriterError: always.
         """
@@ -341,15 +324,14 @@ class BlackBoard(ABC):
         raise NoWriterError(sender.uid)
 
     def report_fault(self, operation: str, error: Exception) -> None:
-        """Report a listener that failed."""
+        """Report an error of a listener."""
         if self._log is None:
-            import logging  # noqa: PLC0415 - rarely needed, and not quickly imported
+            import logging  # noqa: PLC0415 - slow to import, rarely needed
 
             logging.getLogger(__name__).error("%s failed", operation, exc_info=error)
         else:
             self._log.error(f"{operation} failed: {type(error).__name__}: {error}")
 
     def warn(self, text: str) -> None:
-        """Log a warning."""
         if self._log is not None:
             self._log.warn(text)

@@ -1,4 +1,4 @@
-"""Connects to the blackboard of a daemon or of a real Fawkes."""
+"""Connections to the blackboard of a daemon or a Fawkes."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from cxbridge.resources import DAEMON_URL
 
 
 def connect(url: str = DAEMON_URL, *, interface_dirs: Sequence[str | Path] = ()) -> BlackBoard:
-    """Return the blackboard at a URL, connected; a context manager.
+    """Connect to the blackboard at a URL; return it as a context manager.
 
     For example::
+
 
         with cx.connect("fawkes://robot:1910") as board:
             battery = board.open_for_reading(cx.BatteryInterface, "Robot")
@@ -23,9 +24,9 @@ def connect(url: str = DAEMON_URL, *, interface_dirs: Sequence[str | Path] = ())
             print(battery.voltage)
 
     :param url: ``tcp://HOST:PORT`` or ``ipc://FILE`` of a daemon, ``fawkes://HOST[:PORT]`` of a Fawkes, or
-        ``local:`` for a blackboard of this program alone; by default the daemon of this machine.
-    :param interface_dirs: folders with interface definitions, searched before those of this package.
-    :raises BadUrlError: when the URL names no blackboard.
-    :raises BlackBoardError: when no server answers.
+        ``local:`` for a blackboard of this program; by default the daemon of this machine.
+    :param interface_dirs: folders with interface definitions, searched first.
+    :raises BadUrlError: if the URL is invalid.
+    :raises BlackBoardError: if no server replies.
     """
     return open_blackboard(url, InterfaceRegistry(map(Path, interface_dirs)), RealClock())

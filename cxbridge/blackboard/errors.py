@@ -1,28 +1,29 @@
-"""The errors of a blackboard, in one tree; the texts are those of Fawkes where it has one.
+"""The tree of a blackboard's errors. Texts are Fawkes', where Fawkes has them.
 
 ::
 
+
     BlackBoardError
-     ├── InvalidNameError         a type, an id or a uid is empty, too long or unusable
-     ├── UnknownTypeError         there is no such interface type
-     ├── WriterActiveError        this interface has another writer
-     ├── VersionMismatchError     the interface is open in another version of its type
-     ├── NoWriterError            a message has no receiver
-     ├── ForeignInstanceError     an instance was not opened here
-     ├── BlackBoardGoneError      the blackboard was shut down
-     ├── InstanceError
-     │    ├── WriteDeniedError    write() on a reader
-     │    │    └── QueueAccessError
-     │    ├── EnqueueDeniedError  a writer sends messages
-     │    ├── InvalidInstanceError
-     │    ├── TimestampError
-     │    └── BufferIndexError
-     └── MessageError
-          ├── InvalidMessageError
-          ├── UnknownMessageTypeError
-          ├── MessageAlreadyQueuedError
-          ├── WrongMessageError
-          └── QueueFullError
+    ├── InvalidNameError         a type, an id or a uid is empty, too long or unusable
+    ├── UnknownTypeError         the interface type does not exist
+    ├── WriterActiveError        the interface has another writer
+    ├── VersionMismatchError     the interface is open in another version of its type
+    ├── NoWriterError            a message has no receiver
+    ├── ForeignInstanceError     an instance belongs to another blackboard
+    ├── BlackBoardGoneError      the blackboard was shut down
+    ├── InstanceError
+    │    ├── WriteDeniedError    write() on a reader
+    │    │    └── QueueAccessError
+    │    ├── EnqueueDeniedError  a writer sends messages
+    │    ├── InvalidInstanceError
+    │    ├── TimestampError
+    │    └── BufferIndexError
+    └── MessageError
+        ├── InvalidMessageError
+        ├── UnknownMessageTypeError
+        ├── MessageAlreadyQueuedError
+        ├── WrongMessageError
+        └── QueueFullError
 """
 
 from __future__ import annotations
@@ -74,14 +75,14 @@ class InvalidNameError(BlackBoardError):
 
 
 class UnknownTypeError(BlackBoardError):
-    """No definition of this interface type is known."""
+    """The interface type has no known definition."""
 
     def __init__(self, interface_type: str, hint: str | None = None) -> None:
         super().__init__(f"Interface of type '{interface_type}' not found. Module file not found.", hint=hint)
 
 
 class WriterActiveError(BlackBoardError):
-    """An interface has one writer at most, and it has one already."""
+    """The interface has another writer."""
 
     def __init__(self, interface_type: str, interface_id: str, owner: str) -> None:
         super().__init__(
@@ -92,7 +93,7 @@ class WriterActiveError(BlackBoardError):
 
 
 class VersionMismatchError(BlackBoardError):
-    """The interface is open in another version of its type: the definitions' hashes differ."""
+    """The interface is open in another version of its type: the hashes of the definitions differ."""
 
     def __init__(self, uid: str, in_memory: bytes, wanted: bytes) -> None:
         super().__init__(
@@ -103,14 +104,14 @@ class VersionMismatchError(BlackBoardError):
 
 
 class NoWriterError(BlackBoardError):
-    """A message has no receiver: the interface is not open for writing."""
+    """A message has no receiver, because the interface has no writer."""
 
     def __init__(self, uid: str) -> None:
         super().__init__(f"No writing instance for interface {uid}")
 
 
 class ForeignInstanceError(BlackBoardError):
-    """The instance was opened on another blackboard."""
+    """The instance belongs to another blackboard."""
 
     def __init__(self, uid: str) -> None:
         super().__init__(f"Interface {uid} was not opened on this blackboard")

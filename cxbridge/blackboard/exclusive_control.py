@@ -1,7 +1,7 @@
-"""Interfaces with exclusive control: which client has it, and the last block of a writer that leaves.
+"""Interfaces with exclusive control: the controller, and the final block of a lost writer.
 
-Readers keep the last block of a writer that is gone. A Skiller that is killed in the middle of a skill would
-show the skill as running, and its controller in control, until the end of all time.
+Readers keep the last block of a lost writer. Without a final block, a killed Skiller would appear to run its
+skill, with its controller in control, forever.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Final
 from cxbridge.interfaces.instance import Interface
 
 CONTROLLER: Final = "exclusive_controller"
-"""The field that shows the writer's exclusive controller: the serial of a reading instance."""
+"""The field with the controller: the serial of a reading instance."""
 
 _STATUS: Final = "status"
 _ERROR: Final = "error"
@@ -20,10 +20,10 @@ _FAILED: Final = "S_FAILED"
 
 
 def name_controller(instance: Interface, serial: str) -> str:
-    """Return the client with exclusive control for people: its owner, if that is known, and its serial.
+    """Return the controller as text: its owner, if known, and its serial.
 
-    :param instance: of the interface.
-    :param serial: the serial that the interface shows; empty: no client has control.
+    :param instance: an instance of the interface.
+    :param serial: the published serial; empty without controller.
     """
     if not serial:
         return "nobody"
@@ -32,13 +32,13 @@ def name_controller(instance: Interface, serial: str) -> str:
 
 
 def write_farewell(writer: Interface, reason: str) -> None:
-    """Write that no client has control, and that the call under way has failed.
+    """Clear the controller and mark a running call as failed.
 
-    A finished call does not change, and neither does an interface without exclusive control.
+    Finished calls and interfaces without exclusive control stay unchanged.
 
-    :param writer: opened for writing.
-    :param reason: why the call has failed, for people.
-    :raises BlackBoardError: when the blackboard cannot be written.
+    :param writer: an instance opened for writing.
+    :param reason: the error text of the call.
+    :raises BlackBoardError: if writing fails.
     """
     schema = writer.SCHEMA
     if schema.field(CONTROLLER) is None:

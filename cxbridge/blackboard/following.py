@@ -1,4 +1,4 @@
-"""Follows interfaces: waits for their events, in the one thread of a command."""
+"""Waiting for events of interfaces in a command's thread."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class InterfaceChange:
 
     :param uid: ``Type::id``.
     :param kind: ``data``, ``writer added`` or ``writer removed``.
-    :param time_us: time stamp of the data, microseconds since the epoch.
-    :param values: the fields' values by name.
+    :param time_us: the data's time stamp, microseconds since the epoch.
+    :param values: the values by field.
     """
 
     uid: str
@@ -35,39 +35,39 @@ class InterfaceChange:
 
 
 class Deadline:
-    """A point in real time, this many seconds away.
+    """A point in real time.
 
-    :param seconds: None: never.
+    :param seconds: the seconds from now; None: never.
     """
 
     def __init__(self, seconds: float | None) -> None:
         self._end_s = None if seconds is None else time.monotonic() + seconds
 
     def remaining_s(self) -> float | None:
-        """Return the seconds until then, 0 when it has passed, None when it never comes."""
+        """Return the remaining seconds, at least 0; None without limit."""
         return None if self._end_s is None else max(0.0, self._end_s - time.monotonic())
 
 
 class Feed(Listener, Observer, Closing):
-    """Events of interfaces, in order. A context manager; closes the instances that it opened.
+    """Events of interfaces, in order. A context manager closes the opened instances.
 
-    :param board: not closed with the feed.
-    :param owner: who opens the interfaces.
+    :param board: the blackboard, which stays open.
+    :param owner: the owner of the instances.
     """
 
     def __init__(self, board: BlackBoard, owner: str) -> None:
         self._board = board
         self._owner = owner
         self._events: queue.SimpleQueue[InterfaceChange | tuple[str, str]] = queue.SimpleQueue()
-        self._lock = threading.Lock()  # of the instances: listeners come from any thread
+        self._lock = threading.Lock()  # guards the instances, because listeners run in any thread
         self._instances: dict[tuple[str, str], Interface] = {}
 
     def open(self, interface_type: str, interface_id: str) -> Interface:
         """Open an interface for reading and follow it.
 
-        Its private copy belongs to the feed: look at the values of its events instead.
+        Use the values of events: the instance's copy belongs to the feed.
 
-        :raises BlackBoardError: when it cannot be opened.
+        :raises BlackBoardError: if the interface cannot be opened.
         """
         known = self._instances.get((interface_type, interface_id))
         if known is not None and known.valid:
@@ -82,25 +82,24 @@ class Feed(Listener, Observer, Closing):
 
     @property
     def opened(self) -> Sequence[Interface]:
-        """The instances that it has open."""
         return tuple(self._instances.values())
 
     def follow(self, type_glob: str, id_glob: str) -> Sequence[Interface]:
-        """Follow all interfaces that match, also those to come; return those that exist.
+        """Follow all present and future interfaces that match; return the present ones.
 
-        :raises BlackBoardError: when one cannot be opened.
+        :raises BlackBoardError: if an interface cannot be opened.
         """
         self._board.register_observer(self, type_glob, id_glob)
         return [self.open(info.type, info.id) for info in self._board.list(type_glob, id_glob)]
 
     def now(self, instance: Interface) -> InterfaceChange:
-        """Return what an interface that was opened here holds now."""
+        """Return the present values of an opened interface."""
         with self._lock:
             instance.read()
             return InterfaceChange(instance.uid, "data", instance.timestamp_us, instance.as_dict())
 
     def next(self, deadline: Deadline) -> InterfaceChange | None:
-        """Wait for an event; None when there was none until the deadline."""
+        """Wait for an event; return None after the deadline."""
         while True:
             try:
                 item = self._events.get(timeout=deadline.remaining_s())
@@ -114,29 +113,23 @@ class Feed(Listener, Observer, Closing):
                     return self.now(instance)
 
     def close(self) -> None:
-        """Close the instances."""
         self._board.unregister_observer(self)
         for instance in self._instances.values():
             if instance.valid:
                 instance.close()
         self._instances.clear()
 
-    # -- from the blackboard, in any thread
-
     def data_refreshed(self, interface: Interface) -> None:
-        """Note new data."""
         self._note(interface, "data")
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
-        """Note that a writer came."""
         self._note(interface, "writer added")
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Note that the writer left."""
         self._note(interface, "writer removed")
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Note an interface, to be opened by the waiting thread."""
+        """Queue an interface, to be opened by the waiting thread."""
         self._events.put((interface_type, interface_id))
 
     def _note(self, interface: Interface, kind: str) -> None:

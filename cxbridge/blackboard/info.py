@@ -1,4 +1,4 @@
-"""The description of an open interface, as blackboards list it."""
+"""The description of an open interface in a blackboard's list."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from msgspec import Struct
 
 
 class InterfaceInfo(Struct, frozen=True):
-    """The description of an open interface by a blackboard.
+    """An open interface.
 
-    :param hash: version of the type, 16 bytes.
-    :param serial: number of the shared memory, unique on its blackboard.
-    :param writer: the writer's owner; empty when there is none.
-    :param readers: the readers' owners, in the order of opening.
-    :param timestamp_us: time stamp of the shared block, microseconds since the epoch; 0 before a write.
+    :param hash: the version of the type, 16 bytes.
+    :param serial: the number of the shared memory on its blackboard.
+    :param writer: the writer's owner; empty without writer.
+    :param readers: the readers' owners in order of opening.
+    :param timestamp_us: the block's time stamp, microseconds since the epoch; 0 before the first write.
     """
 
     type: str
@@ -31,5 +31,4 @@ class InterfaceInfo(Struct, frozen=True):
 
     @property
     def num_readers(self) -> int:
-        """How many have it open for reading."""
         return len(self.readers)

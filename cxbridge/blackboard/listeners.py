@@ -16,18 +16,16 @@ from cxbridge.interfaces.instance import Interface, Message
 
 
 class Observer:
-    """Derive from it to be notified of interfaces that come into being and vanish."""
+    """Base of observers, which are notified of interfaces that are created and destroyed."""
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Handle the opening of an interface's first instance."""
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        """Handle the closing of an interface's last instance; its data are gone."""
+        """Handle the closing of an interface's last instance, with which its data are lost."""
 
 
 class _ObserverRegistration(Struct, eq=False):
-    """An observer and the interfaces that it watches."""
-
     observer: Observer
     type_glob: str
     id_glob: str
@@ -35,9 +33,9 @@ class _ObserverRegistration(Struct, eq=False):
 
 
 class ObserverTable:
-    """The observers of one blackboard; like :class:`ListenerTable`.
+    """The observers of a blackboard.
 
-    :param report: called for observers that fail.
+    :param report: called with the operation and error of a failed observer.
     """
 
     __slots__ = ("_lock", "_report", "_watches")
@@ -48,29 +46,28 @@ class ObserverTable:
         self._watches: tuple[_ObserverRegistration, ...] = ()
 
     def register(self, observer: Observer, type_glob: str, id_glob: str) -> None:
-        """Notify ``observer`` of interfaces that match both patterns."""
+        """Notify ``observer`` of interfaces that match both shell patterns."""
         with self._lock:
             self._watches = (*self._watches, _ObserverRegistration(observer, type_glob, id_glob))
 
     def unregister(self, observer: Observer) -> None:
-        """Stop notifying ``observer``."""
         with self._lock:
             for watch in self._watches:
                 watch.active &= watch.observer is not observer
             self._watches = tuple(watch for watch in self._watches if watch.active)
 
     def created(self, interface_type: str, interface_id: str) -> None:
-        """Deliver that an interface came into being."""
+        """Notify the observers of a new interface."""
         for watch in self._selected(interface_type, interface_id):
             self._deliver(watch, watch.observer.interface_created, interface_type, interface_id)
 
     def destroyed(self, interface_type: str, interface_id: str) -> None:
-        """Deliver that an interface vanished."""
+        """Notify the observers of a destroyed interface."""
         for watch in self._selected(interface_type, interface_id):
             self._deliver(watch, watch.observer.interface_destroyed, interface_type, interface_id)
 
     def _selected(self, interface_type: str, interface_id: str) -> list[_ObserverRegistration]:
-        """One watch an observer, however many of its patterns match."""
+        """Return one registration per observer, even if several of its patterns match."""
         found: dict[int, _ObserverRegistration] = {}
         for watch in self._watches:
             if matches(interface_type, interface_id, watch.type_glob, watch.id_glob):
@@ -86,11 +83,11 @@ class ObserverTable:
 
 
 Report = Callable[[str, Exception], None]
-"""Takes the operation in which a listener failed, and its error."""
+"""Takes the operation in which a listener failed, and the error."""
 
 
 class EventKind(StrEnum):
-    """What can happen on an interface; the value is the name of the listener's method."""
+    """Kinds of events of an interface; the value is the name of the listener's method."""
 
     DATA_REFRESHED = "data_refreshed"
     DATA_CHANGED = "data_changed"
@@ -102,40 +99,39 @@ class EventKind(StrEnum):
 
 
 class Listener:
-    """Derive from it, override the events that you want, and register it for an instance of yours.
+    """Base of listeners, which override the methods of the events that they handle.
 
-    The first argument is always the instance it was registered for; its private copy is what you last read.
+    The first argument is always the instance for which the listener was registered. Its private copy holds
+    the data of the last read.
     """
 
     def data_refreshed(self, interface: Interface) -> None:
-        """Handle a write; called before :meth:`data_changed` of the same write."""
+        """Handle a write; called before `data_changed` of the same write."""
 
     def data_changed(self, interface: Interface) -> None:
-        """Handle a write with changed data."""
+        """Handle a write that changed data."""
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - for heirs
-        """Judge a message that was sent; it is not in the queue yet.
+        """Handle a message before it is queued.
 
-        :returns: whether it goes to the next listener, and finally into the writer's queue.
+        :returns: whether the message goes to the next listener, and finally into the writer's queue.
         """
         return True
 
     def reader_added(self, interface: Interface, serial: UUID) -> None:
-        """Handle the opening of an instance, of this serial, for reading."""
+        """Handle the opening of a reading instance."""
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:
         """Handle the closing of a reading instance."""
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:
-        """Handle the opening of an instance for writing."""
+        """Handle the opening of the writing instance."""
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:
-        """Handle the closing of the writing instance; its data stay."""
+        """Handle the closing of the writing instance; its data remain."""
 
 
 class _Registration(Struct, eq=False):
-    """A listener, for an instance, and its method for one kind of event."""
-
     listener: Listener
     instance: Interface
     call: Callable[..., bool | None]
@@ -143,9 +139,9 @@ class _Registration(Struct, eq=False):
 
 
 def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, ...]:
-    """Return the events whose method the listener's class, or the listener itself, overrides.
+    """Return the kinds of events whose method is overridden in the listener's class or instance.
 
-    :param messages: whether messages may be among them.
+    :param messages: whether to include messages.
     """
     return tuple(
         kind
@@ -156,18 +152,19 @@ def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, 
 
 
 Audience = tuple[_Registration, ...]
-"""Those to notify of an event."""
+"""The registrations to notify of an event."""
 
 DataAudience = tuple[Audience, Audience]
-"""Those to notify of a write, and those to notify of it when data changed."""
+"""The registrations to notify of a write, and those to notify of a changing write."""
 
 
 class ListenerTable:
-    """The listeners of one interface.
+    """The listeners of an interface.
 
-    Tables of entries are replaced, never changed: a delivery goes through the one it began with.
+    The tuples of registrations are replaced, never changed, so a delivery iterates over the tuple with which
+    it began.
 
-    :param report: called for listeners that fail.
+    :param report: called with the operation and error of a failed listener.
     """
 
     __slots__ = ("_entries", "_known", "_lock", "_report", "data_audience", "has_data")
@@ -178,12 +175,13 @@ class ListenerTable:
         self._entries: dict[str, tuple[_Registration, ...]] = {}
         self._known: set[tuple[str, int, int]] = set()  # kind, listener and instance of each entry
         self.has_data = False
-        """Whether anybody wants data events."""
+        """Whether a listener of writes is registered."""
+        # computed at registration, because it is read at each write
         self.data_audience: DataAudience | None = None
-        """The listeners of a write that happens now; None: no listener. Called at each write."""
+        """The listeners of writes, None if there are none."""
 
     def register(self, listener: Listener, instance: Interface, kinds: tuple[EventKind, ...]) -> None:
-        """Notify ``listener`` of events of these kinds on behalf of ``instance``; twice is once."""
+        """Register a listener of an instance; a repeated registration has no effect."""
         with self._lock:
             for kind in kinds:
                 key = (kind, id(listener), id(instance))
@@ -194,7 +192,7 @@ class ListenerTable:
             self._note_data()
 
     def unregister(self, listener: Listener | None, instance: Interface | None) -> bool:
-        """Stop notifying ``listener`` for ``instance``; None stands for any. Return whether it was."""
+        """Remove registrations and return whether there were any; None matches all."""
         found = False
         with self._lock:
             for kind, entries in list(self._entries.items()):
@@ -217,7 +215,7 @@ class ListenerTable:
         self.has_data = self.data_audience is not None
 
     def notify_data(self, audience: DataAudience, changed: bool) -> None:
-        """Announce to those still registered that data were written, then, if so, that they changed."""
+        """Notify the active listeners of a write."""
         refreshed, altered = audience
         if refreshed:
             self.notify_audience(refreshed, EventKind.DATA_REFRESHED)
@@ -225,15 +223,15 @@ class ListenerTable:
             self.notify_audience(altered, EventKind.DATA_CHANGED)
 
     def notify(self, kind: EventKind, *args: UUID) -> None:
-        """Deliver an event to all listeners of its kind, in the order of registration."""
+        """Notify all listeners of an event, in the order of registration."""
         self.notify_audience(self.audience(kind), kind, *args)
 
     def audience(self, kind: EventKind) -> Audience:
-        """Return whom to notify of an event that happens now and is delivered later."""
+        """Return the present registrations for an event that is delivered later."""
         return self._entries.get(kind, ())
 
     def notify_audience(self, audience: Audience, kind: EventKind, *args: UUID) -> None:
-        """Deliver an event to those of an audience who are still registered."""
+        """Notify the active listeners of ``audience``."""
         for entry in audience:
             if entry.active:
                 try:
@@ -242,9 +240,9 @@ class ListenerTable:
                     self._report(f"{kind} of {entry.instance.uid}", error)
 
     def accept(self, message: Message) -> bool:
-        """Ask the message listeners, until one says no, whether ``message`` goes into the queue.
+        """Ask the listeners whether a message is queued; the first refusal decides.
 
-        One that fails has not said no.
+        A listener that fails does not count as a refusal.
         """
         for entry in self._entries.get(EventKind.MESSAGE_RECEIVED, ()):
             if entry.active:
@@ -257,17 +255,17 @@ class ListenerTable:
 
 
 Listen = Callable[[Interface, ListenerTable], None]
-"""Registers listeners of an instance, in the table of its interface."""
+"""Registers listeners of an instance in the table of its interface."""
 
 
 def listening(listener: Listener, *kinds: EventKind) -> Listen:
-    """Return what registers a listener while an instance is being opened, so that it misses nothing.
+    """Return a function that registers a listener while its instance is being opened.
 
-    A listener that is registered afterwards misses earlier events: a message waits in the
-    queue then, and openings and closings are never announced. While the instance is being opened, no variable
-    holds it yet: a listener should use the instance that it is given.
+    A listener that is registered later misses earlier events: messages wait in the queue, and openings and
+    closings are not announced. The listener must use the instance in its arguments, because no variable holds
+    it before opening returns.
 
-    :param kinds: as :meth:`~cxbridge.blackboard.base.BlackBoard.register_listener` has them.
+    :param kinds: as in :meth:`~cxbridge.blackboard.base.BlackBoard.register_listener`.
     """
 
     def listen(instance: Interface, table: ListenerTable) -> None:

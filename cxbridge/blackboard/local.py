@@ -31,13 +31,10 @@ from cxbridge.interfaces.message import OpenedBlock
 
 
 class InterfaceMemory(BoardPort):
-    """One interface on a blackboard in this process; the port of all its instances.
+    """One interface of a local blackboard; the port of all its instances.
 
-    Its lock guards the block and the lists of instances; it is never held while foreign code runs.
+    Its lock guards the block and the lists of instances, and is released before foreign code runs.
 
-    :param board: the blackboard; its bus gets an event for each write.
-    :param interface_class: whose instances it has.
-    :param interface_id: the interface's id.
     :param serial: unique on the blackboard.
     """
 
@@ -51,13 +48,11 @@ class InterfaceMemory(BoardPort):
         self._writer: Interface | None = None
         self._readers: dict[UUID, Interface] = {}
 
-    # -- opening and closing
-
     def attach(self, request: OpenRequest, serial: UUID) -> Interface:
-        """Make an instance and enter it.
+        """Make and register an instance.
 
-        :raises WriterActiveError: when a second writer is wanted.
-        :raises VersionMismatchError: when the class is of another version of the type than this memory.
+        :raises WriterActiveError: if there is a writer already.
+        :raises VersionMismatchError: if the class belongs to another version of the type.
         """
         with self._lock:
             if request.writer and self._writer is not None:
@@ -72,7 +67,7 @@ class InterfaceMemory(BoardPort):
             return instance
 
     def detach(self, instance: Interface) -> bool:
-        """Strike an instance out and make it invalid; return whether it was one of this memory."""
+        """Remove and invalidate an instance; return whether it belonged to this interface."""
         with self._lock:
             if self._writer is instance:
                 self._writer = None
@@ -84,22 +79,21 @@ class InterfaceMemory(BoardPort):
             return True
 
     def has(self, instance: Interface) -> bool:
-        """Return whether ``instance`` is open here."""
         return self._writer is instance or self._readers.get(instance.serial) is instance
 
     @property
     def unused(self) -> bool:
-        """Whether no instance has it open."""
+        """Whether no instance is open."""
         return self._writer is None and not self._readers
 
     def instances(self) -> tuple[Interface, ...]:
-        """Return all instances: readers in the order of opening, then the writer."""
+        """Return the readers in the order of opening, then the writer."""
         with self._lock:
             writer = () if self._writer is None else (self._writer,)
             return (*self._readers.values(), *writer)
 
     def info(self) -> InterfaceInfo:
-        """Return a description of the interface now."""
+        """Return the present description of the interface."""
         with self._lock:
             seconds, microseconds = STAMP.unpack_from(self._data)
             return InterfaceInfo(
@@ -114,43 +108,38 @@ class InterfaceMemory(BoardPort):
             )
 
     def values(self) -> dict[str, Any]:
-        """Return the values of the fields now, by their names."""
+        """Return the present values of the fields by name."""
         with self._lock:
             view = self.interface_class.VIEW.from_buffer_copy(self._data)
         return dict(zip(self.interface_class.ACCESSORS, self.interface_class.READ(view), strict=False))
 
-    # -- the port of the instances
-
     @property
     def version(self) -> int:
-        """How often the block was written."""
+        """The number of writes."""
         return self._version
 
     def versions(self) -> tuple[int, int, int]:
-        """Return the same as :meth:`fetch`; for listeners of a write, during which no other write happens."""
+        """Return the versions as `fetch` does, for listeners of a write."""
+        # no lock: no other write happens while listeners are notified
         return self._version, self._stamped, self._changed
 
     def has_writer(self) -> bool:
-        """Return whether the interface has a writer."""
         return self._writer is not None
 
     def writer_owner(self) -> str:
-        """Return the writer's owner; empty when there is no writer."""
         writer = self._writer
         return "" if writer is None else writer.owner
 
     def reader_owners(self) -> tuple[str, ...]:
-        """Return the readers' owners, in the order of opening."""
         return tuple(reader.owner for reader in tuple(self._readers.values()))
 
     def reader_owner(self, serial: str) -> str:
-        """Return who has opened the reading instance with this serial; empty: there is none."""
+        """Return the owner of the reading instance with this serial, empty if there is none."""
         readers = tuple(self._readers.values())
         return next((reader.owner for reader in readers if str(reader.serial) == serial), "")
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
-        """Copy the block; see :class:`Port`."""
-        self._lock.acquire()  # half the price of a with statement, at each read
+        self._lock.acquire()  # a with statement takes twice as long, and every read passes here
         try:
             into[:] = self._data
             return self._version, self._stamped, self._changed
@@ -158,9 +147,9 @@ class InterfaceMemory(BoardPort):
             self._lock.release()
 
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
-        """Take over the writer's block and notify the listeners; see :class:`Port`.
+        """Take over the writer's block and notify the listeners.
 
-        :raises InvalidInstanceError: when ``writer`` was closed before.
+        :raises InvalidInstanceError: if the writer was closed.
         """
         self._lock.acquire()  # see fetch
         try:
@@ -172,7 +161,8 @@ class InterfaceMemory(BoardPort):
             if changed:
                 self._changed = version
             self._data[:] = block
-            audience = self.listeners.data_audience  # who comes later can read the data, and is not notified
+            # listeners that register later read the data and are not notified
+            audience = self.listeners.data_audience
         finally:
             self._lock.release()
         if self._bus is not None and self._bus.wants(Publication):
@@ -182,14 +172,13 @@ class InterfaceMemory(BoardPort):
         return version
 
     def next_id(self, last: int) -> int:
-        """Return an id that the interface does not show; see :class:`Port`."""
         return self._unshown_id(last, self._data)
 
     def transmit(self, sender: Interface, message: Message) -> None:
-        """Ask the message listeners and put ``message`` into the writer's queue.
+        """Ask the message listeners and append the message to the writer's queue.
 
-        :raises NoWriterError: when there is no writer.
-        :raises QueueFullError: when its queue is bounded and full.
+        :raises NoWriterError: if there is no writer.
+        :raises QueueFullError: if the queue is bounded and full.
         """
         if self._bus is None or not self._bus.wants(InterfaceMessage):
             self._transmit(sender, message)
@@ -202,12 +191,12 @@ class InterfaceMemory(BoardPort):
             emit_message(self._bus, self.now_us(), self.uid, sender.owner, message, outcome)
 
     def _transmit(self, sender: Interface, message: Message) -> None:
-        """Do what :meth:`transmit` says, without emitting to the bus."""
+        """Transmit a message without an event on the bus."""
         writer = self._writer
         if writer is not None:
             if not self.listeners.accept(message):
                 return
-            with self._lock:  # the writer may have been closed while the listeners were asked
+            with self._lock:  # the writer may have been closed while the listeners were called
                 if writer is self._writer:
                     writer.msgq_append(message)
                     return
@@ -217,11 +206,9 @@ class InterfaceMemory(BoardPort):
 class LocalBlackBoard(BlackBoard):
     """Interfaces in the memory of this process, for all its threads.
 
-    :param registry: gives the classes of types that are named by a string.
-    :param clock: gives time stamps.
+    :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines and writes.
-    :param serials: makes the serials of instances, each another one; give one that counts for runs that
-        repeat to the byte.
+    :param serials: makes unique serials for instances; a counting function makes runs reproducible.
     """
 
     def __init__(
@@ -257,7 +244,6 @@ class LocalBlackBoard(BlackBoard):
         return instance
 
     def close(self, instance: Interface) -> None:
-        """Close an instance; see the base class."""
         if not instance.valid:
             return
         key = (instance.type, instance.id)
@@ -279,14 +265,14 @@ class LocalBlackBoard(BlackBoard):
     def _take_leave(self, writer: Interface) -> None:
         """Write the last block of a writer.
 
-        :raises ForeignInstanceError: when the writer is not open on this blackboard.
+        :raises ForeignInstanceError: if the writer is not open on this blackboard.
         """
         self.memory_of(writer)
         with suppress(InvalidInstanceError):  # another thread has closed the writer
             write_farewell(writer, f"{writer.owner} does not write {writer.uid} any more")
 
     def shutdown(self) -> None:
-        """Make all instances invalid and refuse to open more."""
+        """Invalidate all instances and refuse further opening."""
         with self._lock:
             self._gone = True
             for memory in self._memories.values():
@@ -295,7 +281,6 @@ class LocalBlackBoard(BlackBoard):
             self._memories.clear()
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        """Return a description of the interfaces that match; see the base class."""
         with self._lock:
             if is_plain(type_glob) and is_plain(id_glob):
                 found = self._memories.get((type_glob, id_glob))
@@ -305,14 +290,14 @@ class LocalBlackBoard(BlackBoard):
         return [memory.info() for memory in memories if matches(memory.type, memory.id, type_glob, id_glob)]
 
     def memories(self) -> tuple[InterfaceMemory, ...]:
-        """Return the shared memories of all interfaces, in the order in which they were opened first."""
+        """Return the memories of all interfaces in the order of their first opening."""
         with self._lock:
             return tuple(self._memories.values())
 
     def memory_of(self, instance: Interface) -> InterfaceMemory:
-        """Return the shared memory of an instance; for servers of this blackboard.
+        """Return the memory of an instance, for servers of this blackboard.
 
-        :raises ForeignInstanceError: when the instance is not open on this blackboard.
+        :raises ForeignInstanceError: if the instance is not open on this blackboard.
         """
         with self._lock:
             memory = self._memories.get((instance.type, instance.id))
@@ -325,15 +310,15 @@ class LocalBlackBoard(BlackBoard):
 
 
 class LocalTransport(Transport):
-    """Opens a new, empty blackboard in this process, by ``local:``."""
+    """Opens a new, empty blackboard for the URL ``local:``."""
 
     def open(
         self, url: str, registry: Registry, clock: Clock, bus: EventBus | None, **options: Any
     ) -> LocalBlackBoard:
         """Return a new blackboard.
 
-        :param options: those of :class:`LocalBlackBoard`.
-        :raises BlackBoardError: when the URL is more than ``local:``.
+        :param options: arguments of `LocalBlackBoard`.
+        :raises BlackBoardError: if the URL has more than its scheme.
         """
         if url.partition(":")[2].strip("/"):
             raise BadUrlError(f"'{url}' has more than a local blackboard needs", hint="write local:")

@@ -9,10 +9,10 @@ from typing import Final
 from cxbridge.blackboard.errors import InvalidNameError
 
 MAX_TYPE_LENGTH: Final = 48
-"""Bytes that the type of an interface may have, as in Fawkes."""
+"""The maximal length of a type in bytes, as in Fawkes."""
 
 MAX_ID_LENGTH: Final = 64
-"""Bytes (UTF-8) that the id of an interface may have, as in Fawkes."""
+"""The maximal length of an id in UTF-8 bytes, as in Fawkes."""
 
 _TYPE = re.compile(r"[A-Za-z0-9_]+")
 
@@ -21,9 +21,9 @@ _PATTERN_SIGNS = "*?["
 
 
 def check_names(interface_type: str, interface_id: str) -> None:
-    """Refuse a type or an id that no interface can have.
+    """Check a type and an id.
 
-    :raises InvalidNameError: when one is empty, too long, or has a character that no wire carries.
+    :raises InvalidNameError: if one is empty or too long, or the id contains NUL.
     """
     if not interface_type:
         raise InvalidNameError("Interface type may not be empty")
@@ -40,9 +40,9 @@ def check_names(interface_type: str, interface_id: str) -> None:
 
 
 def parse_uid(uid: str) -> tuple[str, str]:
-    """Split ``Type::id`` into type and id; the id may have any character, also ``::``.
+    """Split ``Type::id`` into type and id; the id may contain ``::``.
 
-    :raises InvalidNameError: when it is not of this form, or a part is too long.
+    :raises InvalidNameError: if the form is different, or a part is too long.
     """
     interface_type, separator, interface_id = uid.partition("::")
     if not separator or not interface_id or not _TYPE.fullmatch(interface_type):
@@ -54,12 +54,12 @@ def parse_uid(uid: str) -> tuple[str, str]:
 
 
 def matches(interface_type: str, interface_id: str, type_glob: str, id_glob: str) -> bool:
-    """Return whether shell patterns (``*``, ``?``, ``[]``) for type and id select an interface."""
+    """Return whether the shell patterns for type and id select an interface."""
     return _fits(interface_type, type_glob) and _fits(interface_id, id_glob)
 
 
 def is_plain(glob: str) -> bool:
-    """Return whether a shell pattern is a name: it selects nothing but itself."""
+    """Return whether a shell pattern has no wildcards."""
     return not any(sign in glob for sign in _PATTERN_SIGNS)
 
 

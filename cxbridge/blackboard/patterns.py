@@ -1,4 +1,4 @@
-"""The patterns that select interfaces: shell patterns for type and id, as people write them."""
+"""Shell patterns that select interfaces by type and id."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Pattern:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Read ``TYPE`` or ``TYPE::ID``, both with ``*``, ``?`` and ``[]``.
+        """Parse ``TYPE`` or ``TYPE::ID``.
 
-        :raises InvalidNameError: when a part is empty or too long, or no type can ever match.
+        :raises InvalidNameError: if a part is empty or too long, or cannot match any type.
         """
         type_glob, separator, id_glob = text.partition("::")
         try:
@@ -41,10 +41,10 @@ class Pattern:
         return cls(type_glob, id_glob if separator else "*")
 
     def matches(self, key: tuple[str, str]) -> bool:
-        """Return whether it selects the interface of this type and id."""
+        """Return whether the pattern selects the interface of a type and an id."""
         return matches(*key, self.type_glob, self.id_glob)
 
 
 def escaped(name: str) -> str:
-    """Return a pattern that only this type, or id, matches."""
+    """Return a pattern that matches only ``name``."""
     return re.sub(r"([*?\[])", r"[\1]", name)

@@ -1,5 +1,3 @@
-"""The base of all ports: what an interface has on whichever blackboard its instances were opened."""
-
 from __future__ import annotations
 
 import threading
@@ -13,12 +11,10 @@ from cxbridge.interfaces.message_ids import id_in, id_offset, next_id
 
 
 class BoardPort:
-    """An interface on a blackboard; a transport adds the block and the way to it.
+    """An interface on a blackboard; the transport adds the block and the access to it.
 
-    :param board: the blackboard.
-    :param interface_class: of the first instance.
-    :param interface_id: id of the interface.
-    :param mem_serial: number of the interface on the blackboard.
+    :param interface_class: the class of the first instance.
+    :param mem_serial: the number of the interface on the blackboard.
     """
 
     def __init__(
@@ -44,6 +40,6 @@ class BoardPort:
         """Return the id after ``last`` that the interface does not show in ``block``."""
         return next_id(last) if self._id_at is None else next_id(last, id_in(block, self._id_at))
 
-    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - for those who do not count themselves
-        """Return False: such ids are left out; see :class:`~cxbridge.interfaces.message.Port`."""
+    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - subclasses of Fawkes need it
+        """Return False: the ids that this port gives are never stale."""
         return False

@@ -1,7 +1,4 @@
-"""Emits writes of interfaces, and messages to their writers, on the event bus.
-
-docs/formats.md#events lists the outcomes of messages.
-"""
+"""Emits writes and messages of interfaces on the event bus; outcomes: docs/formats.md#events."""
 
 from __future__ import annotations
 
@@ -25,10 +22,10 @@ def emit_write(
     block: bytes | bytearray,
     values: Callable[[], dict[str, Any]],
 ) -> None:
-    """Emit a write, in the forms that listeners take.
+    """Emit a write in the forms that listeners of the bus take.
 
-    :param hash_: version of the type.
-    :param values: returns the block's values.
+    :param hash_: the version of the type.
+    :param values: returns the values of the block.
     """
     if bus.wants(InterfaceWrite):
         bus.emit(InterfaceWrite(time_us, uid, values()))
@@ -39,12 +36,11 @@ def emit_write(
 def emit_message(
     bus: EventBus | None, time_us: int, uid: str, sender: str, message: Message, outcome: str = ""
 ) -> None:
-    """Emit the fate of a message, if a listener takes it.
+    """Emit the outcome of a message if a listener takes it.
 
-    :param bus: None: there is no bus.
-    :param uid: of the interface that it was sent to.
-    :param sender: owner of the instance that sent it.
-    :param outcome: empty: it was not refused, and itself knows whether it came into a queue.
+    :param uid: the interface that receives the message.
+    :param sender: the owner of the sending instance.
+    :param outcome: empty: ``queued`` or ``handled``, by the state of the message.
     """
     if bus is not None and bus.wants(InterfaceMessage):
         outcome = outcome or (QUEUED if message.enqueued else HANDLED)

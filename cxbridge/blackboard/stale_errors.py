@@ -1,6 +1,7 @@
-"""The error that a Skiller shows for a skill string, if it is not that of the skill string before.
+"""The error of a skill string, distinguished from that of the previous skill string.
 
-A Fawkes that cannot compile a skill string shows S_FAILED, and leaves the error of the skill string before.
+A Fawkes that cannot compile a skill string shows S_FAILED together with the error of the previous skill
+string.
 """
 
 from __future__ import annotations
@@ -11,9 +12,9 @@ from cxbridge.lua_syntax import LuaCompiler
 
 
 class OwnError:
-    """Follows the state of a Skiller, from one write to the next.
+    """Tracks the message ids and errors that a Skiller shows.
 
-    :param msgid: id of the message whose skill string is shown first.
+    :param msgid: the id of the message whose skill string is shown first.
     :param error: the error that is shown first.
     """
 
@@ -23,7 +24,7 @@ class OwnError:
         self._before = ""
 
     def of(self, msgid: int, skill_string: str, error: str, *, failed: bool) -> str:
-        """Return the error of the skill string: the one that is shown, or why Lua cannot compile it.
+        """Return the shown error, or the syntax error if the shown error is the previous one.
 
         :param failed: whether S_FAILED is shown.
         """
@@ -36,7 +37,7 @@ class OwnError:
 
 
 def syntax_error(chunk: str) -> str:
-    """Return why Lua cannot compile a chunk, which is not executed; empty when Lua can."""
+    """Return the error of compiling a Lua chunk, empty if there is none."""
     problem = _compiler().problem(chunk.encode("utf-8", "surrogateescape"))
     return "" if problem is None else f"the skill string is not Lua: {problem[1]}"
 

@@ -1,4 +1,4 @@
-"""A blackboard by its URL: in this process, over ZeroMQ, or a Fawkes'; code that uses it cannot tell."""
+"""Opening of a blackboard by its URL: local, over ZeroMQ, or of a Fawkes."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ TRANSPORTS: Final[Table[type[Transport]]] = Table(
     Row("inproc", _ZMQ),
     Row("fawkes", "cxbridge.blackboard.fawkesnet.transport:FawkesTransport"),
 )
-"""The transports by the schemes of their URLs."""
+"""The transports by URL scheme."""
 
 
 def transport_of(url: str) -> Transport:
     """Return the transport for a URL.
 
-    :raises BadUrlError: when no transport has the URL's scheme.
+    :raises BadUrlError: if no transport has the URL's scheme.
     """
     scheme, colon, _ = url.partition(":")
     row = next((row for row in TRANSPORTS.rows if row.name == scheme.lower()), None)
@@ -50,14 +50,14 @@ def open_blackboard(
 ) -> BlackBoard:
     """Return the blackboard at ``url``, connected.
 
-    :param url: ``local:``, ``tcp://host:port``, ``ipc://path``, ``inproc://name`` or ``fawkes://host:port``;
-        ``?`` and options may follow, as the transport's ``read_query`` has them.
-    :param registry: gives the classes of types that are named by a string.
-    :param clock: gives time stamps.
+    :param url: ``local:``, ``tcp://host:port``, ``ipc://path``, ``inproc://name`` or ``fawkes://host:port``,
+        optionally with the query that the transport's ``read_query`` defines.
+    :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines.
-    :param options: further options of the transport, see e.g. :class:`cxbridge.blackboard.zmq.ZmqBlackBoard`.
-    :raises BadUrlError: when there is no transport of this scheme.
-    :raises BlackBoardError: when the URL is invalid, or no server answers.
+    :param options: further arguments of the blackboard, see e.g.
+        :class:`cxbridge.blackboard.zmq.ZmqBlackBoard`.
+    :raises BadUrlError: if no transport has the scheme.
+    :raises BlackBoardError: if the URL is invalid, or no server answers.
     """
     address, mark, query = url.partition("?")
     transport = transport_of(address)

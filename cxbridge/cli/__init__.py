@@ -1,1 +1,1 @@
-"""The command line: one file a group of commands. A command imports its modules when it runs."""
+"""The command line, one file per command or group. Commands import their modules when they run."""

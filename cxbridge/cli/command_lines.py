@@ -1,4 +1,4 @@
-"""Lines that a user types, or that come from a pipe, one at a time."""
+"""Lines from a terminal or a pipe, read one at a time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MOST_BYTES: Final = 65_536
 class CommandLines:
     """Waits for lines.
 
-    :param stream: where they come from, a file or a terminal; stdin by default.
+    :param stream: a file or terminal; None: stdin.
     """
 
     def __init__(self, stream: TextIO | None = None) -> None:
@@ -26,11 +26,11 @@ class CommandLines:
 
     @property
     def on_terminal(self) -> bool:
-        """Whether a user types them."""
+        """Whether the lines come from a terminal."""
         return self._stream is not None and self._stream.isatty()
 
     def next(self, enough: Callable[[], bool]) -> str | None:
-        """Return the next line without its end; None when no other comes, or it is enough."""
+        """Return the next line without line feed; None at the end of input, or if ``enough`` returns True."""
         while not enough():
             line, end, rest = self._left.partition(b"\n")
             if end or (self._ended and line) or len(line) > _MOST_BYTES:

@@ -1,4 +1,4 @@
-"""The options by which a command gets to a blackboard."""
+"""Options of commands for the connection to a blackboard."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
 
 TIMED_OUT = 3
-"""Exit status when the time is over before the awaited event."""
+"""The exit status if an awaited event does not occur in time."""
 
+# seconds in which a daemon must reply
 ANSWER_S: Final = 30.0
-"""Seconds that a daemon has to answer."""
 
 DEFAULT_URL = DAEMON_URL
 
@@ -35,7 +35,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
     """Open the blackboard at ``url``.
 
-    :raises CxbridgeError: when no server answers, or the URL is invalid.
+    :raises CxbridgeError: if no server answers, or the URL is invalid.
     """
     from cxbridge.blackboard.urls import open_blackboard
     from cxbridge.clock import RealClock
@@ -45,14 +45,14 @@ def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
 
 
 def say_unmatched(board: BlackBoard, globs: Sequence[str]) -> None:
-    """Report on stderr which patterns match no interface yet, and similar names."""
+    """Report on stderr the patterns that match no interface, with similar names."""
     for glob in globs:
         if not list(board.list(*split_glob(glob))):
             say(f"nothing matches {glob} yet{or_similar_interface(board, glob)}", err=True)
 
 
 def or_similar_interface(board: BlackBoard, glob: str) -> str:
-    """Return which interfaces of a blackboard a pattern that matches none probably means; or nothing."""
+    """Return a suggestion for a pattern without matching interfaces, or an empty text."""
     from cxbridge.suggestions import or_similar
 
     uids = [info.uid for info in board.list()]
@@ -62,13 +62,13 @@ def or_similar_interface(board: BlackBoard, glob: str) -> str:
 
 
 def split_glob(text: str) -> tuple[str, str]:
-    """Split ``TYPE::ID``; a missing part is ``*``."""
+    """Split ``TYPE::ID``; a missing part becomes ``*``."""
     type_glob, _, id_glob = text.partition("::")
     return type_glob or "*", id_glob or "*"
 
 
 def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
-    """Have a daemon do something; see :func:`cxbridge.daemon.client.request`."""
+    """Send a request to a daemon; see :func:`cxbridge.daemon.client.request`."""
     from cxbridge.daemon.client import request
 
     with connect(url, None) as board:

@@ -1,8 +1,8 @@
-"""The output of the program: results to stdout, the log to stderr, nothing that a terminal would obey.
+"""The output of the program: results on stdout, the log on stderr, without control sequences.
 
-Nearly all output contains foreign text. :func:`say` prints one line of such text, and so each command does;
-JSON goes out by :func:`say_json`, text of several lines by :func:`say_text`. Below them
-:class:`~cxbridge.printing.VisibleStream` filters the rest, tracebacks included.
+Nearly all output contains foreign text. :func:`say` prints one line of such text, :func:`say_json` prints
+JSON, and :func:`say_text` text of several lines. :class:`~cxbridge.printing.VisibleStream` filters everything
+else, such as tracebacks.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.printing import VisibleStream, indented, one_line, terminal_of, visible
 
+# So often the same line is printed at one moment.
 _MOST_ALIKE: Final = 3
-"""So often the same line is printed at one moment."""
 
+# This many lines of one moment are printed that differ in their numbers only.
 _MOST_SIMILAR: Final = 1000
-"""This many lines of one moment are printed that differ in their numbers only."""
 
 _NUMBER: Final = re.compile(r"\d+")
 
+# Microseconds of the run's clock: less than a loop, so that lines of two loops are not taken together.
 _MOMENT_US: Final = 10_000
-"""Microseconds of the run's clock: less than a loop, so that lines of two loops are not taken together."""
 
+# Different lines of one moment that are remembered.
 _MOST_COUNTED: Final = 10_000
-"""Different lines of one moment that are remembered."""
 
 _COLOURS = {Level.DEBUG: "2", Level.INFO: "0", Level.WARN: "33", Level.ERROR: "31"}
 
 
 def guard_streams() -> None:
-    """Let stdout and stderr take any text, and pass on none that a terminal would obey. Twice is as once."""
+    """Make stdout and stderr accept any text and filter control sequences; further calls do nothing."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):
@@ -47,7 +47,7 @@ def guard_streams() -> None:
 
 
 def say(text: object, *, err: bool = False, flush: bool = False) -> None:
-    """Print a text as one line, whatever it holds."""
+    """Print a text as one line, without control characters."""
     print(one_line(str(text)), file=sys.stderr if err else sys.stdout, flush=flush)
 
 
@@ -57,24 +57,24 @@ def say_text(text: str, *, err: bool = False, end: str = "\n") -> None:
 
 
 def say_json(data: Any, *, indent: int | None = None, flush: bool = False) -> None:
-    """Print a value as JSON; control characters are in it by their numbers."""
+    """Print a value as JSON, with control characters escaped."""
     print(visible(json.dumps(data, indent=indent, ensure_ascii=False)), flush=flush)
 
 
 def complain(text: object) -> None:
-    """Print an error, in lines that can be taken for nothing else."""
+    """Print an error, with its further lines indented."""
     print(f"cxbridge: error: {indented(str(text))}", file=sys.stderr)
 
 
 STDOUT = "stdout"
-"""How errors name it."""
+"""The name of stdout in errors."""
 
 
 class _NamedStdout(io.FileIO):
-    """Stdout as a file: a failed write is an error that names it, as with any file."""
+    """Stdout as a file whose errors contain its name."""
 
     def write(self, data: Any) -> int:
-        """Write; see :class:`io.FileIO`."""
+        """Write data, and name stdout in errors."""
         try:
             return super().write(data)
         except OSError as error:
@@ -83,14 +83,14 @@ class _NamedStdout(io.FileIO):
 
 
 def name_stdout() -> None:
-    """Let errors of stdout name it: otherwise they look like those of a socket."""
+    """Make errors of stdout contain its name, without which they look like those of a socket."""
     out = sys.stdout
     if not isinstance(out, io.TextIOWrapper):
         return
     if not isinstance(getattr(out.buffer, "raw", out.buffer), io.FileIO):
         return
     raw = _NamedStdout(out.fileno(), "w", closefd=False)
-    buffered = isinstance(out.buffer, io.BufferedWriter)  # else PYTHONUNBUFFERED is set
+    buffered = isinstance(out.buffer, io.BufferedWriter)  # unbuffered with PYTHONUNBUFFERED
     sys.stdout = io.TextIOWrapper(
         io.BufferedWriter(raw) if buffered else raw,
         out.encoding,
@@ -101,11 +101,11 @@ def name_stdout() -> None:
 
 
 class ConsoleLog:
-    """Prints log lines to stderr, with colour only on a tty.
+    """Prints log lines to stderr, in colour on a terminal.
 
     :param quiet: errors only.
-    :param verbose: everything; without either, warnings and errors.
-    :param info: general messages, too, unless quiet.
+    :param verbose: all lines; by default warnings and errors.
+    :param info: include general messages, unless quiet.
     """
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False, info: bool = False) -> None:
@@ -122,7 +122,7 @@ class ConsoleLog:
         self._time_us = 0
 
     def __call__(self, event: Event) -> None:
-        """Print a log line, if it is to be shown; the same or a similar one not too often at a moment."""
+        """Print a log line if its level is shown; equal and similar lines at one moment are limited."""
         if not isinstance(event, LogLine) or event.level not in self._shown:
             return
         if (
@@ -142,12 +142,12 @@ class ConsoleLog:
             self._print(*line)
 
     def show_info(self) -> None:
-        """Print lines of the level INFO, too, unless quiet."""
+        """Include lines of the level INFO, unless quiet."""
         if not self._quiet:
             self._shown.add(Level.INFO)
 
     def finish(self) -> None:
-        """Say how many lines were not printed: repeated ones, and those with other numbers."""
+        """Print the numbers of omitted lines, and forget the counts."""
         for (level, component, text), count in self._counts.items():
             if count > _MOST_ALIKE:
                 self._print(level, component, f"{text} ... repeated {count - _MOST_ALIKE:,} times")
@@ -166,9 +166,9 @@ class ConsoleLog:
 
 
 def check_folders(*files: Path | None) -> None:
-    """See that files can be written later on, before long work.
+    """Check that files can be written, before long work.
 
-    :raises CxbridgeError: when the folder of one does not exist, or one is a folder.
+    :raises CxbridgeError: if the folder of one does not exist, or one is a folder.
     """
     for file in files:
         if file is not None and not file.parent.is_dir():
@@ -180,12 +180,12 @@ def check_folders(*files: Path | None) -> None:
 
 
 def local_time(time_us: int) -> str:
-    """Return a time stamp as local time; ``never`` when there was no write."""
+    """Return a time stamp as local time, ``never`` for 0."""
     from datetime import UTC, datetime
 
     if not time_us:
         return "never"
     try:
         return datetime.fromtimestamp(time_us / 1e6, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S.%f")
-    except (ValueError, OverflowError, OSError):  # a writer may stamp as it likes
+    except (ValueError, OverflowError, OSError):  # a writer may set any time stamp
         return f"{time_us} us"

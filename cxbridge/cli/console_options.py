@@ -1,4 +1,4 @@
-"""The options that say how much of the log a command prints."""
+"""Options for the amount of log output."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from cxbridge.cli.console import ConsoleLog
 
 @dataclass(frozen=True, kw_only=True)
 class ConsoleOptions:
-    """How much of the log goes to stderr."""
+    """The amount of log output on stderr."""
 
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False
 
     def log(self, *, info: bool = False) -> ConsoleLog:
-        """Return what prints the log.
+        """Return a printer of log lines.
 
-        :param info: whether it prints, without an option, more than warnings and errors: a service does.
+        :param info: print also general messages by default, as for services.
         """
         return ConsoleLog(quiet=self.quiet, verbose=self.verbose, info=info)

@@ -1,4 +1,4 @@
-"""The table of commands: the modules of a package and the rows of plug-ins, each imported when it is used."""
+"""The table of commands: modules of a package and rows of plug-ins, imported when they are used."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ COMMANDS: Final[Table[Any]] = Table(
 
 
 def top_rows() -> list[Row]:
-    """Return the commands and groups at the top."""
+    """Return the top-level commands and groups."""
     return [row for row in COMMANDS.rows if " " not in row.name]
 
 
 def rows_of_group(group: str, package: ModuleType | None = None) -> list[Row]:
-    """Return the commands of a group: the modules of its package, if it has one, and the rows of plug-ins."""
+    """Return the commands of a group: modules of its package, and rows of plug-ins."""
     prefix = f"{group} "
     rows = [row for row in COMMANDS.rows if row.name.startswith(prefix)]
     own = () if package is None else rows_of_modules(package)
@@ -37,13 +37,11 @@ def rows_of_group(group: str, package: ModuleType | None = None) -> list[Row]:
 
 
 class CommandModules(MutableMapping[str, Any]):
-    """The commands of a table, by name.
+    """The commands of a table by name, imported when they are used.
 
-    A command is imported when it is used: a command does not wait for the imports of other commands.
-
-    :param rows: the commands; a row's object is a function, a group, or a module with the function or group.
+    :param rows: the commands; an object is a function, a group, or a module with either.
     :param order: the names that come first.
-    :param commands: further commands, made already.
+    :param commands: further existing commands.
     """
 
     def __init__(self, rows: Sequence[Row], order: Sequence[str], commands: MutableMapping[str, Any]) -> None:
@@ -53,7 +51,7 @@ class CommandModules(MutableMapping[str, Any]):
         self._names += sorted(self._rows.keys() - {*self._names})
 
     def __getitem__(self, name: str) -> Any:
-        """Return the command of this name; imports its module."""
+        """Return a command, importing its module."""
         if name not in self._made:
             if name not in self._names:
                 raise KeyError(name)
@@ -64,7 +62,7 @@ class CommandModules(MutableMapping[str, Any]):
         loaded = COMMANDS.load(self._rows[name])
         if isinstance(loaded, ModuleType):
             loaded = getattr(loaded, "app", None) or getattr(loaded, name.replace("-", "_"))
-        # a separate group makes of a function the same as typer elsewhere
+        # typer then treats a function as in its other groups
         parent = typer.Typer(add_completion=False, rich_markup_mode=None)
         if isinstance(loaded, typer.Typer):
             parent.add_typer(loaded, name=name)
@@ -73,29 +71,27 @@ class CommandModules(MutableMapping[str, Any]):
         return style(typer.main.get_group(parent).commands[name])
 
     def __setitem__(self, name: str, command: Any) -> None:
-        """Add a command."""
         self._made[name] = command
 
     def __delitem__(self, name: str) -> None:
-        """Remove a command."""
         if name in self._names:
             self._names.remove(name)
         self._made.pop(name, None)
 
     def __iter__(self) -> Iterator[str]:
-        """Iterate over the names, in the order of the help; imports nothing."""
+        """Iterate over the names in the order of the help, without imports."""
         yield from self._names
         yield from (name for name in self._made if name not in self._names)
 
     def __len__(self) -> int:
-        """Return how many commands there are."""
+        """Return the number of commands."""
         return sum(1 for _ in self)
 
 
 def in_sections(rows: Sequence[Row], sections: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """Return the names of commands below the headings of a help; those without a heading come last.
+    """Return the names of commands by heading of the help, those without heading last.
 
-    :param sections: the names that the table itself does not place, in order.
+    :param sections: names by heading, in order; rows of the table may name further headings.
     """
     known = {row.name for row in rows}
     found = {title: [name for name in names if name in known] for title, names in sections.items()}
@@ -112,8 +108,8 @@ def group_of_commands(
     """Return the class of a group with the commands of a table.
 
     :param rows: returns the table's rows.
-    :param sections: the headings of the group's help, and the names of the commands below each, in order;
-        :attr:`~cxbridge.plugins.Row.section` places further commands.
+    :param sections: the names of commands by heading of the help, in order;
+        :attr:`~cxbridge.plugins.Row.section` adds further ones.
     """
 
     # No inner interface of typer: ``cls`` of an app and ``commands`` of a group, which is any mapping, are
@@ -128,7 +124,7 @@ def group_of_commands(
             super().__init__(commands=lazy, **attributes)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:
-            """Write the list of commands, in sections if there are any."""
+            """Write the commands by section."""
             if not sections:
                 super().format_commands(ctx, formatter)
                 return

@@ -1,4 +1,4 @@
-"""The checks of `cxbridge doctor`: each part of an installation is tried."""
+"""The checks of `cxbridge doctor`."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from cxbridge.extras import CORE, PURPOSES, extras, install_command, missing
 from cxbridge.plugins import Plugin, installed_plugins
 from cxbridge.resources import VERSION
 
+# What pyproject.toml depends on; a test compares them.
 _PACKAGES = (
     "clipspy",
     "lupa",
@@ -26,17 +27,16 @@ _PACKAGES = (
     "rich",
     "typer",
 )
-"""What pyproject.toml depends on; a test compares them."""
 
 _OLDEST = (3, 11)
 
 
 @dataclass(frozen=True, slots=True)
 class HealthCheck:
-    """One thing that was looked at.
+    """The result of one check.
 
     :param required: whether a run of the shipped scenario needs it.
-    :param remedy: how to get it.
+    :param remedy: how to install it.
     """
 
     what: str
@@ -46,12 +46,12 @@ class HealthCheck:
     remedy: str = ""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the result as an object for JSON."""
         return asdict(self)
 
 
 def examine() -> list[HealthCheck]:
-    """Look at everything; each thing is tried, not only looked for."""
+    """Run all checks; parts are used, not only searched for."""
     return [
         HealthCheck("cxbridge", fine=True, required=True, detail=VERSION),
         HealthCheck(
@@ -113,10 +113,10 @@ def _plugin(plugin: Plugin) -> HealthCheck:
 
 
 def _try(name: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
-    """Run ``attempt``; its value is the detail, its exception the reason of the failure."""
+    """Call ``attempt``; its value is the detail, its exception the reason of the failure."""
     try:
         return HealthCheck(name, fine=True, required=True, detail=attempt())
-    except Exception as error:  # noqa: BLE001  whatever is wrong, the user shall read it
+    except Exception as error:  # noqa: BLE001 - any error is a finding for the user
         return HealthCheck(name, fine=False, required=True, detail=f"does not work: {error}", remedy=remedy)
 
 
@@ -179,7 +179,7 @@ def _speech() -> HealthCheck:
 
 
 def _speaker() -> list[HealthCheck]:
-    """Look for what plays speech; elsewhere than on Linux the system does."""
+    """Check the audio player on Linux; other systems have one."""
     if platform.system() != "Linux":
         return []
     return [_program("speaker", "aplay", "--speech on is not heard", "apt install alsa-utils")]

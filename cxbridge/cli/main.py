@@ -1,4 +1,4 @@
-"""The program `cxbridge`: its commands, and what becomes of errors."""
+"""The program `cxbridge`: commands and handling of errors."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from cxbridge.printing import indented
 from cxbridge.resources import VERSION
 
 USAGE = 2
-"""Exit status of wrong options and arguments."""
+"""The exit status for wrong options and arguments."""
 
 FAULT = 4
-"""Exit status of what went wrong on the way, and may go well the next time."""
+"""The exit status after a failure that may not recur."""
 
 INTERRUPTED = 130
-"""Exit status after Ctrl-C."""
+"""The exit status after Ctrl-C."""
 
+# Errors of the system that runs out of a resource: no mistake of the user's.
 _EXHAUSTED = frozenset(
     {errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ENOSPC, errno.EIO, errno.ENOBUFS, errno.EAGAIN}
     | ({errno.EDQUOT} if hasattr(errno, "EDQUOT") else set())
 )
-"""Errors of the system that runs out of a resource: no mistake of the user's."""
 
 _UNKNOWN_COMMAND = re.compile(r"No such command '([\w-]+)'")
 _SILENCED = "PacifyFlushWrapper"
 
-# typer comes with click or with a copy of it inside; this is its ClickException either way
+# typer depends on click or contains a copy of it; this is the ClickException of either
 _UsageProblem: type[Exception] = next(
     kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
 )
@@ -69,19 +69,19 @@ def _options(
         False, "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
     ),
 ) -> None:
-    """Take the options that precede a command."""
+    """Take the options before a command."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; exits with the command's status.
+    """Run the command line and exit with the command's status.
 
-    :param arguments: ``sys.argv[1:]`` by default.
+    :param arguments: None: ``sys.argv[1:]``.
     """
     name_stdout()
     guard_streams()
     try:
         status = invoke(arguments)
-    except Exception as error:  # noqa: BLE001 - 1, which Python says then, means something else here
+    except Exception as error:  # noqa: BLE001 - Python's status 1 has another meaning here
         traceback.print_exc()
         say(f"cxbridge: a fault of cxbridge: {type(error).__name__}: {error}", err=True)
         status = FAULT
@@ -89,7 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def invoke(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit status. A user's mistake is one message."""
+    """Run the command line and return its exit status; mistakes of the user have no traceback."""
     try:
         status: object = _call(arguments)
     except BrokenAgentError as error:
@@ -108,19 +108,19 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         say("cxbridge: interrupted", err=True)
         status = INTERRUPTED
     except BrokenPipeError:
-        # the reader of a pipe has seen enough
+        # the reader of a pipe has closed it
         sys.stderr.close()
         status = 0
     except OSError as error:
         status = _system_failed(error)
     except SystemExit as end:
-        # the same, met by the command line's library, which then silences stdout
+        # the same error, caught by the command line's library, which then silences stdout
         status = 0 if type(sys.stdout).__name__ == _SILENCED else end.code
     return status if isinstance(status, int) else 0
 
 
 def _package_hint(error: Exception) -> str:
-    """Return the hint which package has the option or command that is missing; empty when none is known."""
+    """Return a hint to the package with a missing option or command, otherwise empty."""
     name = getattr(error, "option_name", "")
     if not name and (unknown := _UNKNOWN_COMMAND.search(str(getattr(error, "message", "")))):
         name = unknown[1]
@@ -131,7 +131,7 @@ def _package_hint(error: Exception) -> str:
 def _call(arguments: Sequence[str] | None) -> object:
     """Run the command line.
 
-    :raises CxbridgeError: when it needs a missing package of an extra, among other reasons.
+    :raises CxbridgeError: if, among other reasons, a package of an extra is missing.
     """
     try:
         return app(arguments, standalone_mode=False, prog_name="cxbridge")
@@ -140,10 +140,10 @@ def _call(arguments: Sequence[str] | None) -> object:
 
 
 def _system_failed(error: OSError) -> int:
-    """Report the operating system's refusal, and its place; returns the exit status."""
+    """Report an error of the operating system with its place; return the exit status."""
     if error.filename == STDOUT:
         complain(f"cannot write to stdout: {error.strerror or error}")
-        # Python flushes at its end, too, and would complain again
+        # Python flushes stdout at exit, which would fail again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return USAGE
     if error.filename is not None:
@@ -158,7 +158,7 @@ def _system_failed(error: OSError) -> int:
 
 
 def _is_exhausted(error: BaseException | None) -> bool:
-    """Return whether an error comes of something that the system has no more of."""
+    """Return whether an exhausted resource caused an error."""
     while error is not None:
         if getattr(error, "errno", None) in _EXHAUSTED:
             return True

@@ -1,11 +1,9 @@
-"""Groups of options: a dataclass as a command's parameter stands for an option for each of its fields.
+"""Groups of options: a dataclass parameter of a command becomes one option per field.
 
-A field ``Annotated[T, Meta(description=...)]`` is an option of every command that takes the group: the
-description is its help, ``ge`` and ``le`` are its bounds, and the field's name makes the option's. Where the
-command line differs from that, :data:`DECLARED` or a ``typer.Option`` in the annotation says so. Other fields
-are no options. A group that derives from other groups has their options first, those of the first base before
-those of the second. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in
-the singular.
+A field ``Annotated[T, Meta(description=...)]`` is an option with this help text; ``ge`` and ``le`` are its
+bounds, and the field's name makes the option's name. :data:`DECLARED` or a ``typer.Option`` in the annotation
+define exceptions. Other fields are not options. Options of base classes come first, in the order of the
+bases. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in the singular.
 """
 
 from __future__ import annotations
@@ -77,7 +75,7 @@ DECLARED: Final[Mapping[str, Any]] = {
     "ExecutorOptions.settings": {"flags": ("--set",), "metavar": "NAME=VALUE"},
     "ExecutorOptions.interface_dirs": INTERFACE_DIR,
 }
-"""The fields whose parameter is more than name, type and description: keywords of typer, or its parameter.
+"""Fields whose parameters need more than name, type and description: keywords of typer, or its parameter.
 
 ``flags`` are the option's names; ``is_argument`` marks arguments.
 """
@@ -85,13 +83,13 @@ DECLARED: Final[Mapping[str, Any]] = {
 
 @dataclasses.dataclass(frozen=True)
 class Before:
-    """An annotation of an option: the help lists it before that one, which a group brings along."""
+    """Annotates an option that the help lists before another one of a group."""
 
     name: str
 
 
 def option_groups(command: Callable[..., T]) -> Callable[..., T]:
-    """Give a command the options of its parameters that are dataclasses, in their place."""
+    """Replace the dataclass parameters of a command by options."""
     hints = get_type_hints(command, include_extras=True)
     groups = {name: _Group(hint) for name, hint in hints.items() if dataclasses.is_dataclass(hint)}
     parameters: list[Parameter] = []
@@ -135,7 +133,7 @@ class _Group:
         self.parameters += [parameter for added in self._added for parameter in added.parameters]
 
     def take(self, given: dict[str, Any]) -> Any:
-        """Return the group with the values in ``given``, and remove them there."""
+        """Remove the values of the fields from ``given`` and return them as the dataclass."""
         own = self.parameters[: self._own]
         values = {parameter.name: given.pop(parameter.name) for parameter in own}
         taken = {
@@ -147,7 +145,7 @@ class _Group:
 
 
 def _names(group: type) -> Iterator[str]:
-    """Yield the fields of a group: those of its bases from left to right, then its own."""
+    """Yield the fields of the bases from left to right, then the other fields."""
     for base in group.__bases__:
         yield from _names(base)
     if "__dataclass_fields__" in vars(group):
@@ -155,7 +153,7 @@ def _names(group: type) -> Iterator[str]:
 
 
 def _declared(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
-    """Return the hint of a field with typer's parameter in place of the description."""
+    """Return the hint of a field with typer's parameter instead of the description."""
     meta = next((each for each in hint.__metadata__ if isinstance(each, Meta)), None)
     if meta is None:
         return hint
@@ -177,7 +175,7 @@ def _declared(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
 
 
 def _flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
-    """Return the names of an option that are not those that typer makes of the field's name."""
+    """Return the names of an option that typer would name differently."""
     name = field.name.replace("_", "-")
     if kind is bool and field.default is False:
         return (f"--{name}",)
@@ -187,29 +185,30 @@ def _flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
 
 
 def _item(hint: Any) -> Any:
-    """Return T of a hint in which ``tuple[T, ...]`` is; None of another."""
+    """Return T of a hint with ``tuple[T, ...]``, or None."""
     if get_origin(hint) in (Annotated, UnionType):
         return next((item for part in get_args(hint) if (item := _item(part)) is not None), None)
     return get_args(hint)[0] if get_origin(hint) is tuple else None
 
 
 def _as_typer_has_it(hint: Any) -> Any:
-    """Return the hint of a field with a list for a tuple: typer means something else by that."""
+    """Return the hint of a field with a list instead of a tuple."""
+    # for typer, a tuple is an option with several values at once
     item = _item(hint)
     return hint if item is None else Annotated[GenericAlias(list, (item,)) | None, *hint.__metadata__]
 
 
 def _default(field: dataclasses.Field[Any]) -> Any:
-    """Return the default of a field's option: an empty tuple is an option that is not given."""
+    """Return the default of a field's option; an empty tuple means that the option is missing."""
     if field.default is dataclasses.MISSING:
         return Parameter.empty
     return None if field.default == () else field.default
 
 
 def _in_order(parameters: list[Parameter]) -> list[Parameter]:
-    """Return the parameters, with those that want to precede another one there.
+    """Return the parameters ordered by their `Before` annotations.
 
-    :raises ValueError: when there is no such other one.
+    :raises ValueError: if an annotation names an unknown parameter.
     """
     ordered = [parameter for parameter in parameters if _place(parameter) is None]
     for parameter in parameters:
@@ -222,6 +221,6 @@ def _in_order(parameters: list[Parameter]) -> list[Parameter]:
 
 
 def _place(parameter: Parameter) -> str | None:
-    """Return the parameter before which this one wants to stand."""
+    """Return the parameter before which a parameter is to be listed, or None."""
     notes = getattr(parameter.annotation, "__metadata__", ())
     return next((note.name for note in notes if isinstance(note, Before)), None)

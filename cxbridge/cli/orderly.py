@@ -1,4 +1,4 @@
-"""Commands that a signal ends in order, from their first line to their last."""
+"""Commands that signals end in order."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _T = TypeVar("_T")
 
 
 def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
-    """Let a command note SIGINT, SIGTERM and SIGHUP from before its imports until it has cleaned up.
+    """Make a command handle SIGINT, SIGTERM and SIGHUP from before its imports until its end.
 
-    Its child processes take the signals over; see :class:`cxbridge.process.interrupt.Interrupt`.
+    Its child processes take over the handling, see :class:`cxbridge.process.interrupt.Interrupt`.
 
-    :param service: whether it serves clients until a signal stops it.
+    :param service: whether the command serves clients until a signal stops it.
     """
 
     def decorate(command: Callable[_P, _T]) -> Callable[_P, _T]:
@@ -42,10 +42,10 @@ if TYPE_CHECKING:
 
 @contextmanager
 def in_words_of_check(options: RunOptions) -> Iterator[None]:
-    """Add the findings of explainers to a :class:`BrokenAgentError`: the wrong word, the likely right one.
+    """Add the findings of explainers, the wrong and the likely right word, to a :class:`BrokenAgentError`.
 
     :param options: of the run.
-    :raises BrokenAgentError: when one was raised.
+    :raises BrokenAgentError: if one was raised.
     """
     try:
         yield

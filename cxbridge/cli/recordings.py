@@ -22,7 +22,7 @@ RunPath = Annotated[
 
 
 def definitions(interface_dir: list[Path] | None) -> InterfaceRegistry | None:
-    """Return who knows the types of interfaces, None when it is as ever."""
+    """Return a registry of the given folders, or None for the default."""
     if not interface_dir:
         return None
     from cxbridge.interfaces.registry import InterfaceRegistry
@@ -31,6 +31,6 @@ def definitions(interface_dir: list[Path] | None) -> InterfaceRegistry | None:
 
 
 def print_notes(notes: list[str], file: Path) -> None:
-    """Print on stderr the warnings about a file that could be read nevertheless."""
+    """Print the warnings about a readable file to stderr."""
     for note in notes:
         say(f"{file}: {note}", err=True)

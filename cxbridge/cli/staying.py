@@ -1,4 +1,4 @@
-"""Servers that keep running after the end of a run until the user ends them."""
+"""Servers that run after the end of a run until the user ends them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def has_pressed_enter() -> bool:
-    """Return whether a user at the terminal has pressed Enter; False for a script."""
+    """Return whether a user at the terminal has pressed Enter."""
     if not sys.stdin.isatty():
         return False
     ready, _, _ = select.select([sys.stdin], [], [], 0)
@@ -23,7 +23,7 @@ def has_pressed_enter() -> bool:
 
 
 def stay_after(show: Callable[[RunResult], None]) -> Stay:
-    """Return a function that shows the result of a run and says how the user ends its servers."""
+    """Return a function that shows the result of a run and how the user ends its servers."""
 
     def stay(result: RunResult, servers: Sequence[RunServer]) -> Callable[[], bool]:
         show(result)

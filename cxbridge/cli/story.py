@@ -1,4 +1,4 @@
-"""The story of a run as it goes: goals as they end, and what went wrong; then the tree and one line."""
+"""The output of a run: a line per ended goal, then the goal tree and the result."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
 
 _WORD: Final = max(len(outcome.word) for outcome in OutcomeKind)
+# shorter times are omitted
 _SHORT_S: Final = 0.05
-"""A shorter time is not worth a word."""
 
+# The characters of a reason that are shown even on a narrow terminal.
 _LEAST_REASON: Final = 24
-"""Characters of a reason that are shown on the narrowest terminal."""
 
+# The start of the lines of a Lua error that are only logged; an interface may have truncated it.
 _STACK: Final = "stack traceback:"
-"""How the lines of an error of Lua begin that are in the log only; an interface may have cut them off."""
 
+# The start of error messages of CLIPS.
 _OF_CLIPS: Final = re.compile(r"\[[A-Z]+\d+\] ")
-"""How CLIPS begins its own messages of errors."""
 
 
 def _without_stack(why: str) -> str:
@@ -44,10 +44,10 @@ def _without_stack(why: str) -> str:
 
 
 class RunLog(ConsoleLog):
-    """Prints the log lines that are about the run itself; what rules print only with ``verbose``.
+    """Prints the log lines of the run itself, and output of rules only with ``verbose``.
 
     :param quiet: errors only.
-    :param verbose: everything.
+    :param verbose: all lines.
     """
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
@@ -57,9 +57,9 @@ class RunLog(ConsoleLog):
         self._goes_on = False
 
     def attach(self, assembly: Run) -> None:
-        """Separate what an agent's rules print from all else that is logged for their environment.
+        """Separate the output of an agent's rules from the other log lines of its environment.
 
-        Without goals there is nothing else to follow: then it is printed, too.
+        An agent without goals has no other output, so its rules' output is printed.
         """
         if not assembly.executive.knows_goals:
             self.show_info()
@@ -76,7 +76,7 @@ class RunLog(ConsoleLog):
         before = output.redirect(print_line)
 
     def __call__(self, event: Event) -> None:
-        """Print a log line, if it is to be shown."""
+        """Print a log line if it is to be shown."""
         if (
             self._verbose
             or self._printing != threading.get_ident()
@@ -85,7 +85,7 @@ class RunLog(ConsoleLog):
             super().__call__(event)
 
     def _is_of_clips(self, line: LogLine) -> bool:
-        """Whether CLIPS itself reports an error; the rest of such a report is indented."""
+        """Return whether a line belongs to an error report of CLIPS, whose further lines are indented."""
         self._goes_on = line.level is Level.ERROR and (
             _OF_CLIPS.match(line.text) is not None or (self._goes_on and line.text.startswith("  "))
         )
@@ -93,9 +93,9 @@ class RunLog(ConsoleLog):
 
 
 class RunStory:
-    """Prints a line for each goal that ends, and finally the result.
+    """Prints a line per ended goal, and finally the result.
 
-    :param quiet: print the result only.
+    :param quiet: print only the result.
     """
 
     def __init__(self, *, quiet: bool = False) -> None:
@@ -106,24 +106,25 @@ class RunStory:
         self._failed: OSError | None = None
 
     def attach(self, assembly: Run) -> None:
-        """Follow the goals of an agent, that is made and not started."""
+        """Follow the goals of an assembled agent before its start."""
         self._agents += 1
         if not self._quiet:
             assembly.bus.subscribe(_GoalFollower(assembly, self).take, *BRIEF_TYPES)
             assembly.loop.add(Hook.POST_LOOP, self._check)
 
     def _check(self) -> None:
-        """Raise what stdout has refused: goals end within a call of CLIPS, which no exception may leave."""
+        """Raise an error that stdout has caused."""
+        # goals end within a call of CLIPS, which exceptions must not leave
         if self._failed is not None:
             raise self._failed
 
     def print_goal(
         self, agent: str, seconds: float, goal: GoalTransition, took_s: float | None, why: str
     ) -> None:
-        """Print how a goal ended.
+        """Print the end of a goal.
 
-        :param seconds: since the run began.
-        :param took_s: since the goal was selected; None: it was not.
+        :param seconds: since the start of the run.
+        :param took_s: since the selection of the goal; None: it was not selected.
         """
         outcome = goal_outcome(goal.mode, goal.outcome)
         took = "" if took_s is None or took_s < _SHORT_S else f" in {took_s:.1f} s"
@@ -155,7 +156,7 @@ class RunStory:
         out.flush()
 
     def finish(self, result: RunResult) -> None:
-        """Print the tree of goals, and how the run ended."""
+        """Print the goal tree and the result of the run."""
         self._check()
         for line in self._result_lines(result):
             self._print(line)
@@ -197,20 +198,21 @@ class _GoalFollower:
             yield slots
 
     def take(self, event: Event) -> None:
-        """Take a transition; print a goal that ends."""
+        """Process a transition and print an ended goal."""
         self._reasons.take(event)
         if not isinstance(event, GoalTransition):
             return
         if event.mode in ENDED_MODES:
             self._end(event)
-        elif event.mode == "FORMULATED":  # perhaps again
+        elif event.mode == "FORMULATED":  # perhaps once more
             self._selected_us.pop(event.goal, None)
             self._printed.pop(event.goal, None)
         elif event.mode == "SELECTED":
             self._selected_us[event.goal] = event.time_us
 
     def _end(self, goal: GoalTransition) -> None:
-        """Report that a goal has ended, once: it may skip FINISHED."""
+        """Report the end of a goal once."""
+        # FINISHED may be skipped, so any of the modes after it counts
         if self._printed.get(goal.goal) == goal.outcome:
             return
         self._printed[goal.goal] = goal.outcome
@@ -232,10 +234,10 @@ _CODES: Final[Mapping[str, str]] = {
 
 
 def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bool:
-    """Whether text for a stream is to have colours.
+    """Return whether text for a stream is to be coloured.
 
-    ``FORCE_COLOR`` asks for them anywhere, ``NO_COLOR`` for none; without either, terminals have them.
-    ``FORCE_COLOR=0`` is as ``NO_COLOR``. An empty variable is as none: see https://no-color.org.
+    ``FORCE_COLOR`` enables colours, ``NO_COLOR`` or ``FORCE_COLOR=0`` disables them; by default terminals
+    have them. Empty variables are ignored, see https://no-color.org.
     """
     if environ.get("NO_COLOR") or environ.get("FORCE_COLOR") == "0":
         return False
@@ -243,14 +245,14 @@ def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bo
 
 
 def painted(text: str, colour: str) -> str:
-    """Return a text in a colour, or dim, or bold; unchanged when ``colour`` is empty."""
+    """Return a text in a colour, dim or bold; unchanged if ``colour`` is empty."""
     return f"\x1b[{_CODES[colour]}m{text}\x1b[0m" if colour and text else text
 
 
 class Brush:
-    """Paints text for one stream, or does not change it.
+    """Colours text for one stream, or leaves it unchanged.
 
-    :param on: whether there are colours, and icons with them.
+    :param on: whether to use colours and icons.
     """
 
     def __init__(self, *, on: bool) -> None:

@@ -1,4 +1,4 @@
-"""One style for the help of all commands; options that go with and without a value."""
+"""A common style for the help of all commands; options with an optional value."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any, Final
 from typer.core import TyperCommand
 
 EXAMPLE: Final = "\n\nExample: "
-"""What begins the last paragraph of a command's docstring."""
+"""The start of the last paragraph of a command's docstring."""
 
+# Preserves the line breaks of a paragraph of a help text.
 _UNMARKED: Final = "\b"
-"""Keeps the line breaks of a paragraph of a help text."""
 
 _DIRECTORY: Final = re.compile(r"(?:dir|bblog|clients|checkout|ros2cx)s?$")
 _SECONDS: Final = re.compile(r"(?:timeout|duration|hold|seconds)$")
@@ -36,14 +36,13 @@ _NAMES: Final = {
 
 
 class StyledCommand(TyperCommand):
-    """A command: its options with a metavar like ``[PORT]`` may go without a value, which is then empty.
+    """A command in which options with a metavar like ``[PORT]`` have an optional value.
 
     The next word is the value only if it is a number. ``parse_args`` is of the interface that click documents
     for commands; its own ``flag_value``, which typer does not have, takes any next word, e.g. a scenario.
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments."""
         optional = [
             name
             for parameter in self.params
@@ -67,7 +66,7 @@ def _filled(arguments: Sequence[str], options: Sequence[str]) -> list[str]:
 
 
 def style(command: Any) -> Any:
-    """Give the help of a command, and of those below it, the style of all; returns the command."""
+    """Give the help of a command and its subcommands the common style; return the command."""
     text, mark, example = (command.help or "").partition(EXAMPLE)
     if mark:
         command.help = text
@@ -89,7 +88,7 @@ def _style_parameter(parameter: Any) -> None:
 
 
 def _sentence(text: str, values: Sequence[str]) -> str:
-    """Return a text as a sentence; a value of the command line at its begin keeps its case."""
+    """Return a text as a sentence; a leading value of the command line keeps its case."""
     first = text.split(maxsplit=1)[0]
     if first.isalpha() and first.islower() and first not in values:
         text = text[0].upper() + text[1:]
@@ -97,7 +96,7 @@ def _sentence(text: str, values: Sequence[str]) -> str:
 
 
 def _metavar(parameter: Any) -> str:
-    """Return what stands for a parameter's value."""
+    """Return the metavar of a parameter."""
     name = parameter.name
     if parameter.param_type_name == "argument":
         return str(name).upper().replace("_", "-")

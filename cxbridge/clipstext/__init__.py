@@ -1,5 +1,5 @@
-"""Reading and printing CLIPS text: source files, printed facts, values. It needs no CLIPS.
+"""Parsing and printing of CLIPS text: source files, printed facts, values. It needs no CLIPS.
 
-:mod:`.syntax` reads what people write, :mod:`.facts` reads what CLIPS prints (in which strings are not
-escaped), and :mod:`.values` has the values of both, with their one printer.
+:mod:`.syntax` parses source text, :mod:`.facts` parses printed facts, in which strings are not escaped, and
+:mod:`.values` has the values of both and their printer.
 """

@@ -14,13 +14,13 @@ from cxbridge.clipstext.syntax import SyntaxNode, literal, one_line
 
 _VARIABLE = re.compile(r"\$?\?([A-Za-z_][^\s:]*)(?::.*)?\Z")
 OBJECT = "object"
-"""How patterns of instances begin."""
+"""The head of patterns of instances."""
 
 _GLOBAL = re.compile(r"\?\*.+\*\Z")
 
 
 def variables(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
-    """Return the names of the local variables in some nodes, e.g. ``x`` for ``?x`` and ``$?x``."""
+    """Return the names of the local variables in nodes, e.g. ``x`` for ``?x`` and ``$?x``."""
     found = (_VARIABLE.match(node.text) for top in nodes for node in top.walk() if node.items is None)
     return frozenset(match[1] for match in found if match)
 
@@ -29,9 +29,9 @@ def variables(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
 class FieldConstraint:
     """The constraint of one field of a pattern.
 
-    :param binder: the variable it binds or repeats, as written (``?x``, ``$?x``); ``?``, ``$?`` or empty.
-    :param alternatives: the parts that ``|`` joins, each the terms that ``&`` joins: nodes of a term.
-    :param text: the source text, on one line.
+    :param binder: the bound or repeated variable as written (``?x``, ``$?x``), or ``?``, ``$?`` or empty.
+    :param alternatives: the parts joined by ``|``, each with the terms joined by ``&``, which are nodes.
+    :param text: the source text on one line.
     """
 
     binder: str
@@ -40,32 +40,32 @@ class FieldConstraint:
 
     @property
     def name(self) -> str:
-        """The name of the variable that it binds or repeats, empty when there is none."""
+        """The name of the bound or repeated variable, or empty."""
         match = _VARIABLE.match(self.binder)
         return match[1] if match else ""
 
     @property
     def wildcard(self) -> str:
-        """What stands for any value (or values) in its place."""
+        """The wildcard for the field: one value or several."""
         return "$?" if self.binder.startswith("$") else "?"
 
     @property
     def words(self) -> frozenset[str] | None:
-        """The words that it allows; None when these are not all that can be seen."""
+        """The words that the field allows; None if it allows more than words."""
         terms = [each[0] for each in self.alternatives if len(each) == 1 and len(each[0]) == 1]
         found = [literal(term[0]) for term in terms]
         return frozenset(found) if found and all(found) and len(found) == len(self.alternatives) else None
 
     @property
     def used(self) -> frozenset[str]:
-        """The variables of its terms, without the binder."""
+        """The variables of the terms, without the binder."""
         return frozenset().union(*(variables(term) for terms in self.alternatives for term in terms))
 
     def loosened(self, known: frozenset[str], *, bind: bool) -> str:
-        """Return its text with those terms only whose variables are all known.
+        """Return the text with only those terms whose variables are known.
 
-        :param known: variables that have a value here.
-        :param bind: whether the binder stays.
+        :param known: variables with a value.
+        :param bind: whether to keep the binder.
         """
         head = self.binder if bind and self.name else self.wildcard
         kept = [
@@ -80,9 +80,9 @@ class FieldConstraint:
 
 @dataclass(frozen=True, slots=True)
 class SlotConstraint:
-    """The constraints of a pattern on one slot, or on one field of an ordered fact.
+    """The constraints of a slot, or of a field of an ordered fact.
 
-    :param slot: the slot; empty for an ordered fact.
+    :param slot: empty for an ordered fact.
     :param position: of the field of an ordered fact, from 0; 0 for a slot.
     """
 
@@ -92,40 +92,40 @@ class SlotConstraint:
 
     @property
     def label(self) -> str:
-        """Its name: ``mode``, ``field 2``."""
+        """The name for users: ``mode``, ``field 2``."""
         return self.slot or f"field {self.position + 1}"
 
     @property
     def text(self) -> str:
-        """Its constraint, on one line."""
+        """The constraint on one line."""
         return " ".join(field.text for field in self.fields)
 
     @property
     def words(self) -> frozenset[str] | None:
-        """The words that its one field allows; None when these are not all that can be seen."""
+        """The words that a single field allows; None if it allows more than words, or there are several."""
         return self.fields[0].words if len(self.fields) == 1 else None
 
     @property
     def binds(self) -> frozenset[str]:
-        """The variables that appear as the first of a field."""
+        """The variables at the starts of fields."""
         return frozenset(field.name for field in self.fields if field.name)
 
     @property
     def used(self) -> frozenset[str]:
-        """The variables that its tests need."""
+        """The variables in the tests."""
         return frozenset().union(*(field.used for field in self.fields))
 
     def is_open(self, known: frozenset[str]) -> bool:
-        """Whether any value will do.
+        """Return whether any value satisfies the constraints.
 
-        :param known: the variables that have a value before it.
+        :param known: the variables with an earlier value.
         """
         return all(field.binder and not field.alternatives for field in self.fields) and not (
             self.binds & known or len(self.binds) < sum(bool(field.name) for field in self.fields)
         )
 
     def write(self, fields: list[str]) -> str:
-        """Return the text of the part with these constraints in place of the present ones."""
+        """Return the text with other constraints."""
         return f"({self.slot} {' '.join(fields)})" if self.slot else " ".join(fields)
 
 
@@ -133,7 +133,7 @@ class PatternCE(Struct, frozen=True, dict=True):
     """A pattern CE.
 
     :param node: the pattern in the source text.
-    :param variable: the variable that the fact is bound to, without its ``?``; empty for none.
+    :param variable: the variable of the fact without ``?``, or empty.
     """
 
     node: SyntaxNode
@@ -141,24 +141,24 @@ class PatternCE(Struct, frozen=True, dict=True):
 
     @property
     def template(self) -> str:
-        """The name behind its parenthesis; ``object`` for a pattern of instances."""
+        """The name of the deftemplate; ``object`` for a pattern of instances."""
         return self.node.head
 
     @cached_property
     def text(self) -> str:
-        """The CE, on one line."""
+        """The CE on one line."""
         text = one_line(self.node.text)
         return f"?{self.variable} <- {text}" if self.variable else text
 
     @cached_property
     def is_ordered(self) -> bool:
-        """Whether it has fields, and no slots; a pattern with nothing in it may be either."""
+        """Whether the pattern has fields instead of slots; an empty pattern counts as ordered."""
         rest = self.node.arguments
         return not rest or any(item.items is None for item in rest)
 
     @cached_property
     def parts(self) -> tuple[SlotConstraint, ...]:
-        """The constraints on each slot, or each field of an ordered fact."""
+        """The constraints of each slot, or of each field of an ordered fact."""
         rest = self.node.arguments
         if self.is_ordered:
             return tuple(SlotConstraint("", place, (each,)) for place, each in enumerate(fields_of(rest)))
@@ -166,25 +166,25 @@ class PatternCE(Struct, frozen=True, dict=True):
 
     @property
     def slots(self) -> dict[str, frozenset[str]]:
-        """The words that it allows in slots, of those that it limits to words."""
+        """The allowed words by slot, for slots restricted to words."""
         return {part.slot: words for part in self.parts if part.slot and (words := part.words) is not None}
 
     @property
     def count(self) -> tuple[int, float]:
-        """The least and the greatest number of fields that it takes, when it is ordered."""
+        """The minimum and maximum number of fields of an ordered pattern."""
         several = sum(part.fields[0].binder.startswith("$") for part in self.parts)
         least = len(self.parts) - several
         return least, inf if several else least
 
     @property
     def binds(self) -> frozenset[str]:
-        """The variables that appear as the first of a field."""
+        """The variables at the starts of fields."""
         return frozenset().union(*(part.binds for part in self.parts))
 
     def tested(self, known: frozenset[str]) -> list[SlotConstraint]:
-        """Return the parts for which not any value will do.
+        """Return the parts that not every value satisfies.
 
-        :param known: the variables that have a value before the pattern.
+        :param known: the variables with a value before the pattern.
         """
         parts = []
         for part in self.parts:
@@ -194,13 +194,13 @@ class PatternCE(Struct, frozen=True, dict=True):
         return parts
 
     def bare(self) -> str:
-        """Return its text without the variable of the fact."""
+        """Return the text without the variable of the fact."""
         return self.text.split("<-", 1)[1].strip() if self.variable else self.text
 
     def alone(self, foreign: frozenset[str]) -> str:
-        """Return the pattern without the constraints that earlier CEs repeat.
+        """Return the pattern without constraints on variables of earlier CEs.
 
-        :param foreign: the variables that these bind.
+        :param foreign: the variables that earlier CEs bind.
         """
         known: set[str] = set()
         texts = []
@@ -215,9 +215,9 @@ class PatternCE(Struct, frozen=True, dict=True):
         return f"({' '.join([self.template, *texts])})"
 
     def only(self, wanted: SlotConstraint, foreign: frozenset[str]) -> str:
-        """Return the pattern with the constraint of one part, and of those before it what that one needs.
+        """Return the pattern with only one part and the bindings that it needs.
 
-        :param foreign: the variables that the CEs before it bind.
+        :param foreign: the variables that earlier CEs bind.
         """
         needed = (wanted.used | wanted.binds) - foreign
         texts = []
@@ -241,20 +241,20 @@ class TestCE(Struct, frozen=True, dict=True):
 
     @cached_property
     def text(self) -> str:
-        """The CE, on one line."""
+        """The CE on one line."""
         return one_line(self.node.text)
 
     @cached_property
     def used(self) -> frozenset[str]:
-        """The variables in it."""
+        """The variables in the test."""
         return variables(self.node.arguments)
 
 
 class GroupCE(Struct, frozen=True, dict=True):
     """CEs in one of ``and or not exists forall``.
 
-    :param kind: which.
-    :param nodes: its nodes in the source text.
+    :param kind: the group.
+    :param nodes: the nodes in the source text.
     """
 
     kind: str
@@ -263,7 +263,7 @@ class GroupCE(Struct, frozen=True, dict=True):
 
     @cached_property
     def text(self) -> str:
-        """The CE, on one line."""
+        """The CE on one line."""
         return one_line(" ".join(node.text for node in self.nodes))
 
 
@@ -272,7 +272,7 @@ CE = PatternCE | TestCE | GroupCE
 
 
 def patterns(ces: Sequence[CE]) -> Iterator[PatternCE]:
-    """Yield all patterns, those within groups, too."""
+    """Yield all patterns, including those within groups."""
     for ce in ces:
         if isinstance(ce, PatternCE):
             yield ce
@@ -281,7 +281,7 @@ def patterns(ces: Sequence[CE]) -> Iterator[PatternCE]:
 
 
 def needed(ces: Sequence[CE]) -> Iterator[PatternCE]:
-    """Yield the patterns that must match a fact: none below ``not``, ``or``, ``forall``."""
+    """Yield the patterns that must match a fact, which are not within ``not``, ``or`` or ``forall``."""
     for ce in ces:
         if isinstance(ce, PatternCE):
             yield ce
@@ -290,19 +290,19 @@ def needed(ces: Sequence[CE]) -> Iterator[PatternCE]:
 
 
 def sides(rule: SyntaxNode) -> tuple[Sequence[SyntaxNode], Sequence[SyntaxNode]]:
-    """Return the nodes of a rule before its arrow, without its name, and those behind it."""
+    """Return the nodes of a rule before its arrow, without its name, and those after it."""
     items = rule.arguments[1:]
     arrow = next((place for place, item in enumerate(items) if item.text == "=>"), len(items))
     return items[:arrow], items[arrow + 1 :]
 
 
 def condition_of(rule: SyntaxNode) -> tuple[CE, ...]:
-    """Return the CEs of a rule, those before its arrow; none of another construct."""
+    """Return the CEs of a rule, empty for other constructs."""
     return tuple(elements(sides(rule)[0])) if rule.head == "defrule" else ()
 
 
 def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
-    """Yield the CEs of a list; ``and`` and ``logical`` are gone, ``declare`` is none."""
+    """Yield the CEs of a list, without ``declare`` and with ``and`` and ``logical`` flattened."""
     for nodes in _joined_bindings(items):
         node = nodes[-1]
         if node.items is None or node.head == "declare":
@@ -322,11 +322,11 @@ def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
 
 
 def _joined_bindings(items: Sequence[SyntaxNode]) -> Iterator[Sequence[SyntaxNode]]:
-    """Yield the elements of a list of CEs; ``?f <- (...)`` is one."""
+    """Yield the elements of a list of CEs, with ``?f <- (...)`` as one."""
     place = 0
     while place < len(items):
         binding = items[place : place + 3]
-        binds = len(binding) == 3 and binding[1].text == "<-"  # noqa: PLR2004  variable, arrow, pattern
+        binds = len(binding) == 3 and binding[1].text == "<-"  # noqa: PLR2004 - variable, arrow, pattern
         length = 3 if binds and binding[0].items is None and binding[2].items is not None else 1
         yield items[place : place + length]
         place += length
@@ -339,7 +339,7 @@ def _branch(nodes: Sequence[SyntaxNode]) -> CE:
 
 
 def fields_of(nodes: tuple[SyntaxNode, ...]) -> Iterator[FieldConstraint]:
-    """Yield the fields of a slot or an ordered pattern: ``& | ~ : =`` tie nodes together."""
+    """Yield the fields of a slot or an ordered pattern; ``& | ~ : =`` connect nodes."""
     group: list[SyntaxNode] = []
     tied = True
     for node in nodes:

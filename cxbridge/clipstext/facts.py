@@ -1,13 +1,13 @@
-"""Reads and writes facts as CLIPS prints them: deftemplate, slots, values.
+"""Parsing and printing of facts in the form of CLIPS: deftemplate, slots, values.
 
-CLIPS 6.30 prints the strings of a fact in quotes and escapes nothing within them::
+CLIPS 6.30 prints strings within facts in quotes without escaping::
 
     (SkillerInterface (id "Skiller") (skill_string "say{text="Good bye", wait=true}") (msgid 3))
 
-so a quote may end a string or belong to it. Of the deftemplates that transitions are made of we know the
-slots: a slot ends where the next known slot begins, and the text between must have the form of a value. Of
-other deftemplates: a quote ends the string when only the end of the slot, or the next field of a multislot,
-can follow. A string that holds the end of its slot and the start of the next is ambiguous.
+A quote may therefore end a string or belong to it. The slots of the deftemplates of transitions are known: a
+slot ends where the next known slot starts, and the text between must have the form of a value. In other
+deftemplates, a quote ends the string only if the end of the slot or the next field of a multislot can follow.
+A string that contains the end of its slot and the start of the next is ambiguous.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ _LARGEST = 2**63
 _LONGEST_INTEGER = 100
 
 IMPLIED: Final = "implied"
-"""The one slot of an ordered fact, which is not printed."""
+"""The only slot of an ordered fact, which is not printed."""
 
 
 class FactSyntaxError(ValueError):
-    """The text is not a fact, or not a whole one."""
+    """The text is not a fact, or is truncated."""
 
 
 def template_of(text: str) -> str:
-    """Return the name of the deftemplate of a printed fact, empty when there is none."""
+    """Return the deftemplate of a printed fact, empty if there is none."""
     match = _NAME.match(text, 1) if text.startswith("(") else None
     return match.group() if match else ""
 
@@ -61,7 +61,7 @@ def parse_fact(text: str) -> tuple[str, Mapping[str, str]]:
 
     :param text: e.g. ``(goal (id gen8) (error) (message "so it is"))``.
     :returns: the name, and the slots' printed values: ``{"id": "gen8", "error": "", ...}``.
-    :raises FactSyntaxError: when the text is not a template fact, or cut off.
+    :raises FactSyntaxError: if the text is not a template fact, or truncated.
     """
     template, slots, whole = parse_slots(text)
     if not whole:
@@ -70,12 +70,12 @@ def parse_fact(text: str) -> tuple[str, Mapping[str, str]]:
 
 
 def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
-    """Split a template fact, of which only some slots may be shown, into its deftemplate and these slots.
+    """Split a template fact, possibly with omitted slots, into its deftemplate and slots.
 
-    :param text: a fact as for :func:`parse_fact`, or as CLIPS 6.4 shows one that is modified:
-        ``(goal ... (mode SELECTED) ...)``.
-    :returns: the name, the slots in the text, and whether these are all.
-    :raises FactSyntaxError: when the text is not a template fact, or cut off.
+    :param text: a fact as for :func:`parse_fact`, or a modified fact as CLIPS 6.4 prints it: ``(goal ...
+        (mode SELECTED) ...)``.
+    :returns: the name, the slots, and whether none is omitted.
+    :raises FactSyntaxError: if the text is not a template fact, or truncated.
     """
     template = template_of(text)
     if not template:
@@ -93,7 +93,7 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
             raise
         return template, slots, True
     if whole and len(slots) < len(names):
-        # perhaps a string has swallowed some; or the fact has unknown slots
+        # a string may contain the start of slots, or the fact has unknown slots
         known = _Known(text, names).read(1 + len(template))
         if known is not None and len(known) > len(slots):
             slots = known
@@ -101,9 +101,9 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
 
 
 def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
-    """Return the slots of a fact of which nothing is known, and whether these are all.
+    """Return the slots of a fact of an unknown deftemplate, and whether none is omitted.
 
-    :raises FactSyntaxError: when the text is not a template fact, or cut off.
+    :raises FactSyntaxError: if the text is not a template fact, or truncated.
     """
     at = 1 + len(template)
     slots: dict[str, str] = {}
@@ -128,7 +128,7 @@ def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
 
 
 def _plain_slots(template: str, text: str) -> dict[str, str] | None:
-    """Return the slots of a fact that has nothing but slots without strings, fast; None for another one."""
+    """Return the slots of a fact without strings by a fast way, or None for other facts."""
     found = _PLAIN_SLOT.findall(text, 1 + len(template))
     size = sum(map(len, chain.from_iterable(found))) + len(" ()") * len(found)
     if size + len(template) + len("()") != len(text) or not text.endswith(")"):
@@ -137,26 +137,27 @@ def _plain_slots(template: str, text: str) -> dict[str, str] | None:
 
 
 class _Known:
-    """Reads a fact whose slots are known.
+    """Parses a fact with known slots.
 
-    :param names: in the order in which they are printed.
+    :param names: in the order of printing.
     """
 
     def __init__(self, text: str, names: tuple[str, ...]) -> None:
         self._text = text
         self._names = names
         self._begins = tuple(f" ({name}" for name in names)
-        self._dead: set[tuple[int, int]] = set()  # where no way leads to the end, so that none is tried twice
+        # positions from which the end cannot be reached, so that none is tried twice
+        self._dead: set[tuple[int, int]] = set()
 
     def read(self, at: int) -> dict[str, str] | None:
-        """Return the slots; None when the fact has unknown slots, or another order."""
+        """Return the slots, or None if the fact has unknown slots or another order."""
         found = self._slots(0, at)
         return None if found is None else dict(reversed(found))
 
     def _slots(self, first: int, at: int) -> list[tuple[str, str]] | None:
-        """Return the slots from here on, the last slot first.
+        """Return the slots from a position on, in reverse order.
 
-        :param first: number of the first slot that may come.
+        :param first: the number of the first possible slot.
         """
         if self._ends(at):
             return []
@@ -176,7 +177,7 @@ class _Known:
         return None
 
     def _slot_at(self, first: int, at: int) -> int | None:
-        """Return the number of the slot that begins here."""
+        """Return the number of the slot that starts at a position."""
         if not self._text.startswith(" (", at):
             return None
         for number in range(first, len(self._names)):
@@ -186,7 +187,7 @@ class _Known:
         return None
 
     def _ends(self, at: int) -> bool:
-        """Whether the fact ends here."""
+        """Return whether the fact ends at a position."""
         return at + 1 == len(self._text) and self._text.endswith(")")
 
 
@@ -209,7 +210,7 @@ def _slot_end(text: str, at: int) -> int:
 
 
 def _string_end(text: str, start: int) -> int:
-    """Return the position of the quote that ends the string which starts at ``start``."""
+    """Return the position of the quote that ends the string starting at ``start``."""
     at = start
     while (at := text.find('"', at + 1)) >= 0:
         if _ends_slot(text, at + 1) or _starts_field(text, at + 1):
@@ -218,12 +219,12 @@ def _string_end(text: str, start: int) -> int:
 
 
 def _ends_slot(text: str, at: int) -> bool:
-    """Whether the slot ends here: its parenthesis, then another slot, dots, or the end of the fact."""
+    """Return whether the slot ends: a parenthesis, then another slot, dots, or the end of the fact."""
     return text.startswith((") (", "))", ") ... (", ") ...)"), at)
 
 
 def _starts_field(text: str, at: int) -> bool:
-    """Whether another field of the multislot starts here: a string, or a symbol without a quote in it."""
+    """Return whether another field of the multislot starts: a string, or a symbol without quote."""
     if not text.startswith(" ", at):
         return False
     if text.startswith('"', at + 1):
@@ -233,7 +234,7 @@ def _starts_field(text: str, at: int) -> bool:
 
 
 def parse_values(text: str) -> tuple[Value, ...]:
-    """Return the values in a slot of a printed fact: blanks between them, quotes in strings not escaped."""
+    """Return the values in a slot of a printed fact, separated by blanks, with unescaped quotes."""
     found: list[Value] = []
     at = 0
     while at < len(text):
@@ -256,7 +257,7 @@ def parse_values(text: str) -> tuple[Value, ...]:
 
 
 def _atom(text: str) -> Value:
-    """Return a value that is printed without quotes: a number, a fact address or a symbol."""
+    """Return a value printed without quotes: a number, a fact address or a symbol."""
     if len(text) <= _LONGEST_INTEGER and _INTEGER.fullmatch(text) and abs(int(text)) < _LARGEST:
         return int(text)
     if _FLOAT.fullmatch(text):
@@ -266,9 +267,9 @@ def _atom(text: str) -> Value:
 
 
 def fact_text(template: str, slots: Mapping[str, Value]) -> str:
-    """Return a fact as CLIPS prints it, without its index.
+    """Return a fact in the form of CLIPS, without its index.
 
-    :param slots: the values by name; of an ordered fact all in :data:`IMPLIED`.
+    :param slots: the values by name; for an ordered fact all in :data:`IMPLIED`.
     """
     if list(slots) == [IMPLIED]:
         return f"({template} {show(slots[IMPLIED])}".rstrip() + ")"

@@ -1,6 +1,6 @@
-"""The slots of goals, read from their one declaration: the deftemplate in the core's ``goal.clp``.
+"""The slots of goals, read from the deftemplate in the core's ``goal.clp``.
 
-Printers, recordings and servers of goals derive their slots from it.
+Printers, recordings and servers of goals use them, so that slots are declared once.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ class GoalSlot(NamedTuple):
     """A slot of goals.
 
     :param is_multi: whether it is a multislot.
-    :param type: ``SYMBOL``, ``STRING``, ``INTEGER``, ``FLOAT``; empty where any value is allowed.
-    :param default: its default value as CLIPS prints it; empty for an empty multislot.
+    :param type: ``SYMBOL``, ``STRING``, ``INTEGER`` or ``FLOAT``; empty if any value is allowed.
+    :param default: as CLIPS prints it; empty for an empty multislot.
     """
 
     name: str
@@ -32,7 +32,7 @@ class GoalSlot(NamedTuple):
 
 
 def read_slots(text: str) -> tuple[GoalSlot, ...]:
-    """Return the slots of the first deftemplate of a file, in the order in which CLIPS prints them."""
+    """Return the slots of the first deftemplate in a file, in the order of printing."""
     begin = text.index("(deftemplate")
     declaration = _COMMENT.sub("", text[begin : text.find("\n(def", begin)])
     return tuple(_slot(bool(multi), name, rest) for multi, name, rest in _SLOT.findall(declaration))

@@ -1,7 +1,7 @@
-"""Reads CLIPS source text: tokens, nested lists with their places, and the constructs of a file.
+"""Parsing of CLIPS source text: tokens, nested lists with positions, and constructs.
 
-It takes any text, broken ones too: a string that never closes extends to the end of the text, a closing
-parenthesis too many means nothing.
+Invalid text is accepted: a string without end extends to the end of the text, and superfluous closing
+parentheses are ignored.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ TOKEN: Final = re.compile(
     rf"""|(?P<string>{_STRING})|(?P<unclosed>{_UNCLOSED})""",
     re.DOTALL,
 )
-"""A token, as CLIPS' scanner cuts them; ``lastgroup`` is its kind: a comment is blank, too.
+"""A token of CLIPS' scanner, with its kind as ``lastgroup``; comments are blank.
 
-Each character of a text belongs to one.
+The tokens cover every character of a text.
 """
 
 PARENTHESIS: Final = re.compile(r"[()]")
-"""A parenthesis; of a text in which strings and comments are blank (:func:`blank`)."""
+"""A parenthesis, for texts with blank strings and comments (:func:`blank`)."""
 
 HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED})|{_COMMENT}", re.DOTALL)
-"""A string or a comment: its content is not code. The group ``unclosed`` is a string that never closes."""
+"""A string or a comment, which is not code; the group ``unclosed`` is a string without end."""
 
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
-"""The start of a construct: its kind and its name. Of a text in which strings and comments are blank."""
+"""The start of a construct with kind and name, for texts with blank strings and comments."""
 
 _DEFINITION: Final = re.compile(r"\(\s*def[a-z-]+\s")
 
@@ -48,10 +48,10 @@ _NOT_A_LINE_END: Final = re.compile(r"[^\n]")
 class SyntaxNode(Struct, frozen=True):
     """A word, a string, one of the marks ``& | ~``, or a list of nodes in parentheses.
 
-    :param source: the text that was read.
-    :param start: where it begins in that.
-    :param end: where it ends.
-    :param items: the nodes of a list; None for anything else.
+    :param source: the parsed text.
+    :param start: the position in the source.
+    :param end: the position after the node.
+    :param items: the nodes of a list, otherwise None.
     """
 
     source: str
@@ -61,21 +61,22 @@ class SyntaxNode(Struct, frozen=True):
 
     @property
     def text(self) -> str:
-        """The source text, comments included. Not kept: that would be the depth times the length of all."""
+        """The source text including comments."""
+        # not stored, because that would take the length of the text times its depth
         return self.source[self.start : self.end]
 
     @property
     def head(self) -> str:
-        """The first word of a list; empty when there is none."""
+        """The first word of a list, or empty."""
         return self.items[0].text if self.items and self.items[0].items is None else ""
 
     @property
     def arguments(self) -> tuple[SyntaxNode, ...]:
-        """The nodes of a list behind its first."""
+        """The nodes of a list after the first."""
         return (self.items or ())[1:]
 
     def walk(self) -> Iterator[SyntaxNode]:
-        """Yield the node and all nodes in it, in the order of the text."""
+        """Yield the node and its descendants in the order of the text."""
         stack = [self]
         while stack:
             node = stack.pop()
@@ -93,22 +94,22 @@ class Lines(Struct, frozen=True, dict=True):
         return [0, *(match.end() for match in re.finditer("\n", self.text))]
 
     def at(self, place: int) -> int:
-        """Return the number of the line that a place is in, from 1."""
+        """Return the line of a position, from 1."""
         return bisect_right(self._starts, place)
 
     def column(self, place: int) -> int:
-        """Return the column of a place in its line, from 1."""
+        """Return the column of a position, from 1."""
         return place - self._starts[self.at(place) - 1] + 1
 
     def place(self, line: int, column: int = 1) -> int:
-        """Return the place of a line and a column, both from 1; the end of the text for a line behind it."""
+        """Return the position of a line and column, both from 1; the end of the text for a later line."""
         return self._starts[line - 1] + column - 1 if line <= len(self._starts) else len(self.text)
 
 
 def read(text: str, *, close: bool = False) -> list[SyntaxNode]:
-    """Return the nodes at the top level of ``text``.
+    """Return the top-level nodes of ``text``.
 
-    :param close: whether lists that never close end where the text does; else their content is left out.
+    :param close: let lists without end extend to the end of the text, instead of leaving out their content.
     """
     stack: list[tuple[int, list[SyntaxNode]]] = [(0, [])]
     for match in TOKEN.finditer(text):
@@ -129,7 +130,7 @@ def read(text: str, *, close: bool = False) -> list[SyntaxNode]:
 
 
 def one_line(text: str) -> str:
-    """Return CLIPS text on one line: without comments, each run of blanks as one, none inside parentheses."""
+    """Return CLIPS text on one line, without comments and superfluous blanks."""
     parts: list[str] = []
     for match in TOKEN.finditer(text):
         token = " " if match.lastgroup == "blank" else match.group()
@@ -142,9 +143,9 @@ def one_line(text: str) -> str:
 
 
 def blank(text: str) -> str:
-    """Return the text with blanks in place of strings and comments: all that is left is code.
+    """Return a text with blanks instead of strings and comments, so that only code is left.
 
-    Places and line ends stay where they are.
+    Positions and line ends are unchanged.
     """
     return HIDDEN.sub(_blank, text)
 
@@ -155,11 +156,11 @@ def _blank(match: re.Match[str]) -> str:
 
 
 def top_level(code: str) -> Iterator[tuple[int, int | None]]:
-    """Yield begin and end of each list at the top level; the last has no end when it never closes.
+    """Yield start and end of each top-level list; None is the end of a list without end.
 
-    This is much faster than :func:`read`, for callers that need no more.
+    It is much faster than :func:`read`.
 
-    :param code: a text in which strings and comments are blank.
+    :param code: a text with blank strings and comments.
     """
     depth = start = 0
     for match in PARENTHESIS.finditer(code):
@@ -176,34 +177,34 @@ def top_level(code: str) -> Iterator[tuple[int, int | None]]:
 
 
 def has_commands(text: str) -> bool:
-    """Whether lists at the top level of a file are calls: CLIPS executes the file with ``batch``."""
+    """Return whether a file has calls at the top level, so that CLIPS executes it with ``batch``."""
     code = blank(text)
     return any(not _DEFINITION.match(code, start) for start, _ in top_level(code))
 
 
 def literal(node: SyntaxNode) -> str:
-    """Return the text of a word or a string that is written out; empty for anything else."""
+    """Return the text of a literal word or string, or empty."""
     if node.items is not None or node.text.startswith(("?", "$?")) or node.text in "&|~:=":
         return ""
     return node.text.strip('"') if node.text.startswith('"') else node.text
 
 
 def without_module(name: str) -> str:
-    """Return the name of a construct without that of its module: ``a`` for ``MAIN::a``."""
+    """Return the name of a construct without its module: ``a`` for ``MAIN::a``."""
     return name.rpartition("::")[2]
 
 
 def is_declaration(construct: str) -> bool:
-    """Whether a construct is a deffunction without actions, for functions that call each other."""
+    """Return whether a construct is a deffunction without actions, which declares a function."""
     return _DECLARATION.fullmatch(blank(construct)) is not None
 
 
 class Definition(Struct, frozen=True):
-    """A construct with all that is in it.
+    """A construct with its content.
 
     :param kind: ``defrule``, ``deftemplate`` ...
     :param name: without its module.
-    :param line: counted from 1.
+    :param line: from 1.
     """
 
     kind: str
@@ -213,7 +214,7 @@ class Definition(Struct, frozen=True):
 
 
 def definitions(text: str) -> Iterator[Definition]:
-    """Yield the constructs of a file that are closed, in their order."""
+    """Yield the complete constructs of a file in order."""
     lines = Lines(text)
     for node in read(text):
         if node.arguments:
@@ -222,7 +223,7 @@ def definitions(text: str) -> Iterator[Definition]:
 
 
 def rule_lines(text: str) -> dict[str, int]:
-    """Return the lines on which the rules of a file begin, by their names; of several the last."""
+    """Return the lines of the rules of a file by name, of several the last."""
     code, lines = blank(text), Lines(text)
     found = ((CONSTRUCT.match(code, start), start) for start, _ in top_level(code))
     return {

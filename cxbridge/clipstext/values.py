@@ -1,4 +1,4 @@
-"""The values of CLIPS that need no CLIPS, and how it prints them."""
+"""Values of CLIPS that do not need CLIPS, and their printed forms."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ class Symbol(str):
 
 
 class InstanceName(str):
-    """The name of an instance of COOL, without its brackets."""
+    """The name of an instance of COOL, without brackets."""
 
     __slots__ = ()
 
 
 class FactRef(Struct, frozen=True):
-    """A fact address that is still good when the fact is gone: the fact's index."""
+    """A fact address that remains valid after the retraction: the fact's index."""
 
     index: int
 
@@ -36,12 +36,14 @@ FALSE: Final = Symbol("FALSE")
 NIL: Final = Symbol("nil")
 
 Value: TypeAlias = Any
-"""A value: int, float, str, a class of this module, or one of :mod:`cxbridge.executive.host.values`;
-a tuple of them is a MULTIFIELD. (A recursive alias would cost more casts than it finds mistakes.)"""
+"""A value: int, float, str, a class of this module, or of :mod:`cxbridge.executive.host.values`.
+
+A tuple of values is a MULTIFIELD. A recursive alias would need more casts than it finds mistakes.
+"""
 
 
 def float_text(value: float) -> str:
-    """Return a FLOAT as CLIPS prints it, everywhere: 15 digits, and always a point or an exponent.
+    """Return a FLOAT as CLIPS prints it: 15 digits, always with a point or an exponent.
 
     Source: ``FloatToString`` of CLIPS, 6.30 and 6.4.
     """
@@ -52,9 +54,9 @@ def float_text(value: float) -> str:
 
 
 def show(value: Value) -> str:
-    """Return a value as CLIPS prints it inside a fact: strings in quotes, fields with blanks between.
+    """Return a value as CLIPS prints it within a fact: strings in quotes, fields separated by blanks.
 
-    CLIPS escapes nothing there, so neither does this; :func:`quoted` is for text that CLIPS reads.
+    Nothing is escaped, as in CLIPS; :func:`quoted` is for text that CLIPS reads.
     """
     shown = _SHOWN.get(type(value))
     return str(value) if shown is None else shown(value)
@@ -70,7 +72,7 @@ _SHOWN: Final[dict[type, Callable[[Any], str]]] = {
 
 
 def show_alone(value: Value) -> str:
-    """Return a value as CLIPS prints it outside a fact: a MULTIFIELD in parentheses."""
+    """Return a value as CLIPS prints it outside of a fact: a MULTIFIELD in parentheses."""
     return f"({show(value)})" if isinstance(value, tuple) else show(value)
 
 
@@ -84,10 +86,10 @@ NO_CONSTANT: Final = "nil"
 
 
 def constants_of(names: Sequence[str], constants: Sequence[str]) -> list[str | None]:
-    """Return the constant of each term, None for a term that is a parameter.
+    """Return the constant of each term, None for parameters.
 
     :param names: the slot ``param-names``.
-    :param constants: the slot ``param-constants``; terms behind its end are parameters.
+    :param constants: the slot ``param-constants``, in which trailing parameters may be missing.
     """
     filled = chain(constants, repeat(NO_CONSTANT))
     return [None if each == NO_CONSTANT else each for each, _ in zip(filled, names, strict=False)]

@@ -1,6 +1,6 @@
-"""Fawkes' YAML configuration: files and their includes to typed values by path.
+"""Fawkes' YAML configuration: typed values by path, read from files and their includes.
 
-Every value knows the file and the line that it came from. The dialect is described in docs/configuration.md.
+Every value has a file and a line. docs/configuration.md describes the dialect.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Checkouts laid over each other: a team's and Fawkes', each with the same folders below it."""
+"""Layered checkouts: a team's and Fawkes', with equal folders."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from typing import Final
 from msgspec import Struct
 
 CONFIGURATION: Final = "cfg"
-"""The folder of a checkout with its configuration: relative includes are seen from there."""
+"""The configuration folder of a checkout, the base of relative includes."""
 
 _BASE: Final = "BASEDIR"
 
 
 class Checkouts(Struct, frozen=True):
-    """Folders with the same layout; a file of an earlier folder hides the same file of a later one.
+    """Checkouts with equal layouts; a file of an earlier one hides that of a later one.
 
-    :param folders: absolute, the first wins.
+    :param folders: absolute paths, by decreasing precedence.
     """
 
     folders: tuple[Path, ...] = ()
 
     def confdir(self, file: Path) -> Path:
-        """Return the folder that relative includes of a configuration file are seen from, as in Fawkes.
+        """Return the base folder of relative includes of a configuration file, as in Fawkes.
 
-        :returns: the folder ``cfg`` of the checkout that has the file; the file's own in no checkout.
+        :returns: the folder ``cfg`` of the file's checkout; without a checkout, the file's folder.
         """
         own = file.resolve()
         for folder in self.folders:
@@ -35,25 +35,25 @@ class Checkouts(Struct, frozen=True):
         return file.parent
 
     def base(self, file: Path) -> Path:
-        """Return the checkout that has a configuration file, or else the last, or else the file's folder."""
+        """Return the checkout of a configuration file, else the last checkout, else the file's folder."""
         own = file.resolve()
         holders = (folder for folder in self.folders if own.is_relative_to(folder.resolve()))
         return next(holders, self.folders[-1] if self.folders else own.parent)
 
     def find_configuration(self, name: Path) -> Path:
-        """Return the file or folder of that name below the configuration of a checkout; the name if none."""
+        """Return the configuration file or folder with a name in a checkout, or else the name itself."""
         found = (folder / CONFIGURATION / name for folder in self.folders)
         return next((path for path in found if path.exists()), name)
 
     def parts(self, pattern: str) -> list[Path]:
-        """Return the folders that match a pattern, of each checkout in its turn."""
+        """Return the folders that match a pattern, by checkout."""
         return [path for folder in self.folders for path in sorted(folder.glob(pattern)) if path.is_dir()]
 
     def expand(self, text: str, placeholders: dict[str, str], here: Path) -> list[Path]:
-        """Return the folders that a configured path stands for: one for each checkout that has it.
+        """Return the folders of a configured path, one for each checkout that has it.
 
-        :param placeholders: what ``BASEDIR`` and its like stand for; used where no checkout has the folder.
-        :param here: the base folder of relative paths.
+        :param placeholders: the values of ``BASEDIR`` etc.; used if no checkout has the folder.
+        :param here: the base of relative paths.
         """
         paths = [here / substitute_path(text, placeholders)]
         if f"@{_BASE}@" in text:
@@ -63,16 +63,15 @@ class Checkouts(Struct, frozen=True):
 
 
 PLACEHOLDERS = ("BASEDIR", "FAWKES_BASEDIR", "RESDIR", "CONFDIR")
-"""The placeholders that the CLIPS Executive registers (without their @), in its order."""
+"""The placeholders that the CLIPS Executive registers, without their @, in its order."""
 
 
 def substitute_path(text: str, folders: Mapping[str, str | Path]) -> str:
-    """Return a configured path with its placeholders replaced.
+    """Return a configured path with placeholders replaced.
 
-    Each placeholder is replaced once, where it stands first, as Fawkes does. One without a folder stays.
+    As in Fawkes, only the first occurrence of each placeholder is replaced.
 
-    :param folders: the folder for each placeholder, by its name without @, e.g. ``{"BASEDIR":
-        "/opt/fawkes"}``.
+    :param folders: folders by placeholder without @, e.g. ``{"BASEDIR": "/opt/fawkes"}``.
     """
     for name, folder in folders.items():
         text = text.replace(f"@{name}@", str(folder), 1)

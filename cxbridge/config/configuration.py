@@ -1,4 +1,4 @@
-"""The configuration that a program asks: typed values by path."""
+"""The configuration of a program: typed values by path."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ Scalar = bool | int | float | str
 
 
 class ConfigMissingError(ConfigError):
-    """There is no value at the path that was asked for."""
+    """There is no value at the path."""
 
 
 class ConfigTypeError(ConfigError):
-    """There is a value at the path, but of another type."""
+    """The value at the path has another type."""
 
 
 class _Missing:
-    """The type of "no default given"."""
+    """The type of a missing default."""
 
 
 _MISSING = _Missing()
-_LIKE_PATHS = 0.75  # how similar paths are, of 1: many begin the same
+_LIKE_PATHS = 0.75  # the minimal similarity for a suggestion; high, because many paths begin equally
 
 
 def _small_uint(text: str) -> int | None:
@@ -46,13 +46,10 @@ def _small_uint(text: str) -> int | None:
 class Configuration:
     """Values by path, e.g. ``/fawkes/mainapp/desired_loop_time``.
 
-    The elements of a list of maps are the path elements ``/0/``, ``/1/``, and so on.
-
-    The slash at the start of a path and double slashes do not matter. Getters raise
-    :class:`ConfigMissingError` when there is no value and no ``default=``, :class:`ConfigTypeError` when it
-    is not of the type asked for; the error names file and line of the value. A map where a value is
-    expected is an error even with a default. Not thread-safe while it changes (:meth:`set`,
-    :meth:`overlay`).
+    Elements of a list of maps have the path elements ``/0/``, ``/1/``, and so on. Leading and double slashes
+    are ignored. Getters raise :class:`ConfigMissingError` without a value and without ``default=``, and
+    :class:`ConfigTypeError` with file and line for a value of another type. A map in place of a value is an
+    error even with a default. Changes (:meth:`set`, :meth:`overlay`) are not thread-safe.
     """
 
     def __init__(self) -> None:
@@ -60,19 +57,19 @@ class Configuration:
         self._before: dict[tuple[str, ...], ConfigNode | None] = {}  # the nodes that run-time values replace
         self._host_includes: tuple[Path, ...] = ()
         self.files: tuple[Path, ...] = ()
-        """The files that were read, in the order they were laid over each other."""
+        """The files in the order in which they are laid over each other."""
         self.warnings: tuple[str, ...] = ()
-        """Probable mistakes that do not stop the reader (a key given twice, ...), with file and line."""
+        """Probable mistakes that are no errors, such as duplicate keys, with file and line."""
 
     @classmethod
     def load(
         cls, path: str | Path, *, host: str | None = None, confdir: str | Path | None = None
     ) -> Configuration:
-        """Read a configuration file with its includes; of a folder its ``config.yaml``, else all files.
+        """Read a configuration file with its includes; in a folder ``config.yaml``, else all files.
 
-        :param host: what ``$host`` in includes stands for; the machine's name when None.
-        :param confdir: the folder that relative includes are seen from; that of the file when None.
-        :raises ConfigError: when a file cannot be read or a value is invalid.
+        :param host: replaces ``$host`` in includes; None: the name of the machine.
+        :param confdir: the base folder of relative includes; None: the file's folder.
+        :raises ConfigError: if a file cannot be read, or a value is invalid.
         """
         path = Path(path)
         main = path / "config.yaml"
@@ -95,7 +92,7 @@ class Configuration:
     def from_text(
         cls, text: str, name: str = "<text>", *, host: str | None = None, confdir: str | Path = "."
     ) -> Configuration:
-        """Read a configuration from a text; ``name`` stands for its file in errors."""
+        """Read a configuration from a text; ``name`` replaces its file in errors."""
         loader = ConfigLoader(Path(confdir), host)
         loader.load_text(text, name)
         return cls._of(loader)
@@ -109,36 +106,34 @@ class Configuration:
         config._host_includes = tuple(loader.host_includes)
         return config
 
-    # ---- looking
-
     def get_file(self, path: str) -> Path | None:
-        """Return the file that the value at the path names; None for an empty value, and for none.
+        """Return the file that a value names, or None for an empty or missing value.
 
-        A relative name is seen from the folder of the configuration file that has it, so that a file which is
-        laid over a shipped scenario keeps its files in its own folder. A value that was set at run time has
-        no such file: it is seen from the working directory.
+        A relative name is resolved in the folder of the configuration file with the value, so that an overlay
+        of a shipped scenario can keep its files in its folder. A value that was set at run time is resolved
+        in the working directory.
 
-        :raises ConfigTypeError: when the value is of another type.
+        :raises ConfigTypeError: if the value has another type.
         """
         name = self.get_str(path, default="")
         return Path(self.get(path).file).parent / name if name else None
 
     def exists(self, path: str) -> bool:
-        """Return whether there is a value (not a map) at the path."""
+        """Return whether there is a value, not a map, at a path."""
         node = self._root.find(path)
         return node is not None and not node.children
 
     def is_list(self, path: str) -> bool:
-        """Return whether the value at the path is a list of scalars.
+        """Return whether a value is a list of scalars.
 
-        :raises ConfigMissingError: when there is no value.
+        :raises ConfigMissingError: if there is no value.
         """
         return self.get(path).is_list
 
     def get(self, path: str) -> ConfigValue:
-        """Return the value at the path.
+        """Return a value.
 
-        :raises ConfigMissingError: when there is none; it names paths that look alike.
+        :raises ConfigMissingError: if there is none, with similar paths.
         """
         node = self._root.find(path)
         if node is None or node.children:
@@ -146,23 +141,21 @@ class Configuration:
         return _value(path, node)
 
     def error(self, path: str, message: str, hint: str | None = None) -> ConfigError:
-        """Return an error about the value at a path, or about the first value below the path."""
+        """Return an error with the place of the value at a path, or of the first value below it."""
         place = self.get(path) if self.exists(path) else next(self.search(path), None)
         return ConfigError(message, hint=hint) if place is None else place.error(message, hint)
 
     def keys(self, path: str = "/") -> list[str]:
-        """Return the path elements right below a path: in order for a list of maps, else sorted."""
+        """Return the path elements directly below a path, sorted, but in order for a list of maps."""
         node = self._root.find(path)
         if node is None:
             return []
         return list(node.children) if node.kind is NodeKind.MAPS else sorted(node.children)
 
     def search(self, prefix: str = "/") -> Iterator[ConfigValue]:
-        """Yield every value below a path, in lexicographic order of their paths.
+        """Yield all values below a path, sorted by path, as Fawkes' ``Configuration::search``.
 
-        The paths start with the given prefix, without a slash at its end. A value right at the
-        prefix is not below it. Nothing is yielded for a prefix that does not exist. As Fawkes'
-        ``Configuration::search``.
+        The paths start with the prefix. A value at the prefix itself is not included.
         """
         prefix = prefix.removesuffix("/")
         node = self._root.find(prefix)
@@ -171,21 +164,19 @@ class Configuration:
                 yield _value(path, leaf)
 
     def walk(self, prefix: str = "/") -> Iterator[ConfigValue]:
-        """Yield every value below a path as :meth:`search` does, but in the order of the file."""
+        """Yield all values below a path in the order of the file."""
         prefix = prefix.removesuffix("/")
         node = self._root.find(prefix)
         if node is not None:
             for path, leaf in node.leaves(prefix):
                 yield _value(path, leaf)
 
-    # ---- typed values
-
     @overload
     def get_str(self, path: str) -> str: ...
     @overload
     def get_str(self, path: str, *, default: D) -> str | D: ...
     def get_str(self, path: str, *, default: object = _MISSING) -> object:
-        """Return the text of any single value; null is the empty text."""
+        """Return the text of a single value, empty for null."""
         return self._scalar(path, str, "a single value", default)
 
     @overload
@@ -193,7 +184,7 @@ class Configuration:
     @overload
     def get_uint(self, path: str, *, default: D) -> int | D: ...
     def get_uint(self, path: str, *, default: object = _MISSING) -> object:
-        """Return an unsigned integer of 32 bit; also written in hexadecimal (0x10) or octal (010)."""
+        """Return a 32 bit unsigned integer, which may be hexadecimal (0x10) or octal (010)."""
         return self._scalar(path, _small_uint, "an unsigned integer", default)
 
     @overload
@@ -201,7 +192,7 @@ class Configuration:
     @overload
     def get_int(self, path: str, *, default: D) -> int | D: ...
     def get_int(self, path: str, *, default: object = _MISSING) -> object:
-        """Return an integer of 32 bit."""
+        """Return a 32 bit integer."""
         return self._scalar(path, to_int, "an integer", default)
 
     @overload
@@ -225,7 +216,7 @@ class Configuration:
     @overload
     def get_strings(self, path: str, *, default: D) -> list[str] | D: ...
     def get_strings(self, path: str, *, default: object = _MISSING) -> object:
-        """Return the texts of a list."""
+        """Return a list of texts."""
         return self._list(path, str, "a text", default)
 
     @overload
@@ -233,7 +224,7 @@ class Configuration:
     @overload
     def get_uints(self, path: str, *, default: D) -> list[int] | D: ...
     def get_uints(self, path: str, *, default: object = _MISSING) -> object:
-        """Return a list of unsigned integers of 32 bit."""
+        """Return a list of 32 bit unsigned integers."""
         return self._list(path, _small_uint, "an unsigned integer", default)
 
     @overload
@@ -241,7 +232,7 @@ class Configuration:
     @overload
     def get_ints(self, path: str, *, default: D) -> list[int] | D: ...
     def get_ints(self, path: str, *, default: object = _MISSING) -> object:
-        """Return a list of integers of 32 bit."""
+        """Return a list of 32 bit integers."""
         return self._list(path, to_int, "an integer", default)
 
     @overload
@@ -310,7 +301,7 @@ class Configuration:
         )
 
     def _nearest(self, path: str) -> Mark:
-        """Return the place of the map that a value would be in, or of the nearest map above it."""
+        """Return the place of the nearest existing map above a path."""
         elements = split_path(path)
         for end in range(len(elements) - 1, 0, -1):
             node = self._root.find("/".join(elements[:end]))
@@ -319,7 +310,7 @@ class Configuration:
         return Mark()
 
     def _hint_of_hosts(self, path: str) -> str:
-        """Return a hint when files of other hosts have a value; empty when they have not."""
+        """Return a hint if files of other hosts have a value, otherwise empty."""
         having = []
         for file in self._host_files():
             with suppress(ConfigError):
@@ -331,7 +322,7 @@ class Configuration:
         return f"{having[0]} has it, for another host{more}: --config {shlex.quote(having[0])}"
 
     def _host_files(self) -> Iterator[Path]:
-        """Yield the files of other hosts that includes with ``$host`` name."""
+        """Yield the files of other hosts that match includes with ``$host``."""
         for include in self._host_includes:
             for path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
                 for file in files_of(path) if path.is_dir() else [path]:
@@ -339,7 +330,7 @@ class Configuration:
                         yield file
 
     def below(self, path: str) -> Configuration:
-        """Return a copy of the subtree below a path as a new configuration; empty without such values."""
+        """Return a copy of the subtree below a path, possibly empty."""
         node = self._root.find(path)
         config = Configuration()
         if node is not None and node.kind in (NodeKind.MAP, NodeKind.MAPS):
@@ -347,7 +338,7 @@ class Configuration:
         return config
 
     def moved(self, path: str) -> Configuration:
-        """Return a copy in which everything is below a path."""
+        """Return a copy with all values moved below a path."""
         config = Configuration()
         node = self._root.copy()
         for element in reversed(split_path(path)):
@@ -355,12 +346,10 @@ class Configuration:
         config._root = node
         return config
 
-    # ---- changing
-
     def set(self, path: str, value: Scalar | Sequence[Scalar]) -> None:
-        """Set a value, of any type, for this run; no file is written.
+        """Set a value for this run, without writing a file.
 
-        :raises ConfigError: when the path leads through a value, or to a map.
+        :raises ConfigError: if the path leads through a value, or to a map.
         """
         elements = split_path(path)
         if len(elements) > MAX_DEPTH:
@@ -382,9 +371,9 @@ class Configuration:
             node.kind, node.text, node.items = NodeKind.LIST, "", tuple(_text(item) for item in value)
 
     def erase(self, path: str) -> None:
-        """Erase a value that was set in this run: the value of the files counts again.
+        """Remove a value that was set in this run, so that the value of the files is valid again.
 
-        :raises ConfigError: when it was not set in this run.
+        :raises ConfigError: if the value was not set in this run.
         """
         elements = tuple(split_path(path))
         if elements not in self._before:
@@ -403,22 +392,22 @@ class Configuration:
             del node.children[element]
             if node.children or node is self._root:
                 return
-            if node.mark.file:  # it was empty there
+            if node.mark.file:  # empty in the file
                 node.kind = NodeKind.NULL
                 return
 
     def overlay_files(self, files: Path | Sequence[Path] | None) -> None:
-        """Lay configuration files over this one, each over those before it.
+        """Lay configuration files over this one, in order.
 
-        :raises ConfigError: when one cannot be read, or does not fit on top.
+        :raises ConfigError: if a file cannot be read, or its kinds of values differ.
         """
         for file in () if files is None else (files,) if isinstance(files, Path) else files:
             self.overlay(Configuration.load(file))
 
     def overlay(self, other: Configuration) -> None:
-        """Lay another configuration over this one: its values win, as those of a file that is included later.
+        """Lay another configuration over this one; its values take precedence.
 
-        :raises ConfigError: when a value would have to replace one of another kind (a list a scalar, ...).
+        :raises ConfigError: if a value would replace one of another kind, such as a list a scalar.
         """
         overlay(self._root, other._root)
         self.files += other.files

@@ -1,7 +1,8 @@
-"""YAML text to bare nodes: no Python object is ever made from a tag, and nothing of a file is executed.
+"""Parsing of YAML texts into plain nodes.
 
-The nodes are built from the parser's events, so that depth and size stay bounded: a file cannot exhaust the
-stack by nesting nor the memory by aliases of aliases.
+Tags create no Python objects, so files cannot execute code. The nodes are built from the parser's events with
+bounded depth and size, so that nesting cannot exhaust the stack, and aliases of aliases cannot exhaust
+memory.
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ _NULLS: Final = frozenset({"", "~", "null", "Null", "NULL"})
 
 
 class Mark(NamedTuple):
-    """Where a value was read.
+    """The place of a value.
 
-    :param file: the file, or another name of the text; empty for a value set at run time.
-    :param line: the line, from 1; 0 for a value set at run time.
-    :param column: the column, from 1.
+    :param file: the file or another name of the text; empty for a value set at run time.
+    :param line: from 1; 0 for a value set at run time.
+    :param column: from 1.
     """
 
     file: str = ""
@@ -34,16 +35,16 @@ class Mark(NamedTuple):
     column: int = 0
 
     def error(self, message: str, hint: str | None = None) -> ConfigError:
-        """Return an error about this place."""
+        """Return an error with this place."""
         return ConfigError(
             message, file=self.file or None, line=self.line or None, column=self.column or None, hint=hint
         )
 
 
 class YamlScalar(NamedTuple):
-    """A scalar: its text, whether YAML takes it for null, and its tag without any prefix (empty: none).
+    """A scalar: text, whether YAML reads it as null, and its tag without prefix.
 
-    ``plain``: whether it has no quotes, so that its text may be a number or a bool.
+    ``plain``: whether it is not quoted, so that its text may be a number or a bool.
     """
 
     mark: Mark
@@ -62,7 +63,7 @@ class YamlList(NamedTuple):
 
 
 class YamlMap(NamedTuple):
-    """A mapping, with its pairs as written: duplicates are still there."""
+    """A mapping; duplicate keys are kept."""
 
     mark: Mark
     tag: str
@@ -75,8 +76,8 @@ YamlNode = YamlScalar | YamlList | YamlMap
 def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
     """Return the root nodes of all documents of a YAML text.
 
-    :param name: what to call the text in errors and marks, usually its file.
-    :raises ConfigError: when it is not YAML, is nested too deep, or grows too large by aliases.
+    :param name: the name of the text in errors and marks, usually its file.
+    :raises ConfigError: if the text is invalid, nested too deep, or too large through aliases.
     """
     text = data if isinstance(data, str) else _decode(data, name)
     loader: Any = getattr(yaml, "CLoader", yaml.Loader)
@@ -86,7 +87,7 @@ def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
         mark = error.problem_mark or error.context_mark
         problem = ", ".join(part for part in (error.context, error.problem) if part)
         place = Mark(name, mark.line + 1, mark.column + 1) if mark else Mark(name)
-        if "maximum nesting depth" in problem:  # PyYAML 6.0.4 gives up before we do
+        if "maximum nesting depth" in problem:  # PyYAML 6.0.4 has a limit of its own, which it reaches first
             raise place.error(TOO_DEEP) from None
         raise place.error(f"this is not valid YAML: {problem}", _syntax_hint(problem)) from None
     except yaml.reader.ReaderError as error:
@@ -120,7 +121,7 @@ def _syntax_hint(problem: str) -> str | None:
 
 
 class _Composer:
-    """Builds nodes from events; holds the anchors of the current document and the budget of the file."""
+    """Builds nodes from events, with the anchors of the document and the budget of the file."""
 
     def __init__(self, events: Iterator[Any], name: str) -> None:
         self._events = events
@@ -200,10 +201,10 @@ class _Composer:
         return YamlMap(self._mark(event), self._tag(event), pairs)
 
     def _tag(self, event: Any) -> str:
-        """Return the tag as the config files spell it, without the exclamation mark.
+        """Return the tag in the spelling of the files, without the exclamation mark.
 
-        %TAG holds for one document only; yaml-cpp applies it to the next one, too. So both spellings of a tag
-        are the same here: with Fawkes' prefix, and bare. A tag of YAML itself repeats the kind of the node:
+        %TAG is valid for a single document, but yaml-cpp applies it to the next one. Tags with Fawkes' prefix
+        and bare tags are therefore equal here. YAML's own tags only repeat the kind of the node and are
         dropped.
         """
         tag: str | None = event.tag

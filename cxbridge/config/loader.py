@@ -1,8 +1,8 @@
-"""Files to one tree: includes of files and folders, optional ones, the file of the host.
+"""Loading of files into one tree, with includes of files, folders and host-specific files.
 
-As in Fawkes the files are laid over each other breadth first: the main file, its includes in their order,
-what those include, and last the host-specific file. A later file wins. Relative names are seen from the
-configuration's folder, also in a file that lies elsewhere.
+As in Fawkes, files are laid over each other breadth first: the main file, its includes in order, their
+includes, and last the host-specific file. Later files take precedence. Relative names are resolved in the
+folder of the configuration, regardless of the including file.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _FILE_IN_FOLDER: Final = re.compile(r"[a-zA-Z0-9_-]+\.yaml")
 
 
 class _FileToRead(Struct, frozen=True):
-    """A file to read: where it was asked for, and the files that led to it."""
+    """A file to read, with the place of its include and the chain of including files."""
 
     file: Path
     mark: Mark
@@ -35,17 +35,17 @@ class _FileToRead(Struct, frozen=True):
 
 
 class ConfigLoader:
-    """Reads a configuration into :attr:`root`.
+    """Reads a configuration into ``root``.
 
-    :param confdir: the folder that relative includes are seen from.
-    :param host: the name that ``$host`` in an include stands for; the machine's own when None.
+    :param confdir: the base folder of relative includes.
+    :param host: replaces ``$host`` in includes; None: the name of the machine.
     """
 
     def __init__(self, confdir: Path, host: str | None = None) -> None:
         self.root = ConfigNode(NodeKind.MAP, Mark())
         self.files: list[Path] = []
         self.host_includes: list[Path] = []
-        """The includes whose last name has ``$host``, with that word."""
+        """The includes with ``$host`` in the file name, not replaced."""
         self._confdir = confdir
         self._host = host
         self._builder = TreeBuilder()
@@ -54,11 +54,11 @@ class ConfigLoader:
 
     @property
     def warnings(self) -> list[str]:
-        """Probable mistakes that do not stop the reader, each with its place."""
+        """Probable mistakes that are no errors, with their places."""
         return self._builder.warnings
 
     def load_file(self, file: Path) -> None:
-        """Read a file and all that it includes."""
+        """Read a file and its includes."""
         self._queue.append(_FileToRead(file, Mark()))
         self._run()
 
@@ -68,7 +68,7 @@ class ConfigLoader:
         self._run()
 
     def load_text(self, text: str | bytes, name: str) -> None:
-        """Read a text and all that it includes."""
+        """Read a text and its includes."""
         self._read(text, _FileToRead(Path(name), Mark()), name)
         self._run()
 
@@ -98,7 +98,7 @@ class ConfigLoader:
 
     def _read(self, data: str | bytes, entry: _FileToRead, name: str) -> None:
         documents = parse_documents(data, name)
-        if len(documents) > 2:  # noqa: PLR2004 - one about the configuration, and the configuration
+        if len(documents) > 2:  # noqa: PLR2004 - the includes, and the values
             self.warnings.append(
                 f"{documents[2].mark.file}:{documents[2].mark.line}: only two documents are read"
             )
@@ -119,7 +119,7 @@ class ConfigLoader:
         overlay(self.root, tree)
 
     def _meta(self, document: YamlNode, entry: _FileToRead) -> None:
-        """Queue the includes that the document about the configuration names."""
+        """Queue the includes in the first of two documents."""
         if isinstance(document, YamlScalar) and document.null:
             return
         if not isinstance(document, YamlMap):
@@ -186,9 +186,9 @@ class ConfigLoader:
 
 
 def files_of(folder: Path) -> list[Path]:
-    """Return the configuration files of a folder, sorted by name: ``[a-zA-Z0-9_-]+.yaml``, not in subfolders.
+    """Return the configuration files of a folder, ``[a-zA-Z0-9_-]+.yaml``, sorted by name.
 
-    :raises OSError: when it is not a folder that can be read.
+    :raises OSError: if the folder cannot be read.
     """
     return sorted(file for file in folder.iterdir() if _FILE_IN_FOLDER.fullmatch(file.name))
 

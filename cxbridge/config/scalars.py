@@ -1,8 +1,8 @@
-"""The type and the value of a scalar's text, by the conversion rules of Fawkes.
+"""Types and values of scalar texts by the conversion rules of Fawkes.
 
-Fawkes keeps the text of a scalar and forgets whether it was quoted. A value *is* of the first of the types
-UINT, INT, FLOAT, BOOL, STRING that its text converts to; so ``"1"`` is a UINT and ``"on"`` a BOOL. The
-conversions are those of C and C++ (``strtol`` with base 0, formatted stream input), source: Fawkes,
+Fawkes stores the text of a scalar without its quotes. The type of a value is the first of UINT, INT, FLOAT,
+BOOL and STRING to which its text converts, so ``"1"`` is a UINT and ``"on"`` a BOOL. The conversions are
+those of C and C++ (``strtol`` with base 0, formatted stream input), as in Fawkes'
 ``libs/config/yaml_node.h``.
 """
 
@@ -46,8 +46,8 @@ _BOOLS = {
 }
 _INFINITY = {f"{sign}{word}" for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")}
 _NAN = {".nan", ".NaN", ".NAN"}
+# The least number that rounds to an infinite float32, which the C++ stream refuses.
 _FLOAT32_OVERFLOW = float.fromhex("0x1.ffffffp127")
-"""From here on a number rounds to a float32 of infinity, which the C++ stream refuses."""
 
 
 def _integer(match: re.Match[str]) -> int:
@@ -56,13 +56,13 @@ def _integer(match: re.Match[str]) -> int:
         digits, base = match["hex"], 16
     elif match["octal"] is not None:
         digits, base = match["octal"], 8
-    limit = 25  # digits of any base that cannot fit 64 bits: do not convert megabytes of them
+    limit = 25  # more digits exceed 64 bits in any base; megabytes of digits would take long to convert
     value = LONG_MAX + 1 if len(digits.lstrip("0")) > limit else int(digits, base)
     return -value if match["sign"] == "-" else value
 
 
 def to_uint(text: str) -> int | None:
-    """Return the unsigned integer that ``text`` is, up to 2**63-1; None when it is not one."""
+    """Return ``text`` as an unsigned integer up to 2**63-1, or None."""
     match = _STRTOL.fullmatch(text)
     if match is None:
         return None
@@ -71,7 +71,7 @@ def to_uint(text: str) -> int | None:
 
 
 def to_int(text: str) -> int | None:
-    """Return the 32 bit integer that ``text`` is; None when it is not one."""
+    """Return ``text`` as a 32 bit integer, or None."""
     match = _STREAM_INT.fullmatch(text)
     if match is None:
         return None
@@ -80,9 +80,9 @@ def to_int(text: str) -> int | None:
 
 
 def to_float(text: str) -> float | None:
-    """Return the number that ``text`` is, also ``.inf`` and ``.nan``; None when none, or beyond a float32.
+    """Return ``text`` as a number, ``.inf`` or ``.nan``; None for other texts and beyond float32.
 
-    Fawkes makes +infinity of ``-.inf``; here it stays negative.
+    Fawkes reads ``-.inf`` as +infinity; here it is negative.
     """
     match = _STREAM_FLOAT.fullmatch(text)
     if match is not None:
@@ -94,14 +94,14 @@ def to_float(text: str) -> float | None:
 
 
 def to_bool(text: str) -> bool | None:
-    """Return the truth that ``text`` is (y, yes, true, on; lower, UPPER or Capitalised); else None."""
+    """Return ``text`` as a truth value (y, yes, true, on; lower, UPPER or Capitalised), or None."""
     if text in (text.lower(), text.upper(), text.capitalize()):
         return _BOOLS.get(text.lower())
     return None
 
 
 def type_of(text: str) -> ConfigType:
-    """Return the first type that the text of a scalar converts to; any text is a string."""
+    """Return the first type to which a scalar's text converts."""
     if to_uint(text) is not None:
         return ConfigType.UINT
     if to_int(text) is not None:

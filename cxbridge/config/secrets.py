@@ -1,6 +1,6 @@
-"""The secret values of a configuration: docs/configuration.md, Secrets.
+"""Secret values of a configuration: docs/configuration.md, Secrets.
 
-One rule for all ways on which a configuration leaves the process: REST, Fawkes' protocol, recordings, errors.
+The same rule applies wherever a configuration leaves the process: REST, Fawkes' protocol, recordings, errors.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cxbridge.config.values import ConfigValue
 from cxbridge.errors import ConfigError
 
 HIDDEN: Final = "(not told)"
-"""Stands for a secret."""
+"""Replaces a secret."""
 
 _WORD: Final = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z0-9]+(?![a-z])")
 _ENDINGS: Final = tuple(
@@ -26,10 +26,10 @@ _ENDINGS: Final = tuple(
     for name in ("password", "passwd", "pwd", "passphrase", "secret", "token", "credential", "psk")
     for plural in ("", "s")
 )
+# The kinds of keys that are secrets, such as ``crypto-key`` or ``apikey``.
 _KEYS: Final = ("encryption", "crypto", "private", "api", "access", "shared", "auth", "signing")
-"""Keys that are secret, not names of values: ``crypto-key``, ``apikey``."""
+# A path at which each key is a user, and each value a password or its hash.
 _PLACES: Final = re.compile(r"/*webview/+users/")
-"""Where each key is a user, each value a password or its hash."""
 
 _BEFORE: Final = re.compile(r"(?:[&!]\S*[ \t]+)*")
 _TAG: Final = re.compile(r"!\S*[ \t]+")
@@ -42,7 +42,7 @@ _PEM: Final = re.compile(r"-----BEGIN [A-Z ]*PRIVATE KEY-----")
 
 
 def is_secret(path: str) -> bool:
-    """Whether the values at a path, or below it, are secret by the names in the path."""
+    """Return whether the values at or below a path are secret, by the names in the path."""
     return bool(_PLACES.match(path)) or any(map(_is_secret_name, path.split("/")))
 
 
@@ -56,9 +56,9 @@ def _is_secret_name(name: str) -> bool:
 
 
 def mask(path: str, text: str) -> str:
-    """Return a value's text as it may be shown.
+    """Return a value's text without secrets.
 
-    :param path: the path of the value; empty: only the text is known.
+    :param path: the path of the value, empty if it is unknown.
     """
     if _PEM.search(text):
         return HIDDEN
@@ -71,15 +71,15 @@ def mask(path: str, text: str) -> str:
 
 
 def masked(value: ConfigValue) -> ConfigValue:
-    """Return a value as it may be shown."""
+    """Return a value without secrets."""
     items = tuple(mask(value.path, text) for text in value.items)
     return replace(value, text=mask(value.path, value.text), items=items)
 
 
 def without_secrets(data: bytes, name: str) -> bytes | None:
-    """Return a configuration file whose secrets are cut out; None: they cannot be.
+    """Return a configuration file without its secrets, or None if they cannot be removed.
 
-    All other text is kept, comments too.
+    All other text is kept, including comments.
     """
     try:
         secrets = _secrets(data, name)
@@ -95,7 +95,7 @@ def without_secrets(data: bytes, name: str) -> bytes | None:
 
 
 def _secrets(data: bytes, name: str) -> set[tuple[Mark, str, str]]:
-    """Return the secrets of a file: their places, their texts, and the parts that may be shown."""
+    """Return the places and texts of the secrets in a file, and the texts without secrets."""
     return {
         (node.mark, node.text, harmless)
         for root in parse_documents(data, name)
@@ -117,9 +117,10 @@ def _scalars(node: YamlNode, path: str) -> Iterator[tuple[str, YamlScalar]]:
 
 
 def _cut(line: str, begin: int, text: str, harmless: str) -> str:
-    """Return a line with another text in place of the scalar that begins there.
+    """Return a line with the scalar at a position replaced.
 
-    The line is kept when the scalar looks different. A tag is dropped: the new text may not be of its kind.
+    The line is unchanged if the scalar is written differently. A tag is dropped, because the new text may
+    violate it.
     """
     before = _BEFORE.match(line, begin)
     end = before.end() if before else begin

@@ -12,7 +12,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
 
 _FRAME = re.compile(r"[a-zA-Z_][a-zA-Z0-9_/-]*")
-_PORT_LIMIT = 65535  # Fawkes refuses 65535 itself, too
+_PORT_LIMIT = 65535  # Fawkes refuses 65535, too
 
 
 def _is_address(family: socket.AddressFamily, text: str) -> bool:
@@ -41,7 +41,7 @@ _CHECKS: dict[str, tuple[Callable[[str], bool], str]] = {
     "ipv6": (lambda text: _is_address(socket.AF_INET6, text), 'an IPv6 address such as "::1"'),
     "tcp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
     "udp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
-    # The other tags are documentation. Fawkes takes any text: its pattern of a URL matches all.
+    # the other tags are only documentation: in Fawkes, even the pattern for URLs matches any text
     "url": (_anything, "a URL"),
     "ipv4-addr": (_anything, "an IPv4 address"),
     "regex": (_anything, "a regular expression"),
@@ -54,7 +54,7 @@ INCLUDE_TAGS = ("ignore-missing", "host-specific")
 def check_tag(node: YamlNode) -> None:
     """Check the value of a node against its tag.
 
-    :raises ConfigError: when the tag is unknown, or the value does not match the tag.
+    :raises ConfigError: if the tag is unknown, or the value does not match it.
     """
     if not node.tag:
         return
@@ -68,7 +68,7 @@ def check_tag(node: YamlNode) -> None:
 
 
 def unknown_tag(tag: str, mark: Mark) -> ConfigError:
-    """Return the error about an unknown tag, or about a tag at a place where it has no meaning."""
+    """Return the error for an unknown or misplaced tag."""
     if tag in INCLUDE_TAGS:
         return mark.error(
             f"!{tag} is for the entries of 'include:' in the first of two documents",

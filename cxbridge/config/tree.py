@@ -1,9 +1,8 @@
-"""The tree of a configuration, and how one tree is laid over another.
+"""The tree of a configuration, and the overlay of trees.
 
-The rules are those of Fawkes (``libs/config/yaml_node.h``): maps merge, scalars and lists replace, a list
-of maps becomes the path elements ``0``, ``1``, ... and replaces as a whole. Where Fawkes silently drops a
-value (a scalar laid over a map, a value over ``null``) there is an error, or the value wins; see
-docs/configuration.md.
+The rules are those of Fawkes (``libs/config/yaml_node.h``): maps merge, scalars and lists replace; a list of
+maps has the path elements ``0``, ``1``, ... and is replaced as a whole. Where Fawkes silently drops a value
+(a scalar over a map, a value over ``null``), it is an error, or the value is used; see docs/configuration.md.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from cxbridge.config.tags import check_tag
 
 
 class NodeKind(Enum):
-    """The kind of a node of the tree; the value is its name in messages."""
+    """The kind of a node; the value is its name in messages."""
 
     NULL = "nothing"
     SCALAR = "a single value"
@@ -30,10 +29,10 @@ class NodeKind(Enum):
 class ConfigNode(Struct):
     """A node of the tree.
 
-    :param kind: the kind, which decides which of the following fields are set.
-    :param mark: where it was read.
-    :param text: the text of a scalar, unquoted; empty else.
-    :param items: the texts of the elements of a list.
+    :param kind: determines which of the following fields are set.
+    :param mark: the place in the file.
+    :param text: of a scalar, unquoted.
+    :param items: the elements of a list.
     :param children: the nodes below a map or a list of maps, by path element.
     """
 
@@ -44,19 +43,19 @@ class ConfigNode(Struct):
     children: dict[str, ConfigNode] = field(default_factory=dict)
 
     def copy(self) -> ConfigNode:
-        """Return a copy that shares nothing that can change."""
+        """Return an independent copy."""
         children = {key: child.copy() for key, child in self.children.items()}
         return ConfigNode(self.kind, self.mark, self.text, self.items, children)
 
     def find(self, path: str) -> ConfigNode | None:
-        """Return the node at a path (empty elements do not count), or None."""
+        """Return the node at a path, or None; empty path elements are ignored."""
         node: ConfigNode | None = self
         for element in split_path(path):
             node = node.children.get(element) if node else None
         return node
 
     def leaves(self, prefix: str) -> Iterator[tuple[str, ConfigNode]]:
-        """Yield path and node of everything below that has no children itself, in the order of the file."""
+        """Yield path and node of all leaves below this node in the order of the file."""
         for key, child in self.children.items():
             path = f"{prefix}/{key}"
             if child.children:
@@ -66,20 +65,22 @@ class ConfigNode(Struct):
 
 
 def split_path(path: str) -> list[str]:
-    """Return the elements of a path: ``/a//b/`` has two."""
+    """Return the elements of a path; ``/a//b/`` has two."""
     return [element for element in path.split("/") if element]
 
 
 class TreeBuilder:
-    """Builds trees from YAML nodes; collects probable mistakes in :attr:`warnings`."""
+    """Builds trees from YAML nodes and collects probable mistakes in ``warnings``."""
 
     def __init__(self) -> None:
         self.warnings: list[str] = []
 
     def build(self, node: YamlNode, depth: int = 0) -> ConfigNode:
-        """Return the tree of a YAML node, which lies that many path elements deep.
+        """Return the tree of a YAML node.
 
-        :raises ConfigError: for an unknown tag, a value that its tag forbids, a list of lists, an odd key.
+        :param depth: the number of path elements above it.
+        :raises ConfigError: for an unknown tag, a value that violates its tag, a list of lists, or an invalid
+            key.
         """
         check_tag(node)
         if isinstance(node, YamlScalar):
@@ -122,7 +123,7 @@ class TreeBuilder:
         return root
 
     def _duplicate(self, key: str, before: ConfigNode, value: ConfigNode, mark: Mark) -> None:
-        """Let the later of two equal keys win, as Fawkes does, when both are of one kind."""
+        """Report a duplicate key: a warning for equal kinds, where the later value is used as in Fawkes."""
         if before.kind is not value.kind:
             raise mark.error(
                 f"'{key}' is {value.kind.value} here, but {before.kind.value} in line {before.mark.line}",
@@ -134,7 +135,7 @@ class TreeBuilder:
 
 
 def _item(node: YamlNode) -> str:
-    """Return the text of an element of a list; null is the text ``null`` there, as in yaml-cpp."""
+    """Return the text of an element of a list; as in yaml-cpp, null becomes the text ``null``."""
     if not isinstance(node, YamlScalar):
         raise node.mark.error(
             "the elements of a list must be single values, or all of them maps",
@@ -156,9 +157,9 @@ def _key(node: YamlNode) -> list[str]:
 
 
 def overlay(base: ConfigNode, over: ConfigNode, path: str = "") -> None:
-    """Lay the tree ``over`` over the tree ``base``, which changes.
+    """Lay the tree ``over`` over the tree ``base``, which is changed.
 
-    :raises ConfigError: when a value would have to replace one of another kind.
+    :raises ConfigError: if a value would replace one of another kind.
     """
     if base.kind is NodeKind.MAP and over.kind is NodeKind.MAP:
         for key, child in over.children.items():

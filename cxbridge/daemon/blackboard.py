@@ -1,4 +1,4 @@
-"""The blackboard and the robot memory of a daemon as a component: there from the first to the last."""
+"""The component with the blackboard and the robot memory of a daemon."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from cxbridge.run.components.component import Component
 
 
 class BlackBoardComponent(Component):
-    """Closes the blackboard and the robot memory at the end."""
+    """Closes the blackboard and the robot memory after all other components."""
 
     steady = True
 
@@ -15,5 +15,4 @@ class BlackBoardComponent(Component):
         self._daemon = daemon
 
     def close(self) -> None:
-        """Close the blackboard and the robot memory."""
         self._daemon.release()

@@ -1,7 +1,7 @@
-"""A daemon on its own blackboard: how its components stand, and messages that command it.
+"""A daemon on its blackboard: the states of its components, and messages with commands.
 
-``DaemonInterface::cxbridge`` is the daemon, each ``ComponentInterface::NAME`` a component. So every way to
-the blackboard is a way to the daemon, recorders included.
+``DaemonInterface::cxbridge`` is the daemon, each ``ComponentInterface::NAME`` a component. Every client of
+the blackboard can therefore reach the daemon, and recorders record it.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ EXPLAIN_ID = "cxbridge"
 REQUEST_TYPE = "RequestInterface"
 OWNER = "cxbridge daemon"
 MAX_COMMANDS = 16
-"""Commands that may wait."""
+"""The maximal number of waiting commands."""
 
 INTERRUPT = "InterruptMessage"
-"""The message whose work is done before the main loop takes it."""
+"""The message that is processed on arrival, because the main loop may be stuck."""
 
 COMMANDS = {
     "PauseMessage": "pause",
@@ -36,18 +36,17 @@ COMMANDS = {
     "ShutdownMessage": "shutdown",
     INTERRUPT: "interrupt",
 }
-"""Messages of DaemonInterface, and their commands."""
+"""The messages of DaemonInterface, and their commands."""
 
 
 class DaemonBoard:
     """Writes the state of a daemon and takes its commands.
 
-    Opens its interfaces at once; they end with the blackboard.
+    The constructor opens the interfaces, which are closed with the blackboard.
 
-    :param components: the names, in the order of the start.
-    :param time_source: name of the clock.
-    :param on_message: gets the type of each new message, in the thread that brings it: the main loop
-        may be stuck.
+    :param components: the names in the order of the start.
+    :param time_source: the name of the clock.
+    :param on_message: called with the type of each new message, in the thread of its arrival.
     """
 
     def __init__(
@@ -57,7 +56,7 @@ class DaemonBoard:
         time_source: str,
         on_message: Callable[[str], None] = lambda _type: None,
     ) -> None:
-        # The fields of the interfaces come from their XML definition: there is no static type for them here.
+        # the class of the interface is made from XML at run time, so it has no static type
         daemon: Any = board.open_for_writing(
             "DaemonInterface", DAEMON_ID, owner=OWNER, queue_limit=MAX_COMMANDS
         )
@@ -71,13 +70,13 @@ class DaemonBoard:
         daemon.started = board.clock.now_us()
         daemon.version = VERSION
         daemon.time_source = time_source
-        self._lock = threading.RLock()  # the watchdog publishes, too
+        self._lock = threading.RLock()  # the watchdog's thread publishes, too
         board.register_listener(_Ear(on_message), daemon, EventKind.MESSAGE_RECEIVED)
 
     def publish(self, state: str, components: Sequence[ComponentStatus]) -> None:
-        """Write how the daemon and its components stand, where it is another way.
+        """Write the changed states of the daemon and its components.
 
-        :param state: name of a ``DaemonState``.
+        :param state: the name of a ``DaemonState``.
         """
         with self._lock:
             if not self._daemon.valid:
@@ -92,7 +91,7 @@ class DaemonBoard:
             self._write(self._daemon)
 
     def note(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
-        """Note where the daemon can be reached, or an error; written by the next :meth:`publish`."""
+        """Set the endpoints or the error; written by the next :meth:`publish`."""
         with self._lock:
             if self._daemon.valid:
                 if endpoints is not None:
@@ -106,14 +105,14 @@ class DaemonBoard:
             interface.write()
 
     def next_command(self) -> tuple[str, int] | None:
-        """Take the oldest command; return its name and the id of its message."""
+        """Remove the oldest command; return its name and the id of its message."""
         if self._daemon.msgq_empty():
             return None
         message = self._daemon.msgq_pop()
         return None if message is None else (COMMANDS.get(message.type, ""), message.id)
 
     def answer(self, msgid: int) -> None:
-        """Note that the command of a message was carried out; written by the next :meth:`publish`."""
+        """Set the id of the last processed message; written by the next :meth:`publish`."""
         with self._lock:
             if self._daemon.valid:
                 self._daemon.msgid = msgid
@@ -121,12 +120,12 @@ class DaemonBoard:
 
 
 class _Ear(Listener):
-    """Receives messages when they come."""
+    """Receives messages on arrival."""
 
     def __init__(self, on_message: Callable[[str], None]) -> None:
         self._on_message = on_message
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - as it is
-        """Report a message; it goes into the queue."""
+        """Report a message and let it be queued."""
         self._on_message(message.type)
         return True

@@ -1,4 +1,4 @@
-"""A daemon, as clients of its blackboard see it."""
+"""Clients of a daemon, over its blackboard."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ SKILLER = "SkillerInterface"
 _TYPE = "DaemonInterface"
 
 MOST_ARGUMENTS: Final = 8191
-"""Bytes of JSON that the arguments of a request may have."""
+"""The maximal bytes of a request's arguments as JSON."""
 
 
 class NoAnswerError(CxbridgeError):
-    """A daemon has not answered in time."""
+    """A daemon has not replied in time."""
 
     exit_status = 3
 
 
 def _check(board: BlackBoard) -> None:
-    """Raise when the blackboard is not that of a daemon."""
+    """Raise an error if the blackboard does not belong to a daemon."""
     if not any(info.has_writer for info in board.list(_TYPE, DAEMON_ID)):
         raise BlackBoardError(
             "this blackboard has no daemon", hint="only 'cxbridge daemon' reports its components"
@@ -36,12 +36,12 @@ def _check(board: BlackBoard) -> None:
 
 
 def read_status(board: BlackBoard) -> dict[str, Any]:
-    """Return how a daemon and its components stand, as JSON can have it.
+    """Return the states of a daemon and its components for JSON.
 
-    ``stopped`` says why the executive's rules are; empty while they are not. ``controllers`` says for each
-    Skiller which client has control of it, or ``nobody``.
+    ``stopped`` is the reason why the executive's rules are stopped, or empty. ``controllers`` maps Skillers
+    to the clients that have control of them, or to ``nobody``.
 
-    :raises BlackBoardError: when there is no daemon.
+    :raises BlackBoardError: if there is no daemon.
     """
     _check(board)
     with Feed(board, OWNER) as feed:
@@ -80,9 +80,9 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
 
 
 def command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
-    """Send a daemon ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``; return whether it did.
+    """Send ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``; return whether it was done.
 
-    :raises BlackBoardError: when there is no daemon.
+    :raises BlackBoardError: if there is no daemon.
     """
     _check(board)
     deadline = Deadline(timeout_s)
@@ -101,9 +101,9 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
     """Ask a daemon about a rule, a goal, an action, a fact or the run.
 
     :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
-    :param rules: how many rules to return of those that fired before each step of a goal.
-    :returns: ``lines`` and ``data``; None when it did not answer in time.
-    :raises CxbridgeError: when there is no daemon with an executive, or it has nothing to tell.
+    :param rules: the maximal number of firings before each step of a goal.
+    :returns: ``lines`` and ``data``, or None if there is no reply in time.
+    :raises CxbridgeError: if there is no daemon with an executive, or it has no explanation.
     """
     if not any(info.has_writer for info in board.list(EXPLAIN_TYPE, EXPLAIN_ID)):
         raise BlackBoardError(
@@ -131,16 +131,16 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
 
 
 def check_executive(board: BlackBoard) -> None:
-    """Raise when the blackboard is not that of a daemon."""
+    """Raise an error if the blackboard does not belong to a daemon."""
     if not any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID)):
         raise BlackBoardError("there is no daemon here", hint="only 'cxbridge daemon' takes such requests")
 
 
 def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) -> Any:
-    """Have a daemon do something with its executive; docs/debugging.md lists the verbs.
+    """Send a request to a daemon and return the result; docs/debugging.md lists the verbs.
 
-    :returns: the answer, of the kinds that JSON has.
-    :raises CxbridgeError: when there is no daemon, it refuses, or does not answer in time.
+    :returns: a JSON value.
+    :raises CxbridgeError: if there is no daemon, or it refuses, or does not reply in time.
     """
     check_executive(board)
     deadline = Deadline(timeout_s)

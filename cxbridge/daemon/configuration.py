@@ -1,4 +1,4 @@
-"""The configuration of a daemon, with its options on top."""
+"""The configuration of a daemon with its options."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from cxbridge.run.options import RunOptions, SourceOptions
 from cxbridge.run.source import source_of
 
 DEFAULT_CONFIG = Path("cxbridge.yaml")
-"""Stands for the configuration where none is given; need not exist."""
+"""The name of a missing configuration file."""
 
 
 def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
-    """Read the configuration, and make a clock, a bus and a main loop; returns them and the settings.
+    """Read the configuration and make a clock, a bus and a main loop; return them and the settings.
 
-    :raises CxbridgeError: when a file is missing or wrong, or a setting is wrong.
+    :raises CxbridgeError: if a file is missing or invalid, or a setting is invalid.
     """
     config, file = read_configuration(options)
     settings = DaemonSettings.of(config)
@@ -35,7 +35,7 @@ def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
 def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     """Return the configuration with its overlays, and its file.
 
-    :raises CxbridgeError: when a file is missing or wrong.
+    :raises CxbridgeError: if a file is missing or invalid.
     """
     config, file = Configuration(), DEFAULT_CONFIG
     source = source_of(_named(options))
@@ -61,9 +61,9 @@ def _named(options: DaemonOptions) -> RunOptions:
 
 
 def make_run_options(options: DaemonOptions, config: Configuration, settings: DaemonSettings) -> RunOptions:
-    """Return the options of the parts that runs have, too.
+    """Return the options of the parts that daemons share with runs.
 
-    :raises CxbridgeError: when an option is wrong.
+    :raises CxbridgeError: if an option is invalid.
     """
     named = _named(options)
     made = replace(

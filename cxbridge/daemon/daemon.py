@@ -39,17 +39,17 @@ if TYPE_CHECKING:
     from cxbridge.run.plugin_settings import PluginSettings
 
 COMPONENT = "Daemon"
-"""Under which the daemon logs."""
+"""The name of the daemon in log lines."""
 
 _WATCH_US = MICROSECONDS
 
 
 class Daemon(Run):
-    """A run that lasts until it is stopped: made from its options, started and stopped by :meth:`run`.
+    """A run that lasts until it is stopped.
 
     :param options: the options of the command line.
     :param console: gets the log lines.
-    :raises CxbridgeError: when the configuration is wrong.
+    :raises CxbridgeError: if the configuration is invalid.
     """
 
     waits_for_skiller = False
@@ -63,16 +63,16 @@ class Daemon(Run):
             base.bus.subscribe(console, LogLine)
         self.log = base.bus.logger(COMPONENT)
         self.endpoints: list[str] = []
-        """Where it can be reached, as far as its servers are up."""
+        """The endpoints of the started servers."""
         self._state = "STARTING"
         self._next_watch_us = 0
+        # The thread of :meth:`run`, 0 before it.
         self._thread = 0
-        """The thread of :meth:`run`; 0 before."""
         self._notifier = Notifier()
         self.node: ExecutiveNode | None = None
-        """The executive, as clients see it; None: a daemon without one."""
+        """The executive for clients, None without one."""
         self.plugins: DaemonPlugins | None = None
-        """The components for Fawkes' plugin tool; None without a server for that."""
+        """The components for Fawkes' plugin tool, None without a server for it."""
         super().__init__(make_run_options(options, base.config, settings), base)
         self.stalls = Stalls(
             self.loop,
@@ -101,11 +101,11 @@ class Daemon(Run):
 
     @property
     def operations(self) -> OperationContext:
-        """What operations on the daemon work on."""
+        """The objects that operations work on."""
         return self._requests.context
 
     def _make_nodes(self) -> None:
-        """Make the nodes of all components; they make the components when they are configured."""
+        """Make the nodes of all components, which make the components when they are configured."""
         nodes = [self._node(row) for row in needed_components(self, *DAEMON_COMPONENTS)]
         self.lifecycle = ComponentManager(
             nodes, self.clock, self.log, policy=self.settings.on_failure, on_change=self._publish
@@ -124,32 +124,30 @@ class Daemon(Run):
 
     @property
     def has_clients(self) -> bool:
-        """Whether clients may ask questions: always."""
+        """Whether clients may send requests; always True."""
         return True
 
     @property
     def rights(self) -> Rights:
-        """What clients may do."""
+        """The rights of clients."""
         return self.settings.rights
 
     def section(self, name: str) -> PluginSettings | None:
-        """Return the settings of a plug-in; None when the configuration has none."""
+        """Return the settings of a plug-in, None if they are missing."""
         return self.settings.sections.get(name)
 
     def add_endpoints(self, endpoints: Sequence[str], purpose: str = "the blackboard") -> None:
-        """Announce where a server can be reached."""
+        """Announce the endpoints of a server."""
         for endpoint in endpoints:
             self.log.info(f"Serving {purpose} at {endpoint}")
         self.endpoints += endpoints
         self.status.note(endpoints=self.endpoints)
 
-    # -- life
-
     def run(self) -> int:
-        """Start, work until SIGINT, SIGTERM, a command or a failure, and stop; return the exit status.
+        """Start the components, work until a signal, a command or a failure, and stop.
 
-        :returns: 0 after a stop that was asked for, 4 after a failure.
-        :raises CxbridgeError: when a component cannot be started and the policy is to stop.
+        :returns: the exit status: 0 after a requested stop, 4 after a failure.
+        :raises CxbridgeError: if a component fails to start and the policy is to stop.
         """
         self._thread = get_ident()
         for warning in self.warnings:
@@ -160,7 +158,7 @@ class Daemon(Run):
                 with self.loop.busy():
                     self.lifecycle.startup(interrupt)
                 if interrupt.received:
-                    # a start that was broken off may have failed for that reason only
+                    # an interrupted start may have failed only because of the interrupt
                     self.lifecycle.failure = ""
                 elif self.lifecycle.failure:
                     raise self._foreseen(self.lifecycle.failure_error)
@@ -173,11 +171,11 @@ class Daemon(Run):
                 self.stalls.watchdog.stop()
                 self.clock.close()
         if isinstance(self.lifecycle.failure_error, BrokenAgentError):
-            raise self.lifecycle.failure_error  # a file that was loaded later
+            raise self.lifecycle.failure_error  # in a file that was loaded later
         return FAULT if self.lifecycle.failure else 0
 
     def _foreseen(self, error: Exception) -> Exception:
-        """Return a user's error unchanged, and for any other error one that names the component."""
+        """Return a user's error unchanged, and other errors with the name of the component."""
         if isinstance(error, CxbridgeError) or (isinstance(error, OSError) and error.filename is not None):
             return error
         failed = ComponentFailedError(self.lifecycle.failure)
@@ -191,11 +189,11 @@ class Daemon(Run):
         self.loop.run(lambda: bool(self.lifecycle.failure))
 
     def stop(self) -> None:
-        """Make :meth:`run` return soon; from any thread."""
+        """Make :meth:`run` return soon; callable from any thread."""
         self.loop.stop()
 
     def _force(self) -> None:
-        """End what rules do that do not come to their end; from any thread."""
+        """Interrupt rules that do not end; callable from any thread."""
         if self.node is None:
             return
         if self._state == "STOPPING":
@@ -214,10 +212,8 @@ class Daemon(Run):
         self.lifecycle.shutdown()
         self.log.info("Stopped")
 
-    # -- in other threads
-
     def _take_message(self, message: str) -> None:
-        """Take a command that has come: a loop that is stuck cannot carry it out."""
+        """Process a command on arrival that a stuck loop cannot process."""
         if not self.settings.rights.control or message == "ResumeMessage":
             return
         if message == INTERRUPT:
@@ -226,18 +222,16 @@ class Daemon(Run):
             self.stalls.watchdog.interrupt()
 
     def _report_stall(self, stall: Stall | None) -> None:
-        """Report a loop that does not come to its end, or has come to it; in the watchdog's thread."""
+        """Report the start or end of a stuck cycle; called in the watchdog's thread."""
         if stall is None:
             self.log.info("The loop continues")
         elif self.loop.stopping:
-            self.stalls.watchdog.interrupt()  # no client is left to do so
+            self.stalls.watchdog.interrupt()  # no client is left to interrupt it
         self._notifier.status("goes on" if stall is None else str(stall))
         self._publish()
 
-    # -- every loop
-
     def _poll(self) -> None:
-        """Carry out commands; once a second, see whether all is well."""
+        """Process commands, and check the components once a second."""
         while (command := self.status.next_command()) is not None:
             self._command(*command)
         if self.plugins is not None and self.plugins.poll():
@@ -255,22 +249,22 @@ class Daemon(Run):
         if not rights.allow(Right.CONTROL):  # the servers have refused it already
             self.log.warn(f"Refusing to {verb}: {rights.why_not(Right.CONTROL)}")
             return
-        self.status.answer(0)  # a state that is published on the way is not an answer yet
+        self.status.answer(0)  # states published while the command is processed must not count as its reply
         self.carry_out(verb)
         self.status.answer(msgid)
         self._settle()
 
     def carry_out(self, verb: str) -> None:
-        """Carry out a command of a client, between two steps of the main loop.
+        """Process a command of a client, between two steps of the main loop.
 
-        Other threads send :func:`cxbridge.daemon.client.command`: CLIPS bears one thread at a time.
+        CLIPS allows a single thread; other threads use :func:`cxbridge.daemon.client.command`.
 
-        :raises RuntimeError: on another thread than that of :meth:`run`.
+        :raises RuntimeError: in another thread than that of :meth:`run`.
         """
         if get_ident() != self._thread:
             raise RuntimeError("a daemon's commands are carried out by its main loop: send it a message")
         if verb == "interrupt":
-            return  # it was carried out when it came
+            return  # processed on arrival
         self.log.info(f"A client asks to {verb}")
         if verb == "shutdown":
             self.stop()
@@ -282,11 +276,11 @@ class Daemon(Run):
 
     @property
     def state(self) -> str:
-        """How it stands: name of a ``DaemonState``."""
+        """The name of the daemon's ``DaemonState``."""
         return "DEGRADED" if self.stalls.text and self._state == "RUNNING" else self._state
 
     def status_of_components(self) -> list[ComponentStatus]:
-        """Return how the components stand."""
+        """Return the states of the components."""
         stall = self.stalls.now
         return [
             replace(status, reason=str(stall))
@@ -296,9 +290,9 @@ class Daemon(Run):
         ]
 
     def change_component(self, name: str, transition: str) -> None:
-        """Let one component take one step of its life, in the thread of the main loop.
+        """Let a component make a transition of its lifecycle, in the thread of the main loop.
 
-        :raises LifecycleError: when it cannot.
+        :raises LifecycleError: if it cannot.
         """
         try:
             self.lifecycle.change_one(name, transition)
@@ -306,7 +300,7 @@ class Daemon(Run):
             self._settle()
 
     def _settle(self) -> None:
-        """Report how the daemon stands."""
+        """Compute and publish the state of the daemon."""
         states = {status.state for status in self.lifecycle.status()}
         if self.lifecycle.paused:
             self._state = "PAUSED"

@@ -1,4 +1,4 @@
-"""The executive of a daemon, as its clients see it."""
+"""The executive of a daemon, for clients."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class ExecutiveNode(ManagedNode[ThinkingComponent]):
-    """The executive as clients see it; without environments while it is not configured.
+    """The executive for clients, without environments unless it is configured.
 
     Breakpoints survive a reset.
 
@@ -35,7 +35,6 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
     _checks: AgentChecks | None = None
 
     def configure_component(self, component: ThinkingComponent) -> None:
-        """Load the core and the agent."""
         component.watch()
         if self._control is not None:
             self._control.move_to(component.executive)
@@ -45,49 +44,47 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
         self._configured = True
 
     def on_cleanup(self) -> None:
-        """Finalize, and unload everything."""
         if self.executive is not None:
             self._control = self.executive.control
         self._configured = False
         super().on_cleanup()
 
     def step(self) -> None:
-        """Think, and do what clients have asked for."""
+        """Run a step of the executive and the requested work of clients."""
         super().step()
         if self._checks is not None:
             self._checks.look()
             if self._checks.all_initialized:
-                self._checks = None  # from now on clients load files, too
+                self._checks = None  # from here on clients load files, too
         if self._configured and self.component is not None:
             self.component.manager.run_extra()
 
     @property
     def executive(self) -> Executive | None:
-        """The executive; None while it is not configured."""
+        """The executive, None unless it is configured."""
         component = self.component
         return component.executive if component is not None and self._configured else None
 
     @property
     def env(self) -> ClipsEnvironment | None:
-        """The environment."""
         return None if self.executive is None else self.executive.env
 
     @property
     def goals(self) -> Mapping[str, GoalState]:
-        """The goals that have a fact, by id."""
+        """The goals with a fact, by id."""
         return {} if self.executive is None else self.executive.goals.open
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
-        """All environments by name; also while they are being loaded or finalized."""
+        """All environments by name, including those being loaded or finalized."""
         return {} if self.component is None else self.component.manager.environments
 
     def interrupt(self) -> None:
-        """End the thinking that is under way, and let no other begin; from any thread."""
+        """Interrupt the running rules, and let no rule start; callable from any thread."""
         for env in tuple(self.environments.values()):
             env.interrupt()
 
     def break_off(self) -> None:
-        """End the thinking of this loop; from any thread."""
+        """Interrupt the rules of this cycle; callable from any thread."""
         for env in tuple(self.environments.values()):
             env.break_off()

@@ -11,6 +11,7 @@ from msgspec import Meta
 
 from cxbridge.run.options import BrokenOptions, LogOptions, Setting, SourceOptions
 
+# The settings of options, by path below ``cxbridge``.
 _SETTINGS = {
     "endpoints": "zmq/endpoints",
     "insecure": "zmq/insecure",
@@ -30,15 +31,14 @@ _SETTINGS = {
     "log": "record/log",
     "bblog": "record/bblog",
 }
-"""Options that stand for a setting, and its path below ``cxbridge``."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ConfigurationOptions:
-    """Where the configuration comes from.
+    """The sources of the configuration.
 
-    :param config: a scenario, or a Fawkes configuration, with or without a tree ``cxbridge:``.
-    :param overlay: files that are laid over the configuration, each over those before.
+    :param config: a scenario or a Fawkes configuration, with or without a tree ``cxbridge:``.
+    :param overlay: files that are laid over the configuration in order.
     """
 
     config: Annotated[
@@ -56,7 +56,7 @@ class ConfigurationOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ServerOptions:
-    """Where a daemon serves its blackboard, and to whom."""
+    """The endpoints of a daemon and their permitted clients."""
 
     endpoints: Annotated[
         tuple[str, ...],
@@ -85,7 +85,7 @@ class ServerOptions:
 class PartOptions:
     """The parts of a daemon.
 
-    :param agent: the one that it is, of a scenario with several.
+    :param agent: its agent in a scenario with several.
     """
 
     skiller: Annotated[str | None, Meta(description="Who executes skills.")] = None
@@ -101,7 +101,7 @@ class PartOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class DaemonSourceOptions(SourceOptions):
-    """Where the files of a daemon's agent come from; the policy for failures, and the recording."""
+    """The sources of an agent's files, the policy for failures, and the recording."""
 
     clips_dirs: Annotated[tuple[Path, ...], Meta(description="A folder of CLIPS files. Repeatable.")] = ()
     on_failure: Annotated[
@@ -121,7 +121,7 @@ class DaemonOptions(
 ):
     """The options of ``cxbridge daemon``; see its help.
 
-    :param settings: more settings, by path below ``cxbridge``; they win over all else.
+    :param settings: further settings by path below ``cxbridge``, which take precedence.
     """
 
     commands: ClassVar[frozenset[str]] = frozenset({"agent", "daemon"})
@@ -129,7 +129,7 @@ class DaemonOptions(
     settings: tuple[tuple[str, Setting], ...] = ()
 
     def all_settings(self) -> Iterator[tuple[str, Setting]]:
-        """Yield the settings that options stand for, then :attr:`settings`, by path below ``cxbridge``."""
+        """Yield the settings of options, then `settings`, by path below ``cxbridge``."""
         for name, path in _SETTINGS.items():
             value = getattr(self, name)
             if isinstance(value, tuple):

@@ -1,4 +1,4 @@
-"""The components of a daemon as plugins, for Fawkes' ffplugin."""
+"""The components of a daemon as plugins for Fawkes' ffplugin."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.run.components.manager import ComponentManager, LifecycleError, State
 
 ANSWER_S = 30.0
-"""Seconds that loading or unloading may take."""
+"""The maximal seconds of loading or unloading."""
 
 
 class _Request:
-    """A client waits for a component to be loaded or unloaded."""
+    """A client's request to load or unload a component."""
 
     def __init__(self, name: str, *, load: bool) -> None:
         self.name = name
@@ -26,28 +26,28 @@ class _Request:
         self._fate = threading.Lock()
 
     def claim(self) -> bool:
-        """Return whether the caller decides about the request: the first caller does.
+        """Claim the request; only the first claim succeeds.
 
-        The main loop claims a request that it carries out, a client that waits no longer one that it takes
-        back.
+        The main loop claims a request before it processes it, a client whose wait has timed out to withdraw
+        it.
         """
         return self._fate.acquire(blocking=False)
 
 
 class Watchers(Protocol):
-    """Gets a notice of plugins that come and go: :class:`PluginManager`."""
+    """Gets notifications of loaded and unloaded plugins; see :class:`PluginManager`."""
 
     def notify_loaded(self, name: str) -> None:
-        """Report that a plugin was loaded."""
+        """Report a loaded plugin."""
 
     def notify_unloaded(self, name: str) -> None:
-        """Report that a plugin was unloaded."""
+        """Report an unloaded plugin."""
 
 
 class DaemonPlugins:
-    """Starts and stops single components on request of other threads, in the thread of the main loop.
+    """Starts and stops components for other threads, in the thread of the main loop.
 
-    :param manager: has the components; those that serve clients are not plugins.
+    :param manager: of the components; those that serve clients are not plugins.
     :param allowed: whether clients may change anything.
     """
 
@@ -58,20 +58,20 @@ class DaemonPlugins:
         self._closed = False
         self._notified: list[str] = []
         self.watchers: Watchers | None = None
-        """Gets a notice of each plugin that is loaded or unloaded, whichever client asked."""
+        """Gets notifications of all loaded and unloaded plugins."""
 
     def available(self) -> Sequence[FawkesPlugin]:
-        """Return all components that can be loaded and unloaded."""
+        """Return the components that can be loaded and unloaded."""
         return [FawkesPlugin(node.name, node.description) for node in self._manager.nodes if not node.steady]
 
     def loaded(self) -> Sequence[str]:
-        """Return the names of those that are active, in the order of the start."""
+        """Return the names of the active components in the order of the start."""
         return [node.name for node in self._manager.nodes if not node.steady and node.state is State.ACTIVE]
 
     def load(self, name: str) -> None:
-        """Start components, several with commas between; returns when they are active.
+        """Start components, separated by commas, and wait until they are active.
 
-        :raises CxbridgeError: when one cannot be started.
+        :raises CxbridgeError: if one cannot be started.
         """
         for part in name.split(","):
             self._ask(_Request(part.strip(), load=True))
@@ -79,7 +79,7 @@ class DaemonPlugins:
     def unload(self, name: str) -> None:
         """Stop a component.
 
-        :raises CxbridgeError: when it cannot be stopped.
+        :raises CxbridgeError: if it cannot be stopped.
         """
         self._ask(_Request(name.strip(), load=False))
 
@@ -95,10 +95,8 @@ class DaemonPlugins:
         if request.error is not None:
             raise request.error
 
-    # -- in the main loop's thread
-
     def poll(self) -> bool:
-        """Carry out the requests; return whether there were any."""
+        """Process the requests; return whether there were any."""
         found = False
         while self._requests:
             request = self._requests.popleft()
@@ -124,7 +122,7 @@ class DaemonPlugins:
                     self.watchers.notify_loaded(name)
 
     def close(self) -> None:
-        """Refuse the waiting requests, and all further ones."""
+        """Refuse the waiting and all further requests."""
         self._closed = True
         while self._requests:
             request = self._requests.popleft()

@@ -1,4 +1,4 @@
-"""The recorder of a daemon: it keeps earlier recordings, and serves the switch of Fawkes' bblogger."""
+"""The recorder of a daemon, with numbered recordings and the switch of Fawkes' bblogger."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from cxbridge.trace.switch import RecordingSwitch
 
 
 class DaemonRecorder(RecorderComponent):
-    """Records everything that happens.
+    """Records all events.
 
-    :raises TraceError: when a file cannot be written.
+    :raises TraceError: if a file cannot be written.
     """
 
     def __init__(self, daemon: Daemon) -> None:
@@ -19,14 +19,13 @@ class DaemonRecorder(RecorderComponent):
         self._switch = _make_switch(daemon, self.recorder)
 
     def close(self) -> None:
-        """Finish the files."""
         if self._switch is not None:
             self._switch.close()
         super().close()
 
 
 def _make_switch(daemon: Daemon, recorder: Recorder) -> RecordingSwitch | None:
-    """Let ``ffbblog enable`` and ``disable`` switch what Fawkes' bblogger would write."""
+    """Return the switch by which ``ffbblog enable`` and ``disable`` control bblogger files."""
     if daemon.settings.bblog is None or not daemon.settings.rights.control:
         return None
     from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415 - for those who write it

@@ -1,4 +1,4 @@
-"""Takes requests to a daemon over its blackboard: an operation of :mod:`cxbridge.operations` each."""
+"""Requests to a daemon over its blackboard, each an operation of :mod:`cxbridge.operations`."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
 MOST_GOALS: Final = 400
 MOST_ACTIONS: Final = 400
 MOST_LINES: Final = 200
-"""Goals, plan-actions and log lines in an answer; the state remembers :data:`MOST_LINES` lines."""
+"""The maximal numbers of goals, plan-actions and log lines in a reply."""
 
 _TEXT: Final = 200
 
 
 class DaemonState:
-    """Gathers the state of the daemon.
+    """Collects the state of the daemon.
 
-    :param bus: has the log and the skills.
-    :param node: the executive; None: a daemon without an executive.
-    :param loop: whose loops are counted.
+    :param bus: emits log lines and skills.
+    :param node: the executive, None without one.
+    :param loop: counts the cycles.
     """
 
     def __init__(self, bus: EventBus, node: ExecutiveNode | None, loop: MainLoop | None = None) -> None:
@@ -57,17 +57,18 @@ class DaemonState:
 
     def _take(self, event: Event) -> None:
         if isinstance(event, LogLine):
-            with self._lock:  # a client that asks for the lines after a number misses none before it
+            # assigns the number under the lock, so that a client that asks for later lines misses none
+            with self._lock:
                 line = (next(self._numbers), event.level.value, event.component, cut(event.text, _TEXT))
                 self._lines.append(line)
         elif isinstance(event, SkillStatus):
             self._skills[event.skiller] = (cut(event.skill_string, _TEXT), event.status)
 
     def describe(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return it, as JSON can have it.
+        """Return the state for JSON.
 
-        :param given: ``since``: the log lines after this number. ``goals``: the number of goals at most,
-            :data:`MOST_GOALS` by default. ``words``: only goals with this in them, and those above them.
+        :param given: ``since``: only later log lines. ``goals``: the maximal number of goals, by default
+            `MOST_GOALS`. ``words``: only goals with this text, and their ancestors.
         """
         since, most = int(given.get("since", 0)), int(given.get("goals", MOST_GOALS))
         goals = self._goals(str(given.get("words", "")).lower())
@@ -82,7 +83,7 @@ class DaemonState:
         }
 
     def _goals(self, words: str) -> list[dict[str, str]]:
-        """Return the goals that have these words, and those above them."""
+        """Return the goals with a text, and their ancestors."""
         if self._node is None:
             return []
         rows = {
@@ -98,7 +99,7 @@ class DaemonState:
         return [row for goal, row in rows.items() if goal in wanted]
 
     def _actions(self) -> list[dict[str, str]]:
-        """Return slots of the plan-actions there are."""
+        """Return slots of the present plan-actions."""
         env = None if self._node is None else self._node.env
         if env is None:
             return []
@@ -113,7 +114,7 @@ class DaemonState:
 
 
 MOST_REQUESTS: Final = 16
-"""Requests that may wait."""
+"""The maximal number of waiting requests."""
 
 _ANSWER_BYTES: Final = 262_143
 _REASON_BYTES: Final = 1000
@@ -121,14 +122,13 @@ _LOGGED: Final = 500
 
 
 class DaemonRequests:
-    """Takes requests and carries them out, one a loop.
+    """Takes requests and processes one per cycle.
 
     :param bus: the events of the daemon.
-    :param node: the executive; None: a daemon without an executive.
-    :param rights: what clients may do.
-    :param components: returns the state of each component of the daemon, in the order of their start.
-    :param change_component: lets the component of that name take a transition.
-    :param loop: the main loop.
+    :param node: the executive, None without one.
+    :param rights: of clients.
+    :param components: returns the state of each component in the order of the start.
+    :param change_component: lets a component make a transition.
     """
 
     def __init__(
@@ -141,7 +141,7 @@ class DaemonRequests:
         change_component: Callable[[str, str], None],
         loop: MainLoop | None = None,
     ) -> None:
-        # The fields of the interface come from its XML definition: there is no static type for them here.
+        # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing(
             REQUEST_TYPE, DAEMON_ID, owner=OWNER, queue_limit=MOST_REQUESTS
         )
@@ -156,10 +156,10 @@ class DaemonRequests:
             change_component,
             DaemonState(bus, node, loop).describe,
         )
-        """What operations work on."""
+        """The objects that operations work on."""
 
     def attend(self) -> None:
-        """Report where the rules are stopped, and carry out the next request. Called once a loop."""
+        """Report whether the rules are stopped, and process the next request; called once per cycle."""
         if (self._interface.msgq_empty() and self._stopped is self._stop) or not self._interface.valid:
             return
         self._report_stop()
@@ -169,19 +169,19 @@ class DaemonRequests:
             self._report_stop()
 
     def resume(self) -> None:
-        """Resume the rules where they are stopped."""
+        """Resume stopped rules."""
         if (control := self._control) is not None:
             control.go_on()
 
     @property
     def _control(self) -> RuleControl | None:
-        """The debugger of the rules, if a client has asked for it."""
+        """The debugger of the rules, if a client uses it."""
         executive = None if self._node is None else self._node.executive
         return None if executive is None else executive.control
 
     @property
     def _stopped(self) -> Stopped | None:
-        """Where the rules are stopped now."""
+        """The present stop of the rules, if any."""
         return None if (control := self._control) is None else control.stopped
 
     def _report_stop(self) -> None:
@@ -200,7 +200,7 @@ class DaemonRequests:
             answer: dict[str, Any] = {"result": self._carry_out(verb, arguments)}
         except CxbridgeError as error:
             answer = _refusal(error)
-        except Exception as error:  # noqa: BLE001  nothing that is asked may end a daemon
+        except Exception as error:  # noqa: BLE001 - no request may end a daemon
             answer = _refusal(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
         text = json.dumps(answer | {"token": token})
         if len(text) > _ANSWER_BYTES:
@@ -212,9 +212,9 @@ class DaemonRequests:
         self._interface.write()
 
     def _carry_out(self, verb: str, arguments: str) -> Any:
-        """Carry out a request and return the answer, as JSON can have it.
+        """Process a request and return the reply for JSON.
 
-        :raises CxbridgeError: when the request is wrong, not allowed, or fails.
+        :raises CxbridgeError: if the request is invalid, not allowed, or fails.
         """
         from cxbridge.operations.table import operations  # noqa: PLC0415 - start-up time is a feature
 
@@ -234,14 +234,14 @@ class DaemonRequests:
 
 
 def _in_one_line(text: str) -> str:
-    """Return the start of a client's text, for the log: as one line, so that it looks like no other line."""
+    """Return the start of a client's text for the log, on one line so that it cannot imitate other lines."""
     return one_line(text[:_LOGGED])
 
 
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
-    """Return the arguments of a request.
+    """Parse the arguments of a request.
 
-    :raises CxbridgeError: when they are not a JSON object.
+    :raises CxbridgeError: if they are not a JSON object.
     """
     try:
         given = json.loads(arguments or "{}")

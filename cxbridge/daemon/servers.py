@@ -1,4 +1,4 @@
-"""The servers of a daemon, each in its threads: ZeroMQ, and Fawkes' protocol for Fawkes' tools."""
+"""The servers of a daemon: ZeroMQ, and Fawkes' protocol for Fawkes' tools."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from cxbridge.run.components.component import Component
 
 
 class Server(Protocol):
-    """Serves in another thread."""
+    """Serves in its threads."""
 
     def start(self) -> None:
-        """Begin to serve."""
+        """Start serving."""
 
     def stop(self) -> None:
-        """Serve no more, and release everything."""
+        """Stop serving and release the resources."""
 
 
 ServerType = TypeVar("ServerType", bound=Server)
 
 
 class ServerComponent(Component, ABC, Generic[ServerType]):
-    """A server: made and started when it is activated; it serves while other components are paused."""
+    """A server, made and started on activation; it runs while other components are paused."""
 
     steady = True
 
@@ -47,10 +47,9 @@ class ServerComponent(Component, ABC, Generic[ServerType]):
 
     @abstractmethod
     def endpoints(self, server: ServerType) -> list[str]:
-        """Return the URLs of a server that has started."""
+        """Return the URLs of a started server."""
 
     def activate(self) -> None:
-        """Begin to serve."""
         server = self.make()
         try:
             server.start()
@@ -61,15 +60,12 @@ class ServerComponent(Component, ABC, Generic[ServerType]):
         self._daemon.add_endpoints(self.endpoints(server))
 
     def deactivate(self) -> None:
-        """Serve no more."""
         server, self._server = self._server, None
         if server is not None:
             server.stop()
 
 
 class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
-    """Serves the blackboard over ZeroMQ."""
-
     def make(self) -> ZmqBlackBoardServer:
         """Make the server, with CURVE if there are keys."""
         settings, keys = self._daemon.settings, None
@@ -85,18 +81,17 @@ class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
         )
 
     def endpoints(self, server: ZmqBlackBoardServer) -> list[str]:
-        """Return the URLs, with the ports that were free."""
+        """Return the URLs with their actual ports."""
         return server.endpoints
 
 
 class FawkesComponent(ServerComponent[FawkesServer]):
-    """Serves the blackboard over Fawkes' own protocol."""
+    """Serves the blackboard over Fawkes' protocol."""
 
     def make(self) -> FawkesServer:
-        """Make the server."""
         daemon = self._daemon
         settings, rights = daemon.settings.fawkes, daemon.settings.rights
-        assert settings is not None  # else it is not needed
+        assert settings is not None  # otherwise the component is not needed
         plugins = daemon.plugins = DaemonPlugins(daemon.lifecycle, allowed=rights.allow(Right.CONTROL))
         manager = plugins.watchers = PluginManager(plugins, daemon.log.warn)
         components = (
@@ -117,6 +112,6 @@ class FawkesComponent(ServerComponent[FawkesServer]):
         )
 
     def endpoints(self, server: FawkesServer) -> list[str]:
-        """Return the URL, with the port that was free."""
+        """Return the URL with its actual port."""
         host = f"[{server.host}]" if ":" in server.host else server.host
         return [f"fawkes://{host}:{server.port}"]

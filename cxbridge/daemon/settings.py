@@ -21,7 +21,7 @@ from cxbridge.run.standstill import LIMIT_S
 from cxbridge.suggestions import did_you_mean
 
 TREE = "/cxbridge"
-"""Where a daemon serves its blackboard over ZeroMQ."""
+"""The path of the settings."""
 
 DEFAULT_FAWKES_PORT = 1910
 
@@ -56,9 +56,9 @@ _KNOWN = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FawkesSettings:
-    """The port for Fawkes' tools.
+    """The server for Fawkes' tools.
 
-    :param allow: addresses and networks that may connect, besides the loopback.
+    :param allow: addresses and networks that may connect, in addition to loopback.
     """
 
     host: str
@@ -68,16 +68,16 @@ class FawkesSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DaemonSettings:
-    """A daemon's settings.
+    """The settings of a daemon.
 
     :param skiller: ``lua``, ``simulator``, ``none``, or the URL of a blackboard with a Skiller.
     :param endpoints: of ZeroMQ.
-    :param secret_key: CURVE key file of the daemon; with ``clients``.
-    :param clients: folder with the public keys of clients that may connect.
-    :param fawkes: None: no port for Fawkes' tools.
-    :param sections: the settings of plug-ins, by the names of their rows in the table SETTINGS.
-    :param rights: what clients may do.
-    :param watchdog_s: seconds that a loop may take before there is a warning; 0: any time.
+    :param secret_key: the CURVE key file of the daemon; requires ``clients``.
+    :param clients: the folder with the public keys of allowed clients.
+    :param fawkes: None: no server for Fawkes' tools.
+    :param sections: the settings of plug-ins by the names of their rows in the table SETTINGS.
+    :param rights: of clients.
+    :param watchdog_s: the duration of a cycle in seconds after which to warn; 0: never.
     """
 
     clock: str
@@ -103,7 +103,7 @@ class DaemonSettings:
     def of(cls, config: Configuration) -> DaemonSettings:
         """Read the settings of a configuration.
 
-        :raises ConfigError: when a setting is unknown or has a wrong type or value.
+        :raises ConfigError: if a setting is unknown or invalid.
         """
         _refuse_unknown(config)
 
@@ -151,7 +151,7 @@ class DaemonSettings:
         return settings
 
     def check(self) -> None:
-        """Raise :class:`ConfigError` when settings do not go together."""
+        """Raise :class:`ConfigError` if settings contradict each other."""
         if self.clock == "virtual":
             raise ConfigError(
                 "a daemon cannot live on a virtual clock", hint="cxbridge/clock: real, scaled:N, or ros2"
@@ -171,7 +171,7 @@ def _choice(
     *,
     url: bool = False,
 ) -> str:
-    """Return a value that must be one of a few.
+    """Return a setting with a fixed set of values.
 
     :param url: the URL of a blackboard will do, too.
     """
@@ -184,7 +184,7 @@ def _choice(
 
 
 def _seconds(config: Configuration, name: str, default: float) -> float:
-    """Return a time that must not be negative."""
+    """Return a non-negative time."""
     path = f"{TREE}/{name}"
     value = config.get_float(path, default=default)
     if not 0 <= value < math.inf:
@@ -193,12 +193,12 @@ def _seconds(config: Configuration, name: str, default: float) -> float:
 
 
 def core_of(config: Configuration) -> str | None:
-    """Return the CX core to use; None: the one that fits the checkout."""
+    """Return the CX core, None for the one that fits the checkout."""
     return _choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
 
 
 def _refuse_unknown(config: Configuration) -> None:
-    """Refuse unknown settings: a misspelt setting would silently not count."""
+    """Raise an error for unknown settings, because a misspelt one would have no effect."""
     known = (*_KNOWN, *plugin_keys())
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")

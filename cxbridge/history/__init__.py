@@ -1,6 +1,6 @@
-"""The history of a run: its goals, plan-actions, skills and planner calls, made of events, live or recorded.
+"""The history of a run: goals, plan-actions, skills and planner calls.
 
-:mod:`.transitions` makes events of facts, :mod:`.builder` makes the :mod:`.model` of events, and
-:mod:`.linking` pairs plan-actions with the skills that executed them. :mod:`.state` has what holds at
-one moment.
+:mod:`.transitions` derives events from facts, :mod:`.builder` builds the :mod:`.model` from live or recorded
+events, and :mod:`.linking` pairs plan-actions with the skills that executed them. :mod:`.state` is the state
+of a run at one moment.
 """

@@ -1,4 +1,4 @@
-"""The executions of a skill board's executors, as the skills of Skillers."""
+"""The executions of a skill board's executors, in the form of skills of Skillers."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
 
 
 class BoardExecutions:
-    """Makes of each execution a call, with its agent and the feedback that came.
+    """Builds a call from each execution and its feedback.
 
-    :param limit: how many are kept.
+    :param limit: the maximal number of calls.
     """
 
     def __init__(self, limit: int) -> None:
@@ -24,14 +24,14 @@ class BoardExecutions:
         self.lost = 0
 
     def take(self, event: InterfaceMessage, here: tuple[int, int]) -> None:
-        """Take a message of a run."""
+        """Process a message of a run."""
         env = agent_of(event)
         for message, _master in self._exchange.take(event):
             key = env, message.node_id
             if message.type == "CONFIRM":
                 self._begin(message, env, event.msgid, here)
             elif key not in self._running or self._running[key][0].request != message.request:
-                continue  # an executor that is busy refuses another request
+                continue  # a busy executor refuses other requests
             elif message.type == "FEEDBACK":
                 call, summary, count = self._running[key]
                 self._running[key] = call, summary, count + 1
@@ -49,7 +49,7 @@ class BoardExecutions:
             env, message.node_id, cut(summary), msgid, here, None, _RUNNING, request=message.request
         )
         before = self._running.get((env, message.node_id))
-        if before is not None:  # its executor began anew, or the answer was lost
+        if before is not None:  # the executor restarted, or the reply was lost
             before[0].end, before[0].status = here, "stopped"
         self._running[env, message.node_id] = call, summary, 0
         if len(self.calls) < self._limit:

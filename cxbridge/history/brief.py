@@ -1,7 +1,6 @@
-"""Explains in one line why a goal failed or was rejected, during the run.
+"""One line explanations, during the run, why goals failed or were rejected.
 
-``cxbridge why`` (:mod:`.goal_story`) has the whole story; this is cheap enough to be asked
-for each goal that ends badly.
+They are cheap enough to be made for each failed goal; ``cxbridge why`` (:mod:`.goal_story`) explains in full.
 """
 
 from __future__ import annotations
@@ -14,10 +13,10 @@ from cxbridge.history.outcome import ENDED_MODES
 from cxbridge.history.tree import goal_title
 
 BRIEF_TYPES: Final = (GoalTransition, PlanActionTransition)
-"""The events to take."""
+"""The types of events to process."""
 
+# each lookup iterates over all facts of a deftemplate
 MOST_LOOKS: Final = 100
-"""Goals whose facts are looked for; each look goes through the facts of a deftemplate."""
 
 Kept = TypeVar("Kept")
 
@@ -25,16 +24,16 @@ _BAD: Final = ("FAILED", "REJECTED")
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
 MOST_KEPT: Final = 1000
-"""Goals that are remembered, the last ones."""
+"""The maximal number of remembered goals and actions; the oldest are dropped."""
 
 FactSlots = Callable[[str], Iterable[Mapping[str, object]]]
-"""Returns the slots of all facts of a deftemplate, in their present state."""
+"""Returns the slots of the present facts of a deftemplate."""
 
 
 class BriefReasons:
-    """Remembers what failed last below each goal of an environment, and summarises it in one line.
+    """The latest failures below each goal of an environment.
 
-    :param slots_of: reads facts; called while an event of this environment is taken.
+    :param slots_of: reads facts; called while an event of this environment is processed.
     """
 
     def __init__(self, slots_of: FactSlots) -> None:
@@ -44,7 +43,7 @@ class BriefReasons:
         self._below: dict[str, dict[str, GoalTransition]] = {}
 
     def take(self, event: Event) -> None:
-        """Remember an event, if it can be the reason of something."""
+        """Remember a failed goal or action."""
         if isinstance(event, PlanActionTransition):
             if event.state in _FAILED_STATES:
                 self._actions[event.goal] = event
@@ -54,12 +53,12 @@ class BriefReasons:
                 self._below.setdefault(event.parent, {})[event.goal] = event
                 forget_oldest(self._below[event.parent])
                 forget_oldest(self._below)
-            elif event.mode == "FORMULATED":  # it begins again
+            elif event.mode == "FORMULATED":  # the goal is tried again
                 self._actions.pop(event.goal, None)
                 self._below.pop(event.goal, None)
 
     def reason(self, goal: GoalTransition) -> str:
-        """Return why a goal ended so that has just ended; empty when nothing is known, or all went well."""
+        """Return why a goal that just ended has failed, or an empty text."""
         if goal.outcome not in _BAD:
             return ""
         action, below = self._actions.get(goal.goal), self._below.get(goal.goal, {})
@@ -83,7 +82,7 @@ class BriefReasons:
         return str(self._find("goal", {"id": goal.goal}).get("message", ""))
 
     def _find(self, template: str, wanted: Mapping[str, str]) -> Mapping[str, object]:
-        """Return the slots of the last fact with these values; nothing when that is too much work."""
+        """Return the slots of the last matching fact; empty if there is none, or after too many lookups."""
         if self._looks <= 0:
             return {}
         self._looks -= 1
@@ -95,7 +94,7 @@ class BriefReasons:
 
 
 def forget_oldest(kept: dict[str, Kept]) -> None:
-    """Forget the oldest entries, when there are too many."""
+    """Drop the oldest entry if there are too many."""
     if len(kept) > MOST_KEPT:
         del kept[next(iter(kept))]
 

@@ -1,4 +1,4 @@
-"""Builds the history of a run from its events, one by one, in recorded order."""
+"""Builds the history of a run from its events in recorded order."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ _Change = TypeVar("_Change", GoalChange, ActionChange)
 
 @dataclass(frozen=True, slots=True)
 class HistoryLimits:
-    """The limits of a kept run; events beyond them are counted.
+    """The limits of a history; events beyond them are only counted.
 
-    :param goals: goals; those that come later are left out. ``actions`` and ``calls`` (of skills): likewise.
-    :param transitions: of goals, and of plan-actions; beyond, only the first and the last of each are kept.
-    :param text: characters of an error, or of a skill string.
+    :param goals: the maximal number of goals; likewise ``actions``, and ``calls`` of skills.
+    :param transitions: of goals and plan-actions; beyond it only the first and last of each are kept.
+    :param text: characters of an error or a skill string.
     """
 
     goals: int = 10_000
@@ -75,12 +75,12 @@ UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * 5)
 
 
 class RunHistory:
-    """The history that the events of a run make. A sink for an event bus; it may be read between two events.
+    """The history of a run, built as a sink of an event bus. It may be read between two events.
 
-    :param start_us: when the run began; None: with its first event.
-    :ivar events: how many events there were.
-    :ivar goals: in the order they appeared, as are ``actions``.
-    :ivar planner_calls: in the order they began.
+    :param start_us: the start of the run; None: its first event.
+    :ivar events: the number of events.
+    :ivar goals: in the order of their first event, like ``actions``.
+    :ivar planner_calls: in the order of their start.
     """
 
     def __init__(self, limits: HistoryLimits | None = None, start_us: int | None = None) -> None:
@@ -115,14 +115,14 @@ class RunHistory:
     def of(
         cls, events: Iterable[Event], limits: HistoryLimits | None = None, start_us: int | None = None
     ) -> Self:
-        """Return the history that the events make."""
+        """Build the history of all events."""
         made = cls(limits, start_us)
         for event in events:
             made.take(event)
         return made
 
     def take(self, event: Event) -> None:
-        """Take the next event."""
+        """Process the next event."""
         self.clock.at(event.time_us)
         taker = self._takers.get(type(event))
         if taker is not None:
@@ -131,13 +131,13 @@ class RunHistory:
 
     @property
     def end(self) -> int:
-        """Time of the last event."""
+        """The time of the last event."""
         return self.clock.now_us
 
     @property
     def calls(self) -> list[SkillExecution]:
-        """The skills that ran, in order."""
-        # a Skiller that is served by a skill board reports them, too
+        """The executed skills in order."""
+        # a Skiller that is served by a skill board reports the same skills
         of_skillers = self._calls and (self._read or not self._board.calls)
         return self._calls if of_skillers else self._board.calls
 
@@ -146,13 +146,11 @@ class RunHistory:
         return self.events, self.clock.now_us
 
     def left_out(self) -> list[str]:
-        """Return the omissions of the limits, in whole sentences."""
+        """Return sentences about events that were left out because of the limits."""
         lost = self._lost | ({} if self._calls else {"skill call": self._board.lost})
         return [
             f"{count} {_LOST[kind]}: 'cxbridge trace cat' has them." for kind, count in lost.items() if count
         ]
-
-    # -- goals and plan-actions
 
     def _goal(self, event: GoalTransition) -> None:
         if event.is_unnamed:
@@ -160,7 +158,7 @@ class RunHistory:
         key = event.env, event.goal
         goal = before = self._goals.get(key)
         if event.is_new and before is not None:
-            goal = None  # the id is used again
+            goal = None  # the id is reused
         if goal is None:
             if len(self.goals) >= self._limits.goals:
                 self._lost["goal"] += 1
@@ -190,7 +188,7 @@ class RunHistory:
             )
             action.params = event.params
             known = self._orders.get(key, ActionOrder())
-            # an order may be of the plan-action that had these ids before
+            # the order may belong to the previous plan-action with these ids
             action.order = ActionOrder(known.skiller, fields_of(event.params[1:-1]) or known.arguments)
             self._actions[key] = action
             self.actions.append(action)
@@ -202,7 +200,7 @@ class RunHistory:
 
     @staticmethod
     def _is_other(action: PlanActionRecord, goal: GoalRecord | None, event: PlanActionTransition) -> bool:
-        """Whether an event is of another plan-action that has got the same ids: its goal is tried again."""
+        """Return whether an event belongs to a new plan-action that reuses ids after a retry of its goal."""
         return (
             (action.goal_record is not None and action.goal_record is not goal)
             or action.name != event.action
@@ -210,15 +208,13 @@ class RunHistory:
         )
 
     def _append(self, changes: list[_Change], change: _Change) -> None:
-        """Add a change; beyond the limit in place of the last one, so that begin and end are right."""
+        """Append a change; beyond the limit it replaces the last one, so that start and end are correct."""
         if self._transitions < self._limits.transitions or len(changes) <= 1:
             self._transitions += 1
             changes.append(change)
         else:
             self._lost["transition"] += 1
             changes[-1] = change
-
-    # -- skills
 
     def _skill(self, event: SkillStatus) -> None:
         key = event.env, event.skiller
@@ -235,11 +231,12 @@ class RunHistory:
         text, here = cut(event.skill_string, self._limits.text), self._now
         if key not in self._last_call and event.status in ENDED:
             self._last_call[key] = SkillExecution(*key, text, event.msgid, here, here, event.status)
-            return  # a skiller that was used before this run still shows its last skill
+            return  # a Skiller that was used before this run still shows its last skill
         call = self._last_call.setdefault(key, None)
         same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
         if call is not None and call.end is None and (not same or event.status != RUNNING):
-            # the end of this skill, or (with another skill, or none) it was stopped before it reported an end
+            # the skill ended, or another one or none is shown because it was stopped before it reported an
+            # end
             call.end = here
             call.status = event.status if same and event.status != IDLE else "stopped"
             if call.status in ENDED:
@@ -249,12 +246,12 @@ class RunHistory:
         if event.status == RUNNING and not (same and call is not None and call.end is None):
             self._begin(key, SkillExecution(*key, text, event.msgid, here, None, RUNNING))
         elif event.status in ENDED and text and not same:
-            # over between two looks of the executive
+            # started and ended between two reads of the executive
             error = self._error_of(*key)
             self._begin(key, SkillExecution(*key, text, event.msgid, here, here, event.status, error))
 
     def _begin(self, key: tuple[str, str], call: SkillExecution) -> None:
-        """Remember a call as its skiller's last one."""
+        """Register a call as the last one of its Skiller."""
         self._last_call[key] = call
         if len(self._calls) < self._limits.calls:
             self._calls.append(call)
@@ -267,8 +264,8 @@ class RunHistory:
             return
         values, skiller = event.values, name.rpartition("/")[2]
         self._note_error(name, str(values.get("error", "")))
-        # what an executive reads counts, a loop later: its plan-actions follow it
-        msgid = values.get("msgid")  # a recording may have anything here
+        # a Skiller that an executive reads is counted at the read, one cycle later, as its plan-actions are
+        msgid = values.get("msgid")  # a recording may contain any value
         if (
             skiller not in self._read
             and isinstance(msgid, int)
@@ -280,11 +277,12 @@ class RunHistory:
             self._status((env, skiller), SkillStatus(event.time_us, env, skiller, text, msgid, status))
 
     def _error_of(self, env: str, skiller: str) -> str:
-        """Return a Skiller's reason; of several agents each has its own blackboard."""
+        """Return a Skiller's error text."""
+        # each of several agents has its own blackboard, whose name precedes the Skiller's
         return self._errors.get(f"{env}/{skiller}") or self._errors.get(skiller, "")
 
     def _note_error(self, skiller: str, text: str) -> None:
-        """Note a Skiller's reason; it may follow the end of the skill, at the same time."""
+        """Record a Skiller's error text, which may follow the end of the skill at the same time."""
         self._errors[skiller] = text
         for (env, name), call in self._last_call.items():
             ended = None if call is None or skiller not in (name, f"{env}/{name}") else call.end
@@ -293,8 +291,6 @@ class RunHistory:
 
     def _message(self, event: InterfaceMessage) -> None:
         self._board.take(event, self._now)
-
-    # -- facts and planners
 
     def _fact(self, event: FactChange) -> None:
         if event.asserted and event.template == PLAN_ACTION:
@@ -308,7 +304,8 @@ class RunHistory:
     def _note_order(self, env: str, key: ActionKey, order: ActionOrder) -> None:
         if len(self._orders) < self._limits.actions:
             self._orders[env, key] = order
-            # the fact comes before the first event, which knows the order if it has parameters
+            # the fact precedes the first event of the action, which has the order only if it records
+            # parameters
             if (action := self._actions.get((env, key))) is not None and not action.params:
                 action.order = order
 
@@ -331,7 +328,8 @@ class RunHistory:
             self._order_steps(event)
 
     def _order_steps(self, event: PlannerCall) -> None:
-        """Note the arguments of a plan's actions: planning features call the plan as the call."""
+        """Record the arguments of a plan's actions."""
+        # planning features name the plan like the call
         for number, step in enumerate(_STEP.findall(event.plan)[: self._limits.actions], start=1):
             key = event.goal, event.call, str(number)
             if (event.env, key) not in self._orders:

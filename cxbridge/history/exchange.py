@@ -1,7 +1,7 @@
-"""The messages of a skill board in a recorded run, as masters and executors exchange them.
+"""The messages of a skill board in a recorded run, as exchanged between masters and executors.
 
-They have the form that they have on the topic of the thesis' system: one REQUEST for all who might answer it,
-and an id in each message: the master's in REQUEST, else that of the executor who sends it or gets it.
+They have the form of the topic in the thesis' system: one REQUEST for all executors, and an id in each
+message. The id in REQUEST is the master's, otherwise that of the executor that sends or receives the message.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ _EXECUTOR: Final = "SkillExecutorInterface::"
 _REQUEST: Final = "RequestMessage"
 _REFUSED: Final = "refused"
 MAPPED_ACTION: Final = "mapped_action"
-"""The parameter that holds the mapped skill string of an action, if there is one."""
+"""The parameter with the mapped skill string of an action."""
 
 
 def agent_of(event: InterfaceMessage) -> str:
-    """Return whose blackboard a message was on, of several agents in one run; empty with one agent."""
+    """Return the agent whose blackboard has a message; empty with a single agent."""
     return event.uid.partition("::")[2].rpartition("/")[0]
 
 
 def _own_id(event: InterfaceMessage) -> str:
-    """Return the id of an interface as its agent has it."""
+    """Return the id of an interface without the agent's name."""
     return event.uid.partition("::")[2].rpartition("/")[2]
 
 
 def is_exchanged(event: InterfaceMessage) -> bool:
-    """Return whether a message is one between masters and executors."""
+    """Return whether a message was exchanged between masters and executors."""
     return event.uid.startswith((_BOARD, _EXECUTOR))
 
 
@@ -40,12 +40,12 @@ def is_exchanged(event: InterfaceMessage) -> bool:
 class SkillMessage:
     """A message of the exchange.
 
-    :param time_us: when it was sent, microseconds since the epoch.
+    :param time_us: the time of sending, in microseconds since the epoch.
     :param type: ``REQUEST``, ``RESPONSE``, ``CONFIRM``, ``REJECT``, ``FEEDBACK``, ``FINISH`` or ``CANCEL``.
     :param node_id: the master's name in REQUEST, else the executor's.
-    :param request: the name that the executive gave its request, or the number of its master.
-    :param params: the parameters' values, in order; ``NAME=VALUE`` for those that have names.
-    :param status: what FEEDBACK and FINISH say.
+    :param request: the name of the executive's request, or the number of its master.
+    :param params: values of the parameters in order; ``NAME=VALUE`` if they have names.
+    :param status: the text of FEEDBACK and FINISH.
     :param success: of FINISH.
     :param progress: from 0 to 1.
     """
@@ -79,9 +79,9 @@ _Found: TypeAlias = tuple[SkillMessage, str]
 
 
 class Exchange:
-    """Reads the messages of masters and executors out of a run's events.
+    """Extracts the messages of masters and executors from the events of a run.
 
-    Between processes an answer may be recorded before the question; it comes after it here.
+    Between processes a reply may be recorded before its request; it is delayed until then.
     """
 
     def __init__(self) -> None:
@@ -98,7 +98,7 @@ class Exchange:
             yield from (self._message(ticket, event) for event in early)
 
     def take(self, event: InterfaceMessage) -> Iterator[_Found]:
-        """Yield the message, and the messages that waited for it; nothing while its question is missing."""
+        """Yield a message and the replies that waited for it; nothing before its request."""
         ticket = None if event.outcome == _REFUSED else _ticket(event)
         if ticket is None:
             return
@@ -107,7 +107,7 @@ class Exchange:
                 yield self._message(ticket, event)
             else:
                 self._early.setdefault(ticket, []).append(event)
-        elif ticket not in self._open:  # else the same question, to another executor
+        elif ticket not in self._open:  # otherwise the same request to another executor
             self._open.add(ticket)
             self._asked[ticket] = _asked(ticket, event.values)
             yield self._message(ticket, event)
@@ -136,7 +136,7 @@ class Exchange:
 
 
 def _ticket(event: InterfaceMessage) -> _Ticket | None:
-    """Return the ticket of a message; None when it is none of a skill board's."""
+    """Return the ticket of a message, or None if it does not belong to a skill board."""
     if event.uid.startswith(_BOARD):
         board = _own_id(event)
     elif event.uid.startswith(_EXECUTOR):
@@ -150,7 +150,7 @@ def _ticket(event: InterfaceMessage) -> _Ticket | None:
 
 
 def _number(ticket: _Ticket) -> str:
-    """Return the name for a master without a name."""
+    """Return a name for a master without a name."""
     return f"{ticket[0]}-{ticket[2]}"
 
 
@@ -180,12 +180,13 @@ def _said(kind: str, values: Any) -> dict[str, Any]:
 
 
 def progress_of(values: Any) -> float:
-    """Return the progress in the values of a message; 0 for a value that is not a number."""
+    """Return the progress of a message, 0 if the value is not a number."""
     value = values.get("progress", 0.0)
     return float(value) if isinstance(value, int | float) else 0.0
 
 
 def _outcome(values: Any) -> str:
-    """Return the outcome of a FINISH: an item of an enum in a running program, its name in a recording."""
+    """Return the outcome of a FINISH by name."""
+    # a running program has an enum item, a recording its name
     value = values.get("outcome", "")
     return str(getattr(value, "name", value))

@@ -1,8 +1,8 @@
-"""The trees of goals: a forest, whatever their facts say.
+"""Trees of goals.
 
-A parent is the id in a slot, which any rule may set: to ``nil``, to an unknown goal, to the goal
-itself, or so that goals are each other's parents. Views of goals as trees make a :class:`Forest` of them.
-It has no rings, and nothing here is recursive: goals may be below each other thousands deep.
+The parent of a goal is the id in a slot that any rule may set: to ``nil``, to an unknown goal, to the goal
+itself, or in a ring. A :class:`Forest` has no rings. The code avoids recursion, because goals may be nested
+thousands deep.
 """
 
 from __future__ import annotations
@@ -11,23 +11,23 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping
 from typing import Final, Generic, TypeVar
 
 NO_PARENT: Final = "nil"
-"""The slot ``parent`` of a root goal. A goal with the id ``nil`` has no sub-goals."""
+"""The slot ``parent`` of a root goal; a goal with the id ``nil`` has no sub-goals."""
 
 Key = TypeVar("Key", bound=Hashable)
 
 
 def parent_id(slot: str) -> str | None:
-    """Return the id in the slot ``parent``; None when it names no goal."""
+    """Return the id in the slot ``parent``, or None for a root."""
     return None if slot in ("", NO_PARENT) else slot
 
 
 class Forest(Generic[Key]):
-    """Goals as trees. Of a ring of parents the goal that appeared first becomes a root.
+    """Goals as trees; in a ring of parents the goal that appeared first becomes a root.
 
-    :param parents: the parent of each goal, None for none; one that is not among the goals counts as none.
-    :ivar parents: the same, without unknown ones, and without rings.
-    :ivar roots: the goals without a parent, in their order.
-    :ivar children: the goals below each goal that has any, in their order.
+    :param parents: the parent of each goal; unknown parents count as None.
+    :ivar parents: the parents without unknown ones and without rings.
+    :ivar roots: the goals without a parent, in order.
+    :ivar children: the sub-goals of each goal that has some, in order.
     """
 
     def __init__(self, parents: Mapping[Key, Key | None]) -> None:
@@ -58,9 +58,9 @@ class Forest(Generic[Key]):
             settled.update(path)
 
     def walk(self, roots: Iterable[Key] | None = None) -> Iterator[tuple[Key, int]]:
-        """Yield the goals and how deep they lie, parents before their children.
+        """Yield goals with their depth, parents before their children.
 
-        :param roots: where to begin; None: at all roots.
+        :param roots: where to start; None: all roots.
         """
         stack = [(goal, 0) for goal in reversed(list(self.roots if roots is None else roots))]
         while stack:
@@ -69,7 +69,7 @@ class Forest(Generic[Key]):
             stack += [(child, depth + 1) for child in reversed(self.children.get(goal, []))]
 
     def with_those_above(self, goals: Iterable[Key]) -> set[Key]:
-        """Return the goals and all above them."""
+        """Return the goals and all their ancestors."""
         found: set[Key] = set()
         for goal in goals:
             at: Key | None = goal

@@ -1,4 +1,4 @@
-"""Lists with a limit, which count omitted items."""
+"""Lists with a limit that count omitted items."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Generic, TypeVar
 Item = TypeVar("Item")
 
 LONGEST = 2000
-"""How many characters of a text a page keeps."""
+"""The maximal number of characters of a text on a page."""
 
 
 class Kept(Generic[Item]):
-    """The first and the last items: the middle goes when there are too many.
+    """The first and last items of a sequence, without its middle.
 
-    :param limit: how many are kept, half of them from the start.
+    :param limit: the maximal number of items.
     """
 
     def __init__(self, limit: int) -> None:
@@ -24,7 +24,6 @@ class Kept(Generic[Item]):
         self._room = limit // 2
 
     def add(self, item: Item) -> None:
-        """Add an item."""
         self.total += 1
         if len(self._head) < self._room:
             self._head.append(item)
@@ -33,19 +32,19 @@ class Kept(Generic[Item]):
 
     @property
     def lost(self) -> int:
-        """How many were left out."""
+        """The number of omitted items."""
         return self.total - len(self._head) - len(self._tail)
 
     @property
     def gap(self) -> int | None:
-        """The place in :meth:`items` before which some were left out, None when all are kept."""
+        """The index in `items` at which items were omitted, or None."""
         return len(self._head) if self.lost else None
 
     def items(self) -> list[Item]:
-        """Return the kept items, in order."""
+        """Return the kept items in order."""
         return [*self._head, *self._tail]
 
 
 def cut(text: str, longest: int = LONGEST) -> str:
-    """Return a text, or its begin and how long it is."""
+    """Return a text; if it is too long, its start and length."""
     return text if len(text) <= longest else f"{text[:longest]} … ({len(text)} characters)"

@@ -1,14 +1,14 @@
 """Pairs plan-actions with the skills that executed them.
 
-The executive says with which message it has sent a plan-action. Fawkes' logs without facts and files of older
-versions do not: for them alone the pairs are guessed, here and nowhere else.
+The executive records the message by which it sent a plan-action. Fawkes' logs without facts and files of
+older versions do not have it; only for them the pairs are guessed.
 
-The guess: the executive sees the skill run, and lets the action go from WAITING to RUNNING; it sees the skill
-end, and the action ends. So an action that waited when a skill began may be the one, if it went to RUNNING
-before the skill was over. Where facts are recorded they tell which Skiller an action is for, and its
-arguments: then it is one of those for that Skiller, and the one with most of its arguments in the skill
-string. Of several it is the one that ended when the skill did, then one that is called like the skill, then
-the one that waited longest.
+An action changes from WAITING to RUNNING when the executive sees the skill run, and ends when it sees the
+skill end. Candidates are therefore the actions that waited at the start of a skill and were RUNNING before
+its end. If facts are recorded, they give the Skiller and arguments of an action. Then only actions for the
+Skiller remain, preferably those with most arguments in the skill string. Of several candidates, those that
+ended together with the skill are preferred, then those with the name of the skill, then the one that waited
+longest.
 """
 
 from __future__ import annotations
@@ -29,16 +29,17 @@ _NAME_ENDS = re.compile(r"[\s({]")
 WAITING = frozenset({"PENDING", "WAITING"})
 RUNNING = "RUNNING"
 
+# the executive reads the Skiller only now and then
 SAME_US = 100_000
-"""Ends of an action and a skill that are less apart prove nothing: the executive looks now and then."""
+"""Ends of an action and a skill within this interval count as simultaneous."""
 
 
 @dataclass(frozen=True, slots=True)
 class SkillLink:
     """A plan-action and its skill.
 
-    :param ordered: seq and time when the action began to wait for the skill.
-    :param guessed: the recording does not say that they belong together.
+    :param ordered: seq and time of the change after which the action waited for the skill.
+    :param guessed: whether the pair was guessed.
     """
 
     action: PlanActionRecord
@@ -48,16 +49,16 @@ class SkillLink:
 
     @property
     def word(self) -> str:
-        """A word before the skill of the action: empty, or ``probably`` and a blank."""
+        """``probably`` and a blank if the pair was guessed, otherwise empty."""
         return "probably " if self.guessed else ""
 
 
 @dataclass(frozen=True, slots=True)
 class _Wait:
-    """An action that waited, and then ran.
+    """The waiting and running of an action.
 
-    :param ordered: seq and time of its last state before it ran. ``ran``: seq when it ran.
-    :param over: time when it ran no more, None when that is not recorded.
+    :param ordered: seq and time of the last state before RUNNING; ``ran``: seq of RUNNING.
+    :param over: the time of the end of RUNNING, if it was recorded.
     """
 
     action: PlanActionRecord
@@ -67,17 +68,16 @@ class _Wait:
 
 
 def links(history: RunHistory) -> list[SkillLink]:
-    """Return the skills whose actions are known, in order. Of several agents each says it, or does not."""
+    """Return the pairs of actions and skills in order."""
+    # whether messages are recorded is decided per agent
     saying = {action.env for action in history.actions if action.sent}
     found = [*_said(history), *_guessed(history, saying)]
     return sorted(found, key=lambda link: link.call.begin)
 
 
 def _said(history: RunHistory) -> Iterator[SkillLink]:
-    """Yield the pairs that the executive says.
-
-    Numbers may be used again: the last call before counts, but for one from before the action was sent.
-    """
+    """Yield the recorded pairs."""
+    # message ids are reused, so the last earlier call counts, unless it precedes the sending
     calls: dict[tuple[str, str], list[SkillExecution]] = {}
     for call in history.calls:
         calls.setdefault(call.sent_as, []).append(call)
@@ -97,9 +97,9 @@ def _said(history: RunHistory) -> Iterator[SkillLink]:
 
 
 def _guessed(history: RunHistory, saying: Collection[str]) -> Iterator[SkillLink]:
-    """Yield the most likely pairs of the environments that name none.
+    """Yield the most likely pairs.
 
-    :param saying: the environments that name them.
+    :param saying: the environments whose messages are recorded.
     """
     waits = [wait for wait in _waits(history) if wait.action.env not in saying]
     waits.sort(key=lambda wait: wait.ran)
@@ -113,7 +113,8 @@ def _guessed(history: RunHistory, saying: Collection[str]) -> Iterator[SkillLink
             for wait in waits[bisect_right(ran_at, call.begin[0]) : bisect_right(ran_at, limit)]
             if wait.ordered[0] < call.begin[0]
             and call.env in ("", wait.action.env)
-            # a name that is not a Skiller's here says nothing: a robot's, where one Skiller serves them all
+            # a name that is not a Skiller's proves nothing: it may be a robot's, if one Skiller serves all
+            # robots
             and (wait.action.order.skiller == call.skiller or wait.action.order.skiller not in skillers)
             and (wait.action.number, wait.ran) not in taken
         ]
@@ -124,7 +125,7 @@ def _guessed(history: RunHistory, saying: Collection[str]) -> Iterator[SkillLink
 
 
 def _waits(history: RunHistory) -> Iterator[_Wait]:
-    """Yield how actions waited for skills."""
+    """Yield the waiting of actions for skills."""
     for action in history.actions:
         changes = action.changes
         for place, (before, change) in enumerate(pairwise(changes)):
@@ -134,7 +135,7 @@ def _waits(history: RunHistory) -> Iterator[_Wait]:
 
 
 def _unlikely(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bool, int]:
-    """Return what says that an action ran another skill: the less, the better."""
+    """Return the rank of a candidate; the lowest is the most likely."""
     over = call.end[1] if call.end is not None else end
     gap = abs((end if wait.over is None else wait.over) - over)
     mentioned = wait.action.order.count_in(call.skill_string)

@@ -1,7 +1,8 @@
-"""The model of a run's history: goals, plan-actions, skills and planner calls, with their changes over time.
+"""The model of a run's history: goals, plan-actions, skills and planner calls with their changes.
 
-Times are microseconds since the start of the run. ``seq`` is the number of an event in the run, from 0: many
-events have the same time, as all of a step of a virtual clock, and their order says what led to what.
+Times are microseconds since the start of the run. ``seq`` is the number of an event in the run, from 0. Many
+events have equal times, for example all events of a step of a virtual clock, so only their order shows
+causes.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from cxbridge.history.outcome import ENDED_MODES
 from cxbridge.history.tree import drawn, goal_title
 
 DONE_STATES: Final = ("FINAL", "FAILED")
-"""States of a plan-action that is over."""
+"""The final states of a plan-action."""
 
 
 class GoalChange(NamedTuple):
@@ -41,11 +42,11 @@ class ActionChange(NamedTuple):
 
 
 class SentCall(NamedTuple):
-    """A message that sent a plan-action, as the executive says it.
+    """A recorded message by which a plan-action was sent.
 
-    :param seq: of the first transition that names the message.
-    :param skiller: id of the SkillerInterface; empty for a skill board.
-    :param call: number of the message, or the name of the request on the skill board.
+    :param seq: the first transition that names the message.
+    :param skiller: the id of the SkillerInterface, empty for a skill board.
+    :param call: the id of the message, or the name of the request on the skill board.
     """
 
     seq: int
@@ -55,11 +56,11 @@ class SentCall(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class GoalRecord:
-    """A life of a goal: its changes, at least one, and the plan-actions that appeared after it.
+    """A life of a goal: at least one change, and the plan-actions after it.
 
-    :param number: its place in :attr:`~cxbridge.history.builder.RunHistory.goals`.
-    :param life: from 1: an agent may use the id of a goal whose fact is gone for another goal.
-    :param replaced: seq when its next life began; None: there is none.
+    :param number: its index in :attr:`~cxbridge.history.builder.RunHistory.goals`.
+    :param life: counted from 1, because the id of a retracted goal may be reused.
+    :param replaced: the seq at which the next life starts, if any.
     """
 
     number: int
@@ -74,12 +75,12 @@ class GoalRecord:
 
     @property
     def name(self) -> str:
-        """Its id; of a second life ``ID#2``."""
+        """The id; for a later life ``ID#2``."""
         return self.id if self.life == 1 else f"{self.id}#{self.life}"
 
     @property
     def last_actions(self) -> list[PlanActionRecord]:
-        """The plan-actions since it was formulated last: a goal may be tried again with another plan."""
+        """The plan-actions since the goal was last formulated, as it may be tried again with another plan."""
         since = max((change.seq for change in self.changes if change.mode == "FORMULATED"), default=0)
         return [action for action in self.actions if action.changes[-1].seq >= since]
 
@@ -90,32 +91,32 @@ class GoalRecord:
 
     @property
     def mode(self) -> str:
-        """Its last mode."""
+        """The last mode."""
         return self.changes[-1].mode
 
     @property
     def outcome(self) -> str:
-        """Its last outcome, ``UNKNOWN`` for none yet."""
+        """The last outcome, ``UNKNOWN`` before the end."""
         return self.changes[-1].outcome
 
     @property
     def error(self) -> str:
-        """Its last error."""
+        """The last error."""
         return self.changes[-1].error
 
     @property
     def title(self) -> str:
-        """Its id and class."""
+        """The id and class."""
         return goal_title(self.name, self.goal_class)
 
     @property
     def history(self) -> list[tuple[float, str, str]]:
-        """Seconds since the run began, mode and outcome of each transition."""
+        """Seconds since the start of the run, mode and outcome of each transition."""
         return [(change.time / MICROSECONDS, change.mode, change.outcome) for change in self.changes]
 
     @property
     def modes(self) -> list[str]:
-        """The modes that it went through, each once in a row."""
+        """The modes in order, without repetitions in a row."""
         modes: list[str] = []
         for change in self.changes:
             if modes[-1:] != [change.mode]:
@@ -124,7 +125,7 @@ class GoalRecord:
 
     @property
     def ended(self) -> GoalChange | None:
-        """The change that gave it its present outcome; None when it has none (any more)."""
+        """The change that set the present outcome, or None without one."""
         found = None
         for change in reversed(self.changes):
             if change.mode not in ENDED_MODES:
@@ -134,7 +135,7 @@ class GoalRecord:
 
     @property
     def former_ends(self) -> list[GoalChange]:
-        """The changes that gave it outcomes before: a goal may be formulated again."""
+        """The changes that set earlier outcomes, as a goal may be formulated again."""
         last = self.ended
         return [change for change in self.changes if change.mode == "FINISHED" and change is not last]
 
@@ -146,14 +147,14 @@ class GoalRecord:
 
 @dataclass(slots=True, eq=False)
 class PlanActionRecord:
-    """A plan-action: its changes, at least one.
+    """A plan-action with at least one change.
 
-    :param number: its place in :attr:`~cxbridge.history.builder.RunHistory.actions`.
-    :param goal: id of its goal, and ``plan`` of its plan.
-    :param goal_record: its goal, None when that was not seen before.
-    :param order: who is to execute it and with what, as far as facts show.
-    :param sent: the messages that sent it; empty where the recording does not say it.
-    :param params: its parameters as its first event has them: another plan-action may get the same ids later.
+    :param number: its index in :attr:`~cxbridge.history.builder.RunHistory.actions`.
+    :param goal: the id of its goal; ``plan``: of its plan.
+    :param goal_record: its goal, if the run has it.
+    :param order: the executor and arguments, as far as facts show them.
+    :param sent: the messages that sent it, empty if they are not recorded.
+    :param params: the parameters in its first event, as its ids may be reused.
     """
 
     number: int
@@ -170,28 +171,28 @@ class PlanActionRecord:
 
     @property
     def state(self) -> str:
-        """Its last state."""
+        """The last state."""
         return self.changes[-1].state
 
     @property
     def states(self) -> list[str]:
-        """The states that it went through."""
+        """The states in order."""
         return [change.state for change in self.changes]
 
     @property
     def text(self) -> str:
-        """Its name, and its known arguments."""
+        """The name and the known arguments."""
         return " ".join((self.name, *self.order.arguments))
 
 
 @dataclass(slots=True, eq=False)
 class SkillExecution:
-    """A skill that a Skiller ran, from the first status to the last one.
+    """A skill that a Skiller executed, from its first to its last status.
 
     :param begin: seq and time of the first status.
-    :param end: of the last one; None when the run is at its end, or the moment is reached, before.
-    :param error: the Skiller's reason of its failure.
-    :param request: the name of the request on a skill board, or its number; empty for a Skiller's.
+    :param end: seq and time of the last status; None if the skill runs.
+    :param error: the error text of the Skiller.
+    :param request: the name or number of the request on a skill board, empty for a Skiller.
     """
 
     env: str
@@ -206,15 +207,15 @@ class SkillExecution:
 
     @property
     def sent_as(self) -> tuple[str, str]:
-        """Skiller and call of the :class:`SentCall` that names it."""
+        """The Skiller and call of the :class:`SentCall` that names this execution."""
         return ("", self.request) if self.request else (self.skiller, str(self.msgid))
 
 
 @dataclass(slots=True, eq=False)
 class PlannerExecution:
-    """A planner that was called.
+    """A call of a planner.
 
-    :param end: seq and time of the answer, None when there is none.
+    :param end: seq and time of the result, None without one.
     """
 
     name: str
@@ -226,7 +227,7 @@ class PlannerExecution:
 
 
 def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
-    """Return the trees of goals, by their numbers; of goals in a circle one is a root."""
+    """Return the trees of goals by number."""
     lives: dict[tuple[str, str], list[GoalRecord]] = {}
     for goal in goals:
         lives.setdefault((goal.env, goal.id), []).append(goal)
@@ -234,7 +235,7 @@ def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
 
 
 def _parent_of(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRecord]]) -> int | None:
-    """Return the number of the parent: of several lives of its id the one that there was."""
+    """Return the number of the parent, the life of its id that existed at the time."""
     above = parent_id(goal.parent)
     known = () if above is None else lives.get((goal.env, above), ())
     *_, since = (each.seq for each in takewhile(lambda each: each.parent == goal.parent, goal.changes[::-1]))
@@ -243,7 +244,7 @@ def _parent_of(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRe
 
 
 def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
-    """Return the goals that a name stands for, in their order; none when there is none.
+    """Return the goals that a name denotes, in order.
 
     :param name: an id, which may have several lives; ``ID#2``, one of the lives; a class; ``CLASS#2``, one of
         the goals of a class; or the start of ids.
@@ -264,5 +265,5 @@ def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
 
 
 def goal_tree(goals: Sequence[GoalRecord]) -> list[str]:
-    """Return goals as lines, those of a parent below it."""
+    """Return goals as the lines of a tree."""
     return [f"{branch}{goals[number]}" for number, branch in drawn(goal_forest(goals))] or ["no goal yet"]

@@ -1,4 +1,4 @@
-"""The order of a plan-action: who is to execute it, and with which arguments, as far as facts show."""
+"""The order of a plan-action: its executor and arguments, as far as facts show them."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from typing import Final
 from cxbridge.history.transitions import unquote
 
 PLAN_ACTION: Final = "plan-action"
-"""The deftemplate."""
+"""The deftemplate of plan-actions."""
 
 _WORD = re.compile(r'"[^"]*"|[^\s"]+')
 _OF_SKILL_STRING = re.compile(r"[^\s{}()=,\"']+")
 
 ActionKey = tuple[str, str, str]
-"""Ids of goal, plan and action."""
+"""The ids of goal, plan and action."""
 
 
 @dataclass(frozen=True, slots=True)
 class ActionOrder:
-    """The order that a plan-action gives.
+    """The order of a plan-action.
 
-    :param skiller: who is to execute it; empty when the agent's core knows no such slot.
-    :param arguments: the values of its parameters, strings without quotes.
+    :param skiller: the executor, empty if the agent's core has no such slot.
+    :param arguments: values of the parameters, strings without quotes.
     """
 
     skiller: str = ""
     arguments: tuple[str, ...] = ()
 
     def count_in(self, skill_string: str) -> int:
-        """Return how many of the arguments a skill string has."""
+        """Return the number of arguments that a skill string contains."""
         words = set(_OF_SKILL_STRING.findall(skill_string))
         return sum(value in words for value in self.arguments)
 
 
 def order_of(slots: Mapping[str, str]) -> tuple[ActionKey, ActionOrder]:
-    """Return the plan-action of a fact, and its order.
+    """Return the key of a plan-action's fact, and its order.
 
     :param slots: of the fact, as CLIPS prints their values.
     """
@@ -46,5 +46,5 @@ def order_of(slots: Mapping[str, str]) -> tuple[ActionKey, ActionOrder]:
 
 
 def fields_of(text: str) -> tuple[str, ...]:
-    """Return the fields of a multislot as CLIPS prints them, strings without quotes."""
+    """Return the fields of a printed multislot, strings without quotes."""
     return tuple(unquote(word) for word in _WORD.findall(text))

@@ -1,6 +1,6 @@
-"""The outcomes of goals, actions and skills in six words, each with an icon and a colour.
+"""The six outcomes of goals, actions and skills, each with a word, an icon and a colour.
 
-Terminals, pages and reports derive from these tables. No outcome rests on its colour alone.
+Terminals, pages and reports use these tables. The colour is never the only distinction.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from typing import Any, Final
 
 
 class OutcomeKind(Enum):
-    """What became of a goal, a plan-action or a skill call.
+    """The outcome of a goal, a plan-action or a skill call.
 
-    :ivar word: what readers see.
+    :ivar word: the word for users.
     :ivar icon: one character.
-    :ivar colour: a colour's name, as terminals have them; empty: the terminal's own.
-    :ivar tone: its colour in pages, as base.css names it.
+    :ivar colour: a terminal colour; empty: the default.
+    :ivar tone: the colour's name in base.css.
     """
 
     FORMULATED = "waiting", "○", "", "new"
@@ -36,7 +36,7 @@ LEGEND: Final = " ".join(f"{outcome.icon} {outcome.word}" for outcome in Outcome
 """The meanings of the icons."""
 
 ENDED_MODES: Final = ("FINISHED", "EVALUATED", "RETRACTED")
-"""Modes of a goal that has an outcome."""
+"""The modes in which a goal has an outcome."""
 
 _OF_GOAL: Final = {
     "COMPLETED": OutcomeKind.COMPLETED,
@@ -62,24 +62,24 @@ _OF_SKILL: Final = {
 
 
 def goal_outcome(mode: str, outcome: str) -> OutcomeKind:
-    """Return what became of a goal, by its slots ``mode`` and ``outcome``."""
+    """Return the outcome of a goal with these slots."""
     if mode in ENDED_MODES:
         return _OF_GOAL.get(outcome, OutcomeKind.RETRACTED)
     return OutcomeKind.RUNNING if mode == "DISPATCHED" else OutcomeKind.FORMULATED
 
 
 def action_outcome(state: str) -> OutcomeKind:
-    """Return what became of a plan-action. Waiting for its effects is a part of running it."""
+    """Return the outcome of a plan-action; waiting for effects counts as running."""
     return _OF_ACTION.get(state, OutcomeKind.RUNNING)
 
 
 def skill_outcome(status: str) -> OutcomeKind:
-    """Return what became of a skill call, by the status that its Skiller reports."""
+    """Return the outcome of a skill call with this status of its Skiller."""
     return _OF_SKILL.get(status, OutcomeKind.FORMULATED)
 
 
 def plain_outcomes() -> dict[str, Any]:
-    """Return the outcomes, and which states have which, as JSON for pages."""
+    """Return the outcomes and their states for pages, as JSON values."""
     states = {"goal": _OF_GOAL, "action": _OF_ACTION, "skill": _OF_SKILL}
     return {
         "kinds": {

@@ -1,4 +1,4 @@
-"""The state of a run at a moment: what holds after the events up to there."""
+"""The state of a run at a moment."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from cxbridge.events import (
 
 
 class EnvironmentFacts:
-    """The facts of each CLIPS environment, as the events that were taken leave them."""
+    """The facts of each CLIPS environment."""
 
     def __init__(self) -> None:
         self.by_env: dict[str, dict[int, FactChange]] = {}
-        """By environment, then by index, in the order in which they came."""
+        """By environment, then by index, in the order of assertion."""
         self.templates: dict[str, set[str]] = {}
-        """By environment: the deftemplates of which there ever was a fact."""
+        """The deftemplates of all facts so far, by environment."""
 
     def take(self, event: FactChange) -> None:
-        """Take the next change."""
+        """Process the next change."""
         known = self.by_env.setdefault(event.env, {})
         self.templates.setdefault(event.env, set()).add(event.template)
         if event.asserted:
@@ -37,14 +37,14 @@ class EnvironmentFacts:
             known.pop(event.index, None)
 
     def copy(self) -> EnvironmentFacts:
-        """Return what does not change with this one."""
+        """Return an independent copy."""
         made = EnvironmentFacts()
         made.by_env = {env: dict(facts) for env, facts in self.by_env.items()}
         made.templates = {env: set(names) for env, names in self.templates.items()}
         return made
 
     def slots(self, env: str, template: str) -> list[Mapping[str, str]]:
-        """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
+        """Return the slots of a deftemplate's facts, as CLIPS prints their values."""
         found: list[Mapping[str, str]] = []
         for change in self.by_env.get(env, {}).values():
             if change.template == template:
@@ -54,17 +54,17 @@ class EnvironmentFacts:
 
 
 class RunState:
-    """Goals, plan-actions, skills, interfaces and facts after the events that were taken."""
+    """The goals, plan-actions, skills, interfaces and facts after the processed events."""
 
     def __init__(self) -> None:
         self.goals: dict[tuple[str, str], GoalTransition] = {}
-        """The last transition of each goal, by environment and id. See :meth:`has_goal`."""
+        """The last transition of each goal by environment and id; see `has_goal`."""
         self.actions: dict[tuple[str, str, str, str], PlanActionTransition] = {}
-        """The last transition of each plan-action, by environment, goal, plan and id."""
+        """The last transition of each plan-action by environment, goal, plan and id."""
         self.skills: dict[tuple[str, str], SkillStatus] = {}
         """By environment and Skiller."""
         self.interfaces: dict[str, InterfaceWrite] = {}
-        """The last write of each interface, by ``Type::id``."""
+        """The last write of each interface by ``Type::id``."""
         self.facts = EnvironmentFacts()
         self.rule: RuleFired | None = None
         """The rule that fired last."""
@@ -79,13 +79,13 @@ class RunState:
         }
 
     def take(self, event: Event) -> None:
-        """Take the next event."""
+        """Process the next event."""
         taker = self._takers.get(type(event))
         if taker is not None:
             taker(event)
 
     def copy(self) -> RunState:
-        """Return what does not change with this one."""
+        """Return an independent copy."""
         made = RunState()
         made.goals.update(self.goals)
         made.actions.update(self.actions)
@@ -97,7 +97,7 @@ class RunState:
         return made
 
     def has_goal(self, env: str, goal: str) -> bool:
-        """Whether there is a goal now. A run without recorded facts does not tell when one goes."""
+        """Return whether a goal exists; without recorded facts, its retraction is not noticed."""
         if "goal" in self.facts.templates.get(env, ()):
             return self._goal_facts.get((env, goal), 0) > 0
         return (env, goal) in self.goals

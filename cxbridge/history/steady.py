@@ -1,33 +1,33 @@
-"""Times of a run that never go back."""
+"""Times of a run that never decrease."""
 
 from __future__ import annotations
 
 from cxbridge.clock import MICROSECONDS
 
 STEP_US = MICROSECONDS
-"""A step back of more than this is a clock that was set; a smaller one is events that overtook each other."""
+"""A larger step back means that the clock was set; a smaller one, that events overtook each other."""
 
 
 class SteadyClock:
-    """Turns the times of events, in recorded order, into microseconds since the first, never decreasing.
+    """Converts times of events into non-decreasing microseconds since the first event.
 
-    When the clock was set back, time continues from its old value. An event that follows slightly later
-    ones has their time.
+    If the clock is set back, time continues from its previous value. An event slightly before its predecessor
+    gets the predecessor's time.
 
-    :param start_us: the run's clock at the start; None: the time of the first event.
+    :param start_us: the clock at the start of the run; None: at the first event.
     """
 
     def __init__(self, start_us: int | None = None) -> None:
         self.now_us = 0
-        """Time of the last event."""
+        """The time of the last event."""
         self.first_us = start_us
-        """The run's clock at the start."""
+        """The clock at the start of the run."""
         self.steps: list[tuple[int, int]] = []
-        """Where the clock was set back: time on this clock, and by how many microseconds."""
+        """The times, on this clock, at which the clock was set back, and by how many microseconds."""
         self._offset = start_us or 0
 
     def at(self, time_us: int) -> int:
-        """Return when an event was, that follows those asked for before.
+        """Return the time of the next event since the start.
 
         :param time_us: the time on the run's clock.
         """
@@ -42,7 +42,7 @@ class SteadyClock:
         return self.now_us
 
     def notes(self) -> list[str]:
-        """Return the warnings for the reader of these times."""
+        """Return warnings about the times for the user."""
         if not self.steps:
             return []
         at_us, back_us = self.steps[0]

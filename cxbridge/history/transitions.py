@@ -1,8 +1,10 @@
-"""Makes transitions of facts: finds the assertions of goals, plan-actions and Skillers that mean a change.
+"""Derives transitions from assertions of goals, plan-actions and Skillers.
 
-CLIPS retracts and asserts a fact for every modified slot, so most assertions of a goal change nothing that
-a person would call its state. :class:`TransitionTracker` remembers the last state and reports changes. The
-live executive and the reader of text logs use the same tracker: a run and its log have the same transitions.
+CLIPS retracts and asserts a fact for every modified slot, so most assertions of a goal do not change its
+state.
+
+:class:`TransitionTracker` compares with the last state and reports changes. The live executive and the reader
+of text logs use the same tracker, so a run and its log have equal transitions.
 """
 
 from __future__ import annotations
@@ -20,45 +22,44 @@ Transition: TypeAlias = GoalTransition | PlanActionTransition | SkillStatus
 """The transitions that the tracker reports."""
 
 TRANSITION_TYPES = (GoalTransition, PlanActionTransition, SkillStatus)
-"""The classes of :data:`Transition`, for ``isinstance`` and for subscribing."""
+"""The classes of `Transition`, for ``isinstance`` and subscriptions."""
 
 TRACKED_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
     "SkillerInterface": ("id", "skill_string", "msgid", "status"),
     "goal": tuple(slot.name for slot in GOAL_SLOTS),
     "plan-action": ("goal-id", "plan-id", "id", "action-name", "state", "param-values"),
 }
-"""The deftemplates whose facts can mean a transition, and the slots that show it; no other fact, and no other
-slot, need be shown to the tracker."""
+"""The deftemplates, with the slots, that can cause a transition; the tracker needs only these facts."""
 
+# the cores assert these facts before a reply changes the action
 CALL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
     "skill": ("id", "skiller", "msgid"),
     "skill-board-call": ("goal-id", "plan-id", "action-id", "id"),
     "skill-action-execinfo": ("goal-id", "plan-id", "action-id", "skill-id", "skiller"),
 }
-"""The deftemplates whose facts say which message sent a plan-action to which Skiller, or to the skill board,
-and their slots. The cores assert them before an answer moves the action on."""
+"""The deftemplates, with the slots, of messages that sent plan-actions to a Skiller or skill board."""
 
 FORGETFUL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
     "goal": ("id",),
     "plan-action": ("goal-id", "plan-id", "id"),
 }
-"""The deftemplates whose retractions the tracker wants to see, so that it can forget, and their slots."""
+"""The deftemplates, with the slots, whose retractions release memory of the tracker."""
 
 MAX_RETIRED: Final = 1000
-"""The number of removed facts that are remembered; then the oldest is forgotten."""
+"""The maximal number of remembered retracted facts; the oldest is dropped."""
 
 Key = TypeVar("Key")
 State = TypeVar("State")
 
 
 NOT_SENT: Final = ("FORMULATED", "PENDING")
-"""States of a plan-action that no message has been sent for."""
+"""The states of a plan-action before its message is sent."""
 
+# The slots of goals that are fields of the event.
 _FIELDS: Final = (
     *("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
     *("params", "meta", "priority", "required-resources"),
 )
-"""The slots of goals that are fields of the event."""
 
 _FURTHER: Final = tuple(slot for slot in GOAL_SLOTS if slot.name not in _FIELDS)
 
@@ -66,19 +67,20 @@ _GOAL_STATE: Final = ("mode", "outcome", "parent", "error")
 
 
 class _Memory(Generic[Key, State]):
-    """The last state of each fact. A modified fact is retracted and asserted: what went is kept a while."""
+    """The last state of each fact."""
 
+    # states of retracted facts are kept for a while, because a modified fact is retracted and asserted
     def __init__(self) -> None:
         self._states: dict[Key, State] = {}
         self._retired: dict[Key, bool] = {}
         self.is_first = False
-        """Whether there was no fact of the last key before, or it was gone for good."""
+        """Whether the last key had no fact before, or only a finally retracted one."""
 
     def __len__(self) -> int:
         return len(self._states) + len(self._retired)
 
     def is_new(self, key: Key, state: State) -> bool:
-        """Take over the state of a fact that was asserted; return whether it had another one."""
+        """Set the state of an asserted fact; return whether it changed."""
         self.is_first = self._retired.pop(key, False) or key not in self._states
         if self._states.get(key) == state:
             return False
@@ -86,9 +88,9 @@ class _Memory(Generic[Key, State]):
         return True
 
     def retire(self, key: Key, *, gone: bool = False) -> None:
-        """Note that the fact was retracted.
+        """Record the retraction of a fact.
 
-        :param gone: for good, not to be asserted with other slots.
+        :param gone: the fact is not asserted again with other slots.
         """
         if key in self._states:
             self._retired.pop(key, None)
@@ -99,13 +101,12 @@ class _Memory(Generic[Key, State]):
 
 
 class TransitionTracker:
-    """Says which asserted facts are transitions.
+    """Detects the asserted facts that are transitions.
 
-    Slots are given as CLIPS prints their values: strings in quotes (bare ones are taken too), the fields of
-    a multislot joined by blanks, an empty multislot as an empty text. A fact that lacks a slot the tracker
-    needs is of a foreign template, and is ignored.
+    Slots have the form that CLIPS prints: strings with or without quotes, the fields of a multislot separated
+    by blanks. A fact without the needed slots belongs to a foreign deftemplate and is ignored.
 
-    :param env: name of the CLIPS environment the facts live in.
+    :param env: the name of the CLIPS environment.
     """
 
     def __init__(self, env: str) -> None:
@@ -117,13 +118,13 @@ class TransitionTracker:
         self._last_gone = ""
 
     def __len__(self) -> int:
-        """Return how many entries its tables have: bounded by the facts there are, and those just gone."""
+        """Return the number of entries in the tables, which the numbers of facts limit."""
         return len(self._goals) + len(self._actions)
 
     def fact(self, time_us: int, template: str, slots: Mapping[str, str]) -> Transition | None:
-        """Return the transition that asserting this fact means, None when it means none.
+        """Return the transition that the assertion of a fact causes, or None.
 
-        :param time_us: when, on the run's clock.
+        :param time_us: the run's clock.
         """
         try:
             if template == "goal":
@@ -137,7 +138,7 @@ class TransitionTracker:
             elif template == "skill-action-execinfo":
                 skiller = _skiller_of(slots)
                 call = self._skills.get((slots["skill-id"], skiller), "0")
-                # what sent nothing has no message
+                # an action that was not sent has no message
                 _note(self._calls, _sent_key(slots), ("", "") if call == "0" else (skiller, call))
             elif template == "skill-board-call":
                 _note(self._calls, _sent_key(slots), ("", slots["id"]))
@@ -146,15 +147,16 @@ class TransitionTracker:
         return None
 
     def change(self, event: FactChange) -> Transition | None:
-        """Return the transition that a printed change of a fact means, None when it means none.
+        """Return the transition that a printed change of a fact causes, or None.
 
-        :raises FactSyntaxError: when the fact of a goal, plan-action or Skiller cannot be read.
+        :raises FactSyntaxError: if the fact of a goal, plan-action or Skiller cannot be parsed.
         """
         before, self._last_gone = self._last_gone, ""
         if event.asserted and event.template in TRACKED_TEMPLATES:
             slots = parse_fact(event.text)[1]
             if before and (event.template != "goal" or slots.get("id") != before):
-                self._goals.retire(before, gone=True)  # no modify: that asserts the fact at once
+                # not a modify, which would assert the same fact at once
+                self._goals.retire(before, gone=True)
             return self.fact(event.time_us, event.template, slots)
         if before:
             self._goals.retire(before, gone=True)
@@ -168,9 +170,9 @@ class TransitionTracker:
         return None
 
     def retracted(self, template: str, slots: Mapping[str, str], *, gone: bool = False) -> None:
-        """Note that a fact is gone, of one of :data:`FORGETFUL_TEMPLATES`; later it is forgotten.
+        """Record the retraction of a fact of `FORGETFUL_TEMPLATES`, whose state is dropped later.
 
-        :param gone: for good: no ``modify`` asserts it with other slots.
+        :param gone: no ``modify`` asserts the fact with other slots.
         """
         try:
             if template == "goal":
@@ -181,9 +183,9 @@ class TransitionTracker:
             return
 
     def goal(self, time_us: int, slots: Mapping[str, str]) -> GoalTransition | None:
-        """Return a transition when mode, outcome, parent or error of the goal is another than before.
+        """Return a transition if mode, outcome, parent or error of the goal changed.
 
-        :raises KeyError: when a slot is missing.
+        :raises KeyError: if a slot is missing.
         """
         goal = slots["id"]
         mode, outcome, parent, error = state = tuple(slots[name] for name in _GOAL_STATE)
@@ -205,7 +207,7 @@ class TransitionTracker:
             meta=_detail(slots, "meta"),
             priority=slots.get("priority", ""),
             resources=_detail(slots, "required-resources"),
-            # a rule may retract a goal and assert it in its next mode, which is no new goal
+            # a rule may retract a goal and assert it in its next mode, without making a new goal
             is_new=is_first and mode == "FORMULATED" and goal != NO_PARENT,
             slots={
                 slot.name: slots[slot.name]
@@ -215,15 +217,16 @@ class TransitionTracker:
         )
 
     def plan_action(self, time_us: int, slots: Mapping[str, str]) -> PlanActionTransition | None:
-        """Return a transition when the action (goal, plan and id name it) has another state than before.
+        """Return a transition if the state of the plan-action changed.
 
-        :raises KeyError: when a slot is missing.
+        :raises KeyError: if a slot is missing.
         """
         key, state, action = _action_key(slots), slots["state"], slots["action-name"]
         if not self._actions.is_new(key, state):
             return None
         if state in NOT_SENT:
-            self._calls.pop(key, None)  # of the plan-action that had these ids before, or of the last try
+            # left from the previous plan-action with these ids, or from the last try
+            self._calls.pop(key, None)
         skiller, call = self._calls.get(key, ("", ""))
         return PlanActionTransition(
             time_us=time_us,
@@ -239,10 +242,10 @@ class TransitionTracker:
         )
 
     def skiller(self, time_us: int, slots: Mapping[str, str]) -> SkillStatus:
-        """Return the status in a SkillerInterface fact; each fact is one.
+        """Return the status in a SkillerInterface fact.
 
-        :raises KeyError: when a slot is missing.
-        :raises ValueError: when the message id is not a number.
+        :raises KeyError: if a slot is missing.
+        :raises ValueError: if the message id is not a number.
         """
         return SkillStatus(
             time_us=time_us,
@@ -255,7 +258,7 @@ class TransitionTracker:
 
 
 def _note(table: dict[Key, State], key: Key, value: State) -> None:
-    """Enter a value as the newest of a table, and forget the oldest of too many."""
+    """Store a value as the newest entry of a table and drop the oldest of too many."""
     table.pop(key, None)
     table[key] = value
     if len(table) > MAX_RETIRED:
@@ -263,7 +266,7 @@ def _note(table: dict[Key, State], key: Key, value: State) -> None:
 
 
 def _skiller_of(slots: Mapping[str, str]) -> str:
-    """Return the id of the Skiller in a fact; empty where a skill board takes the calls."""
+    """Return the id of the Skiller in a fact, empty if a skill board takes the calls."""
     return unquote(slots.get("skiller", ""))
 
 
@@ -276,16 +279,14 @@ def _action_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
 
 
 def _detail(slots: Mapping[str, str], name: str) -> str:
-    """Return the content of a slot in parentheses; empty when the deftemplate has no such slot."""
+    """Return a slot in parentheses, empty if the deftemplate lacks it."""
     value = slots.get(name)
     return "" if value is None else f"({value})"
 
 
 def unquote(text: str) -> str:
-    """Return the content of a string that CLIPS printed in quotes; any other text unchanged.
-
-    CLIPS 6.30 does not escape quotes within a string when it prints facts, so only the outer pair goes.
-    """
+    """Return the content of a string in quotes, or any other text unchanged."""
+    # CLIPS 6.30 does not escape quotes within printed strings, so only the outer pair is removed
     if len(text) > 1 and text[0] == text[-1] == '"':
         return text[1:-1]
     return text

@@ -1,4 +1,4 @@
-"""Goal trees as lines of text, for every command that prints one."""
+"""Goal trees as lines of text."""
 
 from __future__ import annotations
 
@@ -13,35 +13,33 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 class TreeGoal(Protocol):
-    """A goal as its slots have it."""
+    """The slots of a goal."""
 
     @property
-    def goal_class(self) -> str:
-        """Its class."""
+    def goal_class(self) -> str: ...
 
     @property
-    def mode(self) -> str:
-        """Its mode."""
+    def mode(self) -> str: ...
 
     @property
     def outcome(self) -> str:
-        """Its outcome; empty or ``UNKNOWN`` for none."""
+        """The outcome, empty or ``UNKNOWN`` without one."""
 
     @property
     def error(self) -> str:
-        """Why it failed; empty for nothing."""
+        """The reason of a failure."""
 
 
 class NamedGoal(TreeGoal, Protocol):
-    """A goal that knows its own place in the tree."""
+    """A goal with id and parent."""
 
     @property
     def goal(self) -> str:
-        """Its id."""
+        """The id."""
 
     @property
     def parent(self) -> str:
-        """The id in its slot ``parent``."""
+        """The id in the slot ``parent``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +47,8 @@ class GoalLine:
     """A line of a goal tree.
 
     :param branch: the lines to the left of the goal.
-    :param title: its id and class.
-    :param state: its outcome as the slot has it, or its mode while it has none; or both.
-    :param error: empty for none.
+    :param title: id and class.
+    :param state: the outcome or else the mode, as in the slots; or both.
     """
 
     branch: str
@@ -67,12 +64,12 @@ class GoalLine:
 
 
 def goal_title(goal: str, goal_class: str) -> str:
-    """Return a goal's id and class."""
+    """Return id and class of a goal."""
     return f"{goal} ({goal_class})"
 
 
 def plain_goal(goal: NamedGoal) -> dict[str, str]:
-    """Return a goal as JSON for programs."""
+    """Return a goal as an object for JSON."""
     return {
         "id": goal.goal,
         "class": goal.goal_class,
@@ -86,7 +83,7 @@ def plain_goal(goal: NamedGoal) -> dict[str, str]:
 def goal_line(branch: str, name: str, goal: TreeGoal, *, modes: bool = False) -> GoalLine:
     """Return a goal as a line of a tree.
 
-    :param modes: show the mode of a goal that has an outcome, too.
+    :param modes: include the mode of goals with an outcome.
     """
     known = goal.outcome not in ("UNKNOWN", "")
     state = " ".join((goal.mode,) * (modes or not known) + (goal.outcome,) * known)
@@ -97,7 +94,7 @@ def goal_line(branch: str, name: str, goal: TreeGoal, *, modes: bool = False) ->
 def goal_lines(goals: Iterable[NamedGoal], *, modes: bool = False) -> Iterator[GoalLine]:
     """Yield goals as trees, parents before their children; see :func:`goal_line`.
 
-    :param goals: in the order in which they appeared; several with one id are lives of that id.
+    :param goals: in the order of appearance; equal ids are lives of the same id.
     """
     known = list(goals)
     lives: dict[str, list[int]] = {}
@@ -115,8 +112,9 @@ def goal_lines(goals: Iterable[NamedGoal], *, modes: bool = False) -> Iterator[G
 
 
 def drawn(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:
-    """Yield the goals of a forest, each with the lines to its left."""
-    stems: list[str] = []  # what precedes the children of the goals above
+    """Yield the goals of a forest with the lines to their left."""
+    stems: list[str] = []  # the lines before the children of the ancestors
+
     for goal, depth in forest.walk():
         del stems[depth:]
         parent = forest.parents[goal]

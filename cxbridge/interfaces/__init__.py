@@ -1,6 +1,6 @@
-"""Interface types: XML definitions to schemas, memory layouts and Python classes.
+"""Interface types: XML definitions, schemas, memory layouts and Python classes.
 
-Every shipped type can be imported from here; its definition is read when it is first used::
+Every shipped type can be imported; its definition is read on first use::
 
     from cxbridge.interfaces import SkillerInterface
 """
@@ -23,7 +23,7 @@ _EXPORTS = {
 
 
 def __getattr__(name: str) -> Any:
-    """Give the class of a shipped interface type, or one of the package's own names."""
+    """Return the class of a shipped interface type, or import a public name on first use."""
     from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
 
     if name in _EXPORTS:
@@ -36,7 +36,6 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """List the package's names and all shipped types."""
     from cxbridge.interfaces.registry import default_registry  # noqa: PLC0415
 
     return sorted({*globals(), *_EXPORTS, *default_registry().names()})

@@ -1,14 +1,12 @@
-"""The properties that read and write single fields of a block.
+"""Properties that read and write single fields of a block.
 
-Reading goes through a :mod:`ctypes` view of the block, which is the fastest way to a value that the
-standard library has; writing goes through :mod:`struct`, which checks type and range. Each factory binds
-what its constants once, so that an access is a handful of C calls, within three times a bare ``struct``
-call. A view is reached by attribute name alone, therefore the factories are made of source text, once for
-each number of a field: ``f0``, ``f1`` ... are the names in the view, so that no name of a definition is ever
-part of source text.
+Reading uses a :mod:`ctypes` view of the block, which is the fastest access of the standard library; writing
+uses :mod:`struct`, which checks type and range. The factories bind the constants of a property once. They are
+compiled from templates with the number of the field: ``f0``, ``f1`` ... are the names in the view, so that
+names of a definition never become source text.
 
-Every setter keeps the two marks of a block up, as a Fawkes setter does: ``_changed`` is set when the stored
-value changes, ``_refreshed`` always. A setter that refuses a value does not change the field.
+As in Fawkes, a setter sets ``_changed`` if the stored value changes, and ``_refreshed`` always. A setter that
+refuses a value leaves the field unchanged.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ Setter = Callable[[Any, Any], None]
 
 
 class Array(Protocol[T]):
-    """How an array field looks to a type checker: reads as a tuple, takes any sequence."""
+    """The static type of an array field: it reads as a tuple and takes any sequence."""
 
     @overload
     def __get__(self, block: None, owner: type) -> Array[T]: ...
@@ -41,11 +39,11 @@ class Array(Protocol[T]):
 
 
 def make_accessor(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | None) -> property:
-    """Make the property for one field.
+    """Return the property of a field.
 
-    :param owner: the name of the interface or message, for messages.
-    :param slot: the field's number in the view of its block.
-    :param enum: the class of the values, when the field is an enum.
+    :param owner: the name of the interface or message, for error messages.
+    :param slot: the number of the field in the view.
+    :param enum: the class of the values of an enum field.
     """
     if field.is_string:
         accessors = _string(owner, field, slot)
@@ -60,13 +58,14 @@ Fill = Callable[[Any, Sequence[Any]], None]
 
 
 def make_filler(fields: Sequence[FieldSchema], enums: Sequence[type[IntEnum] | None]) -> Fill:
-    """Make what packs values into all fields of a block at once: the setters take four times as long.
+    """Return a function that packs values into all fields of a block.
 
-    It raises one of :data:`MISFITS` for a value that needs a conversion, and always where a field is an
-    array or a bool: the setters convert such values, or raise the error.
+    It raises one of `MISFITS` for a value that needs a conversion, and always if a field is an array or a
+    bool; the setters then convert the values or raise the error.
 
-    :param enums: the class of the values, for each field that is an enum.
+    :param enums: the classes of the values of enum fields.
     """
+    # calling the setters takes four times as long
     if not fields or not all(
         field.is_string or not (field.is_array or field.type == "bool") for field in fields
     ):
@@ -95,7 +94,7 @@ def make_filler(fields: Sequence[FieldSchema], enums: Sequence[type[IntEnum] | N
 
 
 def fill_nothing(_block: Any, _values: Sequence[Any]) -> None:
-    """Refuse, as a filler does."""
+    """Raise `TypeError`, as a filler does for values that it cannot pack."""
     raise TypeError
 
 
@@ -116,7 +115,7 @@ def misfit(owner: str, field: FieldSchema, value: object) -> InterfaceError:
 
 
 def _scalar(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | None) -> tuple[Getter, Setter]:
-    """Return the accessors for one number, bool or enum value."""
+    """Return the accessors of a number, bool or enum value."""
 
     def adapt(value: object) -> object:
         number = getattr(enum, value, None) if enum is not None and isinstance(value, str) else None
@@ -134,7 +133,7 @@ def _scalar(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | Non
 
 
 def _string(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
-    """Return the accessors for text."""
+    """Return the accessors of a text."""
     room = field.text_room
     layout = Struct(f"={room}s{field.size - room}x")
 
@@ -151,7 +150,7 @@ def _string(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
 
 
 def _array(owner: str, field: FieldSchema, enum: type[IntEnum] | None) -> tuple[Getter, Setter]:
-    """Return the accessors for an array."""
+    """Return the accessors of an array."""
     layout = Struct(f"={field.length}{field.storage.code}")
     unpack_from, offset = layout.unpack_from, field.offset
 
@@ -163,7 +162,7 @@ def _array(owner: str, field: FieldSchema, enum: type[IntEnum] | None) -> tuple[
 
 
 def _enum_array_getter(layout: Struct, offset: int, enum: type[IntEnum]) -> Getter:
-    """Make a getter that turns numbers into items; remembers the arrays that it saw last."""
+    """Return a getter that converts numbers to enum items and caches the converted arrays."""
     unpack_from = layout.unpack_from
     items = {item.value: item for item in enum}
     remembered: dict[tuple[int, ...], tuple[Any, ...]] = {}
@@ -181,7 +180,7 @@ def _enum_array_getter(layout: Struct, offset: int, enum: type[IntEnum]) -> Gett
 
 
 def _array_setter(owner: str, field: FieldSchema, layout: Struct, enum: type[IntEnum] | None) -> Setter:
-    """Make a setter that takes any sequence; a short one is filled up with zeros."""
+    """Return a setter for sequences; missing elements become zero."""
     pack_into, offset, end = layout.pack_into, field.offset, field.offset + field.size
 
     def set_elements(self: Any, value: Iterable[Any]) -> None:
@@ -201,7 +200,7 @@ def _array_setter(owner: str, field: FieldSchema, layout: Struct, enum: type[Int
         self._refreshed = True
 
     def set_bools(self: Any, value: Iterable[Any]) -> None:
-        # struct takes anything for a bool
+        # struct packs any object as a bool
         value = tuple(value) if isinstance(value, Iterable) else (value,)
         if not {bool}.issuperset(map(type, value)):
             raise misfit(owner, field, value)
@@ -211,7 +210,7 @@ def _array_setter(owner: str, field: FieldSchema, layout: Struct, enum: type[Int
 
 
 def _elements(field: FieldSchema, value: Iterable[Any], enum: type[IntEnum] | None) -> list[Any]:
-    """Return all elements of an array: those given, enum names as numbers, zeros for the rest."""
+    """Return all elements of an array, with enum names as numbers and zeros at the end."""
     elements = list(value)
     if enum is not None:
         elements = [getattr(enum, one, one) if isinstance(one, str) else one for one in elements]
@@ -219,18 +218,18 @@ def _elements(field: FieldSchema, value: Iterable[Any], enum: type[IntEnum] | No
 
 
 def fit_text(text: str, room: int) -> bytes:
-    """Encode text into at most ``room`` bytes: cut at a NUL, and never inside a UTF-8 character.
+    """Encode a text in at most ``room`` bytes, cut at a NUL or between characters.
 
-    Bytes that are not UTF-8 survive as the surrogates that Python's ``surrogateescape`` made of them.
+    Bytes that are not UTF-8 are represented by Python's ``surrogateescape`` surrogates and are restored.
 
-    :raises UnicodeEncodeError: when the text holds other surrogates.
+    :raises UnicodeEncodeError: if the text has other surrogates.
     """
     text = text.partition("\0")[0]
     data = text.encode("utf-8", "surrogateescape")
     if len(data) <= room:
         return data
     for cut in range(room, max(room - _LONGEST_UTF8, -1), -1):
-        # A torn character decodes to surrogates, which the text does not have at this place.
+        # a torn character decodes to surrogates, which differ from the text
         if text.startswith(data[:cut].decode("utf-8", "surrogateescape")):
             return data[:cut]
     return data[:room]
@@ -241,7 +240,7 @@ _LONGEST_UTF8 = 4
 _REMEMBERED_ARRAYS = 256
 _REMEMBERED_TEMPLATES = 1024
 
-# The templates. A block that is marked as changed already needs no comparison.
+# templates; a block already marked as changed needs no comparison
 
 _ENUM_GETTER = """
 def make(item_of):
@@ -319,7 +318,7 @@ MISFITS = (StructError, OverflowError, AttributeError, TypeError, ValueError)
 
 @lru_cache(_REMEMBERED_TEMPLATES)
 def _template(source: str, slot: int) -> Callable[..., Any]:
-    """Compile a factory for the field of that number."""
+    """Compile a template for the field with this number."""
     namespace: dict[str, Any] = {"StructError": StructError}
     exec(source.replace("SLOT", f"f{slot}"), namespace)  # noqa: S102 - own text and a number
     factory: Callable[..., Any] = namespace["make"]

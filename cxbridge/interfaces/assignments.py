@@ -1,4 +1,4 @@
-"""``NAME=VALUE`` of a command line, to fields of interfaces and messages; values to text."""
+"""Assignments ``NAME=VALUE`` to fields of interfaces and messages, and values as text."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _BOOLS = {
 
 
 def assign(block: Block, assignments: Iterable[str]) -> bool:
-    """Set fields: ``NAME=VALUE``, ``NAME=V,V,V`` or ``NAME[INDEX]=VALUE``.
+    """Set fields by ``NAME=VALUE``, ``NAME=V,V,V`` or ``NAME[INDEX]=VALUE``.
 
-    Numbers may be hexadecimal, enum values are given by name or number. A text is taken literally, but a text
-    in double quotes is read as JSON: what :func:`shown` returns reads back.
+    Numbers may be hexadecimal; enum values are names or numbers. A text in double quotes is parsed as JSON,
+    so the results of :func:`shown` can be read back.
 
     :returns: whether a value changed.
-    :raises InterfaceError: when an assignment is invalid; the assignments before it are carried out.
+    :raises InterfaceError: if an assignment is invalid; earlier ones were made.
     """
     before = block.to_bytes()
     for text in assignments:
@@ -58,7 +58,7 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
 
 
 def _element(field: FieldSchema, text: str) -> bool | int | float | str:
-    """Return one value of a field."""
+    """Parse one element of a field."""
     stripped = text.strip()
     try:
         if field.is_string:
@@ -75,7 +75,8 @@ def _element(field: FieldSchema, text: str) -> bool | int | float | str:
 
 
 def _whole_number(text: str) -> int:
-    """Return a decimal number, which may begin with zeros, or one with the prefix 0x, 0o or 0b."""
+    """Parse an integer."""
+    # int with base 0 refuses leading zeros
     try:
         return int(text)
     except ValueError:
@@ -83,7 +84,7 @@ def _whole_number(text: str) -> int:
 
 
 def _unquoted(text: str) -> str:
-    """Return a text without the quotes that :func:`shown` writes."""
+    """Remove the quotes that :func:`shown` adds."""
     if _QUOTED.fullmatch(text):
         with suppress(ValueError):
             text = json.loads(text, strict=False)
@@ -91,12 +92,10 @@ def _unquoted(text: str) -> str:
 
 
 def put(block: Block, name: str, value: Any, index: int | None = None) -> None:
-    """Set a field to a value that a user gives.
+    """Set a field to the value of a user, checked more strictly than in Fawkes.
 
-    :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts texts and takes any number for an enum, as
-    Fawkes does.
-
-    :raises InterfaceError: when that would change the value, or the enum has no such item.
+    :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts texts and takes any number for an enum.
+    :raises InterfaceError: if the value would be changed, or the enum has no such item.
     """
     field = block.field(name)
     elements = value if field.is_array and isinstance(value, list | tuple) else (value,)
@@ -133,14 +132,14 @@ def _wrong(field: FieldSchema, text: str) -> InterfaceError:
 
 
 def plain(value: Any) -> Any:
-    """Return a field's value as JSON can have it: enum values by name."""
+    """Return a field's value for JSON, with enum values by name."""
     if isinstance(value, tuple):
         return [plain(element) for element in value]
     return value.name if isinstance(value, IntEnum) else value
 
 
 def shown(value: Any) -> str:
-    """Return a field's value as :func:`assign` reads it; texts in quotes, as JSON."""
+    """Return a field's value in the form that :func:`assign` reads."""
     if isinstance(value, tuple):
         return ",".join(shown(element) for element in value)
     if isinstance(value, str):
@@ -151,6 +150,9 @@ def shown(value: Any) -> str:
 
 
 def shown_fields(values: Mapping[str, Any], names: Iterable[str] | None = None) -> str:
-    """Return fields as ``name=value name=value``; those that are named, or all."""
+    """Return fields as ``name=value name=value``.
+
+    :param names: the fields to include; None includes all.
+    """
     chosen = values if names is None else [name for name in values if name in set(names)]
     return " ".join(f"{name}={shown(values[name])}" for name in chosen)

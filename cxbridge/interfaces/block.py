@@ -1,4 +1,4 @@
-"""A block of data: the bytes of an interface or of a message, and access to its fields."""
+"""Blocks: the bytes of an interface or message, and access to their fields."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ _STAMP = Struct("=qq")
 
 
 class Block:
-    """The bytes of an interface or message, as Fawkes' C struct has them, with one property for each field.
+    """The bytes of an interface or message as in Fawkes' C struct, with a property per field.
 
-    Classes with fields are made by :mod:`cxbridge.interfaces.classes`. A field whose name is a Python
-    keyword, or the name of something that the class has anyway, is reached as ``name_``; :meth:`get` and
-    :meth:`set` take the original name.
+    The classes with fields are made by :mod:`cxbridge.interfaces.classes`. A field whose name is a Python
+    keyword or an attribute of the class has the property ``name_``; `get` and `set` take the original name.
 
-    The buffer stays the same object for the life of a block: write into ``_buf[:]``, never replace it.
+    The views refer to the buffer: write into ``_buf[:]`` and never replace it.
     """
 
     __slots__ = ("_buf", "_changed", "_refreshed", "_view")
 
     SCHEMA: ClassVar[Any]
-    """The schema of the block: an ``InterfaceSchema`` or a ``MessageSchema``."""
+    """The schema, an ``InterfaceSchema`` or a ``MessageSchema``."""
 
     VIEW: ClassVar[type[ctypes.Structure]]
-    """The block as a C struct, its fields called f0, f1, ... in the order of declaration."""
+    """The C struct of the block; its fields are f0, f1, ... in the order of declaration."""
 
     ACCESSORS: ClassVar[dict[str, Any]]
-    """The property for each field, by the field's name in the definition."""
+    """The properties by field name in the definition."""
 
+    # takes a third of the properties' time
     READ: ClassVar[attrgetter[tuple[Any, ...]]]
-    """Returns all fields of the view, in order, and after them anything: a third of the properties' time."""
+    """Returns all fields of a view in order, followed by padding values."""
 
     CONVERTED: ClassVar[tuple[str, ...]]
-    """The fields that the view has in another form than their properties."""
+    """The fields whose values differ between view and property."""
 
     def __init__(self) -> None:
         """Make a block of zeros."""
@@ -57,9 +57,9 @@ class Block:
 
     @classmethod
     def field(cls, name: str) -> FieldSchema:
-        """Return the field of that name.
+        """Return a field.
 
-        :raises InterfaceError: when there is none.
+        :raises InterfaceError: if there is no such field.
         """
         field: FieldSchema | None = cls.SCHEMA.field(name)
         if field is None:
@@ -75,9 +75,9 @@ class Block:
         return cls.field(name).runtime_length
 
     def get(self, name: str, index: int | None = None) -> Any:
-        """Return the value of a field, or one element of an array.
+        """Return the value of a field, or an element of an array.
 
-        :raises InterfaceError: when there is no such field or element.
+        :raises InterfaceError: if there is no such field or element.
         """
         accessor = self._accessor(name)
         value = accessor.fget(self)
@@ -86,12 +86,14 @@ class Block:
         return value[self._checked_index(self.field(name), index)]
 
     def set(self, name: str, value: Any, index: int | None = None) -> None:
-        """Set a field, or one element of an array.
+        """Set a field, or an element of an array.
 
-        Like Fawkes' generic access (field iterators, CLIPS) it marks the block as refreshed, never as
-        changed. Enum values may be given by number or name.
+        Like Fawkes' generic access (field iterators, CLIPS), it marks the block as refreshed but never as
+        changed.
 
-        :raises InterfaceError: when there is no such field or element, or the value does not fit.
+        Enum values may be names or numbers.
+
+        :raises InterfaceError: if there is no such field or element, or the value does not fit.
         """
         accessor = self._accessor(name)
         if index is not None:
@@ -116,13 +118,13 @@ class Block:
         return values
 
     def to_bytes(self) -> bytes:
-        """Return the whole block with its timestamp: ``SCHEMA.datasize`` bytes in the host's byte order."""
+        """Return the whole block including the time stamp, in the byte order of the host."""
         return bytes(self._buf)
 
     def set_from_chunk(self, chunk: bytes | bytearray | memoryview | Sequence[int]) -> None:
-        """Replace the whole block, the timestamp included; marks nothing.
+        """Replace the whole block including the time stamp, without marking it.
 
-        :raises InterfaceError: when the size is not the block's.
+        :raises InterfaceError: if the size is wrong.
         """
         if len(chunk) != len(self._buf):
             raise InterfaceError(
@@ -133,7 +135,7 @@ class Block:
 
     @property
     def timestamp_us(self) -> int:
-        """The block's timestamp, microseconds since the epoch; 0 when it was never stamped."""
+        """The time stamp in microseconds since the epoch, 0 if it was never set."""
         seconds, microseconds = _STAMP.unpack_from(self._buf)
         return int(seconds) * MICROSECONDS + int(microseconds)
 
@@ -142,7 +144,7 @@ class Block:
         _STAMP.pack_into(self._buf, 0, *split_us(time_us))
 
     def _checked_index(self, field: FieldSchema, index: int) -> int:
-        """Return the index when the field has an element there."""
+        """Return an index after checking it."""
         if not field.is_array:
             raise InterfaceError(f"{self.SCHEMA.name}.{field.name} is a single value and has no index")
         if not 0 <= index < field.runtime_length:

@@ -1,4 +1,4 @@
-"""From schemas to Python classes: enums, messages, interfaces."""
+"""Creation of Python classes from schemas: enums, messages, interfaces."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ _C_TYPES: dict[str, Any] = {
 
 @cache
 def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
-    """Make the class of an interface from its schema; the same schema gives the same class.
+    """Return the class of an interface, the same one for equal schemas.
 
-    The class has one property for each field; its message classes, enums, enum items and constants as
-    attributes; and ``tostring_ENUM(value)`` for each enum.
+    It has a property per field, attributes for message classes, enums, enum items and constants, and a
+    function ``tostring_ENUM(value)`` per enum.
     """
     interface_class = type(
         schema.name, (Interface,), {"__slots__": (), "__doc__": schema.comment or schema.name}
@@ -52,9 +52,9 @@ def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
 
 
 def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
-    """Complete a class that derives from Interface; a decorator for modules made by ``interface compile``.
+    """Return a decorator that completes a class of ``interface compile``.
 
-    Enums and messages that the class has already stay; those missing are made.
+    Enums and messages that the class body defines are kept.
     """
 
     def complete(interface_class: type[I]) -> type[I]:
@@ -83,7 +83,7 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
 
 @cache
 def make_enum(schema: EnumSchema) -> type[IntEnum]:
-    """Make the class for an enum; the same schema gives the same class."""
+    """Return the class of an enum, the same one for equal schemas."""
     items = [(enum_member_name(item.name), item.value) for item in schema.items]
     enum = IntEnum(schema.name, items)  # type: ignore[misc]
     enum.__doc__ = schema.comment
@@ -91,21 +91,21 @@ def make_enum(schema: EnumSchema) -> type[IntEnum]:
 
 
 def enum_member_name(name: str) -> str:
-    """Return the name of an item in Python's enum class, where a few names are taken."""
+    """Return the name of an enum item in Python, with an underscore if the name is reserved."""
     reserved = keyword.iskeyword(name) or name == "mro" or (name.startswith("_") and name.endswith("_"))
     return f"{name}_" if reserved else name
 
 
 def attribute_name(name: str, base: type) -> str:
-    """Return the attribute for a name of a definition: ``name``, or ``name_`` when the class has that."""
+    """Return the attribute for a name in a definition, with an underscore if ``base`` uses the name."""
     taken = keyword.iskeyword(name) or name in Block.__annotations__ or hasattr(base, name)
     return f"{name}_" if taken else name
 
 
 def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Structure]:
-    """Make the C struct of a block: the timestamp, then f0, f1, ... in the order of declaration.
+    """Return the C struct of a block: the time stamp, then f0, f1, ... in the order of declaration.
 
-    :raises InterfaceError: when the schema's layout is not that of a C struct.
+    :raises InterfaceError: if the layout of the schema differs from that of the C struct.
     """
     members: list[tuple[str, Any]] = [("sec", ctypes.c_int64), ("usec", ctypes.c_int64)]
     for number, field in enumerate(fields):
@@ -129,7 +129,8 @@ def _attach(block_class: type[B], schema: InterfaceSchema | MessageSchema, enums
         for number, field in enumerate(schema.fields)
     }
     names = [f"f{number}" for number in range(len(schema.fields))]
-    block_class.READ = attrgetter(*names, "__class__", "__class__")  # of two names it makes a tuple
+    # attrgetter returns a tuple only for two or more names
+    block_class.READ = attrgetter(*names, "__class__", "__class__")
     block_class.CONVERTED = tuple(
         field.name for field in schema.fields if field.is_string or field.is_array or field.is_enum
     )
@@ -140,12 +141,12 @@ def _attach(block_class: type[B], schema: InterfaceSchema | MessageSchema, enums
 
 
 def _own(interface_class: type[Interface], name: str) -> Any:
-    """Return the class body's own attribute for a name of the definition, or None."""
+    """Return the attribute that the class body defines for a name of the definition, or None."""
     return vars(interface_class).get(attribute_name(name, Interface))
 
 
 def _bare_message(schema: MessageSchema, interface: InterfaceSchema) -> type[Message]:
-    """Make a message class without fields."""
+    """Return a message class without fields."""
     namespace = {
         "__slots__": (),
         "__doc__": schema.comment or schema.name,
@@ -155,7 +156,7 @@ def _bare_message(schema: MessageSchema, interface: InterfaceSchema) -> type[Mes
 
 
 def _add_members(interface_class: type[Interface], members: dict[str, Any]) -> None:
-    """Add class attributes by the names of the definition, but none that a class body has already."""
+    """Add class attributes by names of the definition unless the class body defines them."""
     for name, value in members.items():
         attribute = attribute_name(name, Interface)
         if attribute not in vars(interface_class):
@@ -168,15 +169,15 @@ def _items(schema: InterfaceSchema, enum_name: str) -> Any:
 
 
 def enum_value_name(enum: type[IntEnum], value: int) -> str:
-    """Return the name of an enum value, ``UNKNOWN`` when it has none."""
+    """Return the name of an enum value, or ``UNKNOWN``."""
     return next((item.name for item in enum if item == value), _UNKNOWN)
 
 
 def _tostring(enum: type[IntEnum]) -> Callable[[int], str]:
-    """Make Fawkes' ``tostring_ENUM`` for an enum."""
+    """Return Fawkes' function ``tostring_ENUM`` of an enum."""
 
     def tostring(value: int) -> str:
-        """Return the name of a value, UNKNOWN when it has none."""
+        """Return the name of a value, or UNKNOWN."""
         return enum_value_name(enum, value)
 
     return tostring

@@ -1,7 +1,9 @@
-"""Write a schema as a plain, typed Python module, or as a stub for editors and type checkers.
+"""Source of typed Python modules and stubs for interface types.
 
-The module needs no XML and no generator at run time: it holds the schema as a literal and declares the
-classes with typed attributes; :func:`cxbridge.interfaces.classes.define` puts the properties in.
+A module needs no XML at run time: it holds the schema as a literal and declares classes with typed
+attributes.
+
+:func:`cxbridge.interfaces.classes.define` adds the properties.
 """
 
 from __future__ import annotations
@@ -29,18 +31,18 @@ _QUOTES = '"""'
 _INDENT = "    "
 _PYTHON_TYPES = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
 _ZEROS = {"bool": "False", "str": '""', "float": "0.0"}
-# Rules that a definition may break: its names, long messages, bool fields; docstrings of stubs are for
-# editors.
+# rules that a definition may break by its names, long messages or bool fields; docstrings in stubs are for
+# editors
 _NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001, TC003"
 
 
 def module_source(schema: InterfaceSchema) -> str:
-    """Return the source of a module that defines the interface's class."""
+    """Return the source of a module with the class of an interface."""
     return _Writer(schema, stub=False).source()
 
 
 def stub_source(schema: InterfaceSchema) -> str:
-    """Return the source of a stub (``.pyi``) for the interface's class."""
+    """Return the source of a stub (``.pyi``) with the class of an interface."""
     return _Writer(schema, stub=True).source()
 
 
@@ -52,11 +54,10 @@ class _Writer:
         self._stub = stub
 
     def source(self) -> str:
-        """Return the whole text."""
         return "\n".join([*self._head(), *self._interface()]) + "\n"
 
     def _head(self) -> Iterator[str]:
-        """Yield everything before the class."""
+        """Yield the lines before the class."""
         schema = self._schema
         yield from _class_docstring(f"The interface type {schema.name}.", _MADE_BY, "")
         yield ""
@@ -87,7 +88,6 @@ class _Writer:
         yield ""
 
     def _standard_imports(self) -> Iterator[str]:
-        """Yield the imports of the standard library."""
         if self._uses_arrays(in_messages=True):
             yield "from collections.abc import Sequence"
         if self._schema.enums:
@@ -96,7 +96,7 @@ class _Writer:
             yield "from typing import ClassVar"
 
     def _bases(self) -> list[str]:
-        """Return the base classes in use."""
+        """Return the base classes that the module uses."""
         return ["Interface", "Message"] if self._schema.messages else ["Interface"]
 
     def _uses_arrays(self, *, in_messages: bool = False) -> bool:
@@ -107,7 +107,6 @@ class _Writer:
         return any(field.is_array for fields in blocks for field in fields)
 
     def _interface(self) -> Iterator[str]:
-        """Yield the class of the interface."""
         schema = self._schema
         if not self._stub:
             yield "@define(SCHEMA)"
@@ -128,7 +127,7 @@ class _Writer:
             yield from _docstring(pseudomap.comment, _INDENT)
 
     def _enum(self, enum: EnumSchema) -> Iterator[str]:
-        """Yield the class of an enum, its items as members of the interface, and tostring_ENUM."""
+        """Yield an enum class, its items as members of the interface, and tostring_ENUM."""
         inner, name = _INDENT * 2, attribute_name(enum.name, Interface)
         yield ""
         yield f"{_INDENT}class {name}(IntEnum):"
@@ -161,7 +160,6 @@ class _Writer:
             yield from (f"{head} = (", f"{_INDENT * 2}{value}", f"{_INDENT})")
 
     def _members(self) -> Iterator[str]:
-        """Yield the constants."""
         for constant in self._schema.constants:
             python = type(constant.value).__name__
             yield ""
@@ -170,7 +168,6 @@ class _Writer:
             yield from _docstring(constant.comment, _INDENT)
 
     def _message(self, message: MessageSchema) -> Iterator[str]:
-        """Yield the class of a message."""
         inner = _INDENT * 2
         yield ""
         yield f"{_INDENT}class {message.name}(Message):"
@@ -183,7 +180,7 @@ class _Writer:
             yield from self._constructor(message, inner)
 
     def _constructor(self, message: MessageSchema, indent: str) -> Iterator[str]:
-        """Yield the constructor of a message, which takes the fields by position or keyword."""
+        """Yield the constructor of a message, which takes fields by position or keyword."""
         body = indent + _INDENT
         names = [attribute_name(field.name, Message) for field in message.fields]
         yield ""
@@ -224,7 +221,7 @@ def _python_type(field: FieldSchema, enum_prefix: str) -> str:
 
 
 def _class_docstring(summary: str, comment: str, indent: str) -> Iterator[str]:
-    """Yield a docstring: a summary, and the comment below it."""
+    """Yield a docstring from a summary and a comment."""
     if not comment:
         yield f'{indent}"""{summary}"""'
         return
@@ -235,7 +232,7 @@ def _class_docstring(summary: str, comment: str, indent: str) -> Iterator[str]:
 
 
 def _docstring(text: str, indent: str) -> Iterator[str]:
-    """Yield a docstring: one line when it fits, else a paragraph; nothing for an empty text."""
+    """Yield a docstring, on one line if it fits; nothing for an empty text."""
     lines = _wrap(text, indent + '"""')
     if not lines:
         return
@@ -248,13 +245,13 @@ def _docstring(text: str, indent: str) -> Iterator[str]:
 
 
 def _wrap(text: str, indent: str) -> list[str]:
-    """Break text into lines that can be in a docstring."""
+    """Wrap a text for a docstring, without backslashes and double quotes."""
     text = text.replace("\\", "/").replace('"', "'")
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
 
 
 def _import(module: str, names: Iterable[str]) -> Iterator[str]:
-    """Yield an import, one name a line when it is long."""
+    """Yield an import, with one name per line if it is long."""
     names = list(names)
     line = f"from {module} import {', '.join(names)}"
     if len(line) <= _WIDTH:
@@ -266,7 +263,7 @@ def _import(module: str, names: Iterable[str]) -> Iterator[str]:
 
 
 def _call(head: str, arguments: list[str], indent: str) -> Iterator[str]:
-    """Yield a call, one argument a line when it is long."""
+    """Yield a call, with one argument per line if it is long."""
     line = f"{head}({', '.join(arguments)})"
     if len(line) <= _WIDTH:
         yield line
@@ -277,7 +274,7 @@ def _call(head: str, arguments: list[str], indent: str) -> Iterator[str]:
 
 
 def _struct_names(value: object) -> set[str]:
-    """Return the names of all classes of structs in a value."""
+    """Return the class names of all structs within a value."""
     if isinstance(value, tuple):
         return set().union(*map(_struct_names, value))
     if isinstance(value, Struct):
@@ -287,9 +284,9 @@ def _struct_names(value: object) -> set[str]:
 
 
 def _scalar(value: object) -> str:
-    """Return the literal of a simple value, or of a tuple with one; strings in double quotes at best."""
+    """Return the literal of a simple value or of a tuple with one, preferring double quotes."""
     if isinstance(value, str):
-        text = repr("'" + value)[2:-1]  # repr() takes double quotes when there is a single one
+        text = repr("'" + value)[2:-1]  # repr() uses double quotes if the text has a single one
         return repr(value) if '"' in value else f'"{text}"'
     if isinstance(value, tuple):
         return f"({_scalar(value[0])},)" if value else "()"
@@ -299,9 +296,9 @@ def _scalar(value: object) -> str:
 
 
 def _literal(prefix: str, value: Any, indent: str, suffix: str, *, named: bool = True) -> Iterator[str]:
-    """Yield the literal of a value; structs with every argument on a separate line.
+    """Yield the literal of a value; structs with one argument per line.
 
-    :param named: an enum is written as the name of the module's variable for it.
+    :param named: write an enum as the variable that the module has for it.
     """
     if isinstance(value, EnumSchema) and named:
         yield f"{indent}{prefix}_{value.name}{suffix}"
@@ -322,7 +319,7 @@ def _literal(prefix: str, value: Any, indent: str, suffix: str, *, named: bool =
 
 
 def _simple(prefix: str, value: object, indent: str, suffix: str) -> Iterator[str]:
-    """Yield a simple value; a long text in parts."""
+    """Yield a simple value; a long text is split."""
     line = f"{indent}{prefix}{_scalar(value)}{suffix}"
     if len(line) <= _WIDTH or not isinstance(value, str):
         yield line

@@ -1,4 +1,4 @@
-"""A schema in words and as JSON, for people and programs."""
+"""Descriptions of schemas as text and JSON."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.interfaces.schema import ConstantSchema, FieldSchema, InterfaceSch
 def schema_row(schema: InterfaceSchema) -> dict[str, Any]:
     """Return a schema as an object for JSON: hash, sizes, fields, messages, enums and constants.
 
-    Floats have the digits that tell one 32 bit float from another, as ``printf("%.9g")`` would print them.
+    Floats have the nine digits of ``printf("%.9g")``, which distinguish all 32 bit floats.
     """
     return {
         "name": schema.name,
@@ -35,7 +35,7 @@ def schema_row(schema: InterfaceSchema) -> dict[str, Any]:
 
 
 def _field_row(field: FieldSchema) -> dict[str, Any]:
-    """Return a field as in a row of the measured table; flags and default only where they are given."""
+    """Return a field; flags and default only if the definition has them."""
     row: dict[str, Any] = {"name": field.name, "type": field.type, "length": field.length}
     if field.flags:
         row["flags"] = ",".join(field.flags)
@@ -45,7 +45,7 @@ def _field_row(field: FieldSchema) -> dict[str, Any]:
 
 
 def _data_field_row(field: FieldSchema) -> dict[str, Any]:
-    """Return a data field, with what Fawkes' introspection says about it."""
+    """Return a data field with the results of Fawkes' introspection."""
     return _field_row(field) | {
         "rt_type": field.runtime_type,
         "rt_length": field.runtime_length,
@@ -54,7 +54,6 @@ def _data_field_row(field: FieldSchema) -> dict[str, Any]:
 
 
 def _message_row(message: MessageSchema) -> dict[str, Any]:
-    """Return a message."""
     return {
         "name": message.name,
         "datasize": message.datasize,
@@ -63,14 +62,14 @@ def _message_row(message: MessageSchema) -> dict[str, Any]:
 
 
 def _constant_value(constant: ConstantSchema) -> bool | int | float | str:
-    """Return a constant's value with as many digits as its type has."""
+    """Return the value of a constant, with the digits of its type."""
     if constant.type == "float":
         return float(f"{round_to_float(float(constant.value)):.9g}")
     return constant.value
 
 
 def describe(schema: InterfaceSchema) -> Iterator[str]:
-    """Describe a schema in lines of text."""
+    """Yield lines that describe a schema."""
     yield f"{schema.name}: {schema.datasize} bytes, hash {schema.hash_printable}"
     known = known_hashes(schema)
     if known and schema.hash not in known:
@@ -94,7 +93,7 @@ def describe(schema: InterfaceSchema) -> Iterator[str]:
 
 
 def _describe_fields(fields: tuple[FieldSchema, ...], indent: str) -> Iterator[str]:
-    """Describe fields, one a line: place, size, type and name."""
+    """Yield a line per field: offset, size, type and name."""
     for field in fields:
         length = "" if field.length is None else f"[{field.length}]"
         yield f"{indent}{field.offset:6d} {field.size:5d}  {field.type}{length} {field.name}"

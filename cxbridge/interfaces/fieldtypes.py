@@ -1,7 +1,7 @@
-"""The types that a field of an interface can have, and the literals that stand for their values in XML.
+"""Types of fields and their literals in XML.
 
-Source: the type table of Fawkes' interface generator. Sizes are those of the x86-64 and aarch64 ABIs, where
-every scalar is aligned to its own size.
+The source is the type table of Fawkes' interface generator. Sizes are those of the x86-64 and aarch64 ABIs,
+in which every scalar is aligned to its size.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ _BOOLS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0"
 
 
 class FieldType(Struct, frozen=True):
-    """One scalar type.
+    """A scalar type.
 
-    :param name: the name in XML.
-    :param code: the character of :mod:`struct` for one element.
-    :param size: bytes of one element, which is its alignment too.
-    :param low: the least value of an integer, None for other types.
-    :param high: the greatest value of an integer, None for other types.
+    :param name: as in XML.
+    :param code: the character of an element in :mod:`struct`.
+    :param size: bytes of an element, also its alignment.
+    :param low: the minimum of an integer type.
+    :param high: the maximum of an integer type.
     """
 
     name: str
@@ -36,14 +36,14 @@ class FieldType(Struct, frozen=True):
 
     @property
     def fits(self) -> str:
-        """The allowed values, in words for an error message."""
+        """The allowed values in words, for error messages."""
         if self.low is not None:
             return f"an integer from {self.low} to {self.high}"
         return {"bool": "True or False", "string": "a str"}.get(self.name, "a number")
 
 
 def _integer(name: str, code: str, size: int) -> FieldType:
-    """Make an integer type: signed when its code is a small letter."""
+    """Return an integer type; a lower case code means signed."""
     bits = 8 * size
     if code.islower():
         return FieldType(name, code, size, -(1 << (bits - 1)), (1 << (bits - 1)) - 1)
@@ -68,22 +68,22 @@ TYPES: dict[str, FieldType] = {
         _integer("byte", "B", 1),
     )
 }
-"""Every type by its XML name, without the enums that a file defines for itself."""
+"""The built-in types by XML name."""
 
 ENUM_TYPE = TYPES["int32"]
-"""How an enum value is stored."""
+"""The storage type of enum values."""
 
 
 def storage_type(type_name: str) -> FieldType:
-    """Return how a field of that XML type is stored; a name that is not a built-in type is an enum's."""
+    """Return the storage type of a field; names that are not built-in denote enums."""
     return TYPES.get(type_name, ENUM_TYPE)
 
 
 def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
-    """Read a literal the way Fawkes' generator checks it; None when the type does not allow it.
+    """Parse a literal as strictly as Fawkes' generator, or return None.
 
-    The type ``byte``, which the generator lets no literal have, never fits. A ``float`` is rounded to 32
-    bits: the result equals the value that a float field returns.
+    The generator allows no literals of type ``byte``. A ``float`` is rounded to 32 bits, so it equals the
+    value that a float field returns.
     """
     if type_name == "string":
         return text
@@ -98,17 +98,17 @@ def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
 
 
 def _parse_integer(field_type: FieldType, text: str) -> int | None:
-    """Read an integer; None when it is none, or not of the type's range."""
+    """Parse an integer in the range of a type, or return None."""
     if field_type.low is None or field_type.high is None or not _INTEGER.fullmatch(text):
         return None
-    # Fawkes reads through a signed 64 bit integer, also for uint64.
+    # Fawkes reads all integers through a signed 64 bit integer, also for uint64
     high = min(field_type.high, _INT64_MAX)
     number = int(text)
     return number if field_type.low <= number <= high else None
 
 
 def _parse_decimal(type_name: str, text: str) -> float | None:
-    """Read a decimal number; None when it is none, or too large for the type."""
+    """Parse a decimal number in the range of a type, or return None."""
     if not _DECIMAL.fullmatch(text):
         return None
     value = round_to_float(float(text)) if type_name == "float" else float(text)
@@ -116,5 +116,5 @@ def _parse_decimal(type_name: str, text: str) -> float | None:
 
 
 def round_to_float(value: float) -> float:
-    """Round to the nearest 32 bit float; infinite when it is too large for one."""
+    """Round to the nearest 32 bit float, or to infinity."""
     return ctypes.c_float(value).value

@@ -1,7 +1,7 @@
-"""The errors of opened interfaces, messages and message queues, with the words Fawkes uses.
+"""Errors of opened interfaces, messages and message queues, in the words of Fawkes.
 
-They are :class:`~cxbridge.errors.BlackBoardError`; :mod:`cxbridge.blackboard.errors` shows the whole tree.
-They live here because instances raise them, and interfaces know nothing of the blackboard.
+:mod:`cxbridge.blackboard.errors` shows their tree. They are in this package because instances raise them, and
+interfaces do not depend on the blackboard.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ class InstanceError(BlackBoardError):
 
 
 class WriteDeniedError(InstanceError):
-    """Something only a writer may do was asked of a reader."""
+    """A reader was used for an operation of writers."""
 
     def __init__(self, interface_type: str, interface_id: str, reason: str) -> None:
         super().__init__(
@@ -24,7 +24,7 @@ class WriteDeniedError(InstanceError):
 
 
 class QueueAccessError(WriteDeniedError):
-    """The message queue of a reader was touched; only writers have one."""
+    """A reader was used for an operation of the message queue."""
 
     def __init__(self, interface_type: str, interface_id: str, operation: str) -> None:
         super().__init__(
@@ -35,7 +35,7 @@ class QueueAccessError(WriteDeniedError):
 
 
 class EnqueueDeniedError(InstanceError):
-    """A message was enqueued on a writer; messages go from readers to the writer."""
+    """A message was enqueued on a writer instead of a reader."""
 
     def __init__(self, interface_type: str, interface_id: str) -> None:
         super().__init__(
@@ -45,7 +45,7 @@ class EnqueueDeniedError(InstanceError):
 
 
 class InvalidInstanceError(InstanceError):
-    """The instance was closed, or its blackboard is gone."""
+    """The instance was closed, or its blackboard was shut down."""
 
     def __init__(self, uid: str, serial: object, operation: str) -> None:
         super().__init__(
@@ -54,11 +54,11 @@ class InvalidInstanceError(InstanceError):
 
 
 class TimestampError(InstanceError):
-    """An explicit time stamp was set on a reader or in spite of automatic time stamps."""
+    """An explicit time stamp was set on a reader, or while time stamps are automatic."""
 
 
 class BufferIndexError(InstanceError, IndexError):
-    """There is no private buffer of this number."""
+    """A private buffer of this number does not exist."""
 
     def __init__(self, uid: str, index: int, size: int) -> None:
         buffers = f"{size} buffers: use 0..{size - 1}" if size else "no buffers: call resize_buffers first"
@@ -89,7 +89,7 @@ class UnknownMessageTypeError(MessageError):
 
 
 class MessageAlreadyQueuedError(MessageError):
-    """The message object is, or was, in a queue; send a copy or a new one."""
+    """The message object was queued before; send a copy or a new one."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -99,7 +99,7 @@ class MessageAlreadyQueuedError(MessageError):
 
 
 class QueueFullError(MessageError):
-    """The writer's queue is bounded and holds as many messages as it may."""
+    """The bounded queue of the writer is full."""
 
     def __init__(self, uid: str, limit: int) -> None:
         super().__init__(f"The message queue of interface {uid} is full ({limit} messages).")
@@ -107,7 +107,7 @@ class QueueFullError(MessageError):
 
 
 class WrongMessageError(MessageError):
-    """The first message in the queue is of another type than the caller asked for."""
+    """The first message in the queue is of another type."""
 
     def __init__(self) -> None:
         super().__init__("Message is not of desired type")

@@ -1,9 +1,9 @@
-"""The hashes that a real Fawkes has for interface types whose layout is ours.
+"""Hashes of interface types in Fawkes whose layout equals that of a definition.
 
-Fawkes distinguishes versions of an interface by the MD5 of the definition file, so a definition of equal
-layout in other words is another version to it. Where the layout is proven equal, it is safe to use Fawkes'
-hash instead; where it is not, never. The table ``interfaces/known-hashes.json`` maps a type's name and the
-fingerprint of its layout to the hashes that Fawkes (commit 649cec084) has for it.
+Fawkes identifies the version of an interface by the MD5 of the definition file, so another definition of the
+same layout counts as another version. If the layouts are equal, Fawkes' hash can safely be used instead. The
+table ``interfaces/known-hashes.json`` maps type names and fingerprints of layouts to hashes of Fawkes (commit
+649cec084).
 """
 
 from __future__ import annotations
@@ -21,11 +21,10 @@ TABLE_NAME = "known-hashes.json"
 
 
 def layout_fingerprint(schema: InterfaceSchema) -> str:
-    """Return a digest of all that two sides must agree on, as 64 hexadecimal digits.
+    """Return a digest of everything that two programs must agree on, as 64 hexadecimal digits.
 
-    That is the type's name and size; name, type, length, offset and size of each field; the messages
-    likewise; and the enums with their numbers. Comments, constants, defaults and the author make no
-    difference.
+    It covers the type's name and size; name, type, length, offset and size of the fields, also of messages;
+    and the values of enums. It does not cover comments, constants, defaults and authors.
     """
     layout = {
         "name": schema.name,
@@ -38,20 +37,20 @@ def layout_fingerprint(schema: InterfaceSchema) -> str:
 
 
 def known_hashes(schema: InterfaceSchema) -> tuple[bytes, ...]:
-    """Return the hashes (16 bytes each) that Fawkes has for exactly this layout; none when it is unknown."""
+    """Return the 16 byte hashes that Fawkes has for this layout."""
     entry = _table().get(schema.name, {})
     return tuple(bytes.fromhex(text) for text in entry.get(layout_fingerprint(schema), ()))
 
 
 def hash_for_wire(schema: InterfaceSchema) -> bytes:
-    """Return the hash to offer to a Fawkes: one that it knows for this layout, else the definition's own."""
+    """Return the hash to send to a Fawkes: its hash of the layout, or the definition's hash."""
     return next(iter(known_hashes(schema)), schema.hash)
 
 
 def accepts_hash(schema: InterfaceSchema, remote: bytes) -> bool:
-    """Return whether a hash from elsewhere stands for this definition or for a known one of equal layout.
+    """Return whether a received hash belongs to this definition or to a known one of equal layout.
 
-    Known are Fawkes' and, to who uses Fawkes' definitions, the one that comes with cxbridge.
+    Known are the definitions of Fawkes and the one that is shipped with cxbridge.
     """
     if remote == schema.hash or remote in known_hashes(schema):
         return True
@@ -60,13 +59,13 @@ def accepts_hash(schema: InterfaceSchema, remote: bytes) -> bool:
 
 
 def _fields(fields: tuple[FieldSchema, ...]) -> list[list[Any]]:
-    """Return what counts of fields."""
+    """Return the properties of fields that affect the layout."""
     return [[field.name, field.type, field.length, field.offset, field.size] for field in fields]
 
 
 @cache
 def _shipped(name: str) -> tuple[bytes, str] | None:
-    """Return hash and fingerprint of the definition that comes with cxbridge, None when there is none."""
+    """Return hash and fingerprint of the shipped definition, or None."""
     path = shipped_dir("interfaces") / f"{name}.xml"
     if not path.is_file():
         return None
@@ -76,7 +75,7 @@ def _shipped(name: str) -> tuple[bytes, str] | None:
 
 @cache
 def _table() -> dict[str, dict[str, list[str]]]:
-    """Return the table: type name, then fingerprint, then hashes as hexadecimal digits."""
+    """Return the table: type name, fingerprint, hexadecimal hashes."""
     text = (shipped_dir("interfaces") / TABLE_NAME).read_text(encoding="utf-8")
     table: dict[str, dict[str, list[str]]] = json.loads(text)
     return table

@@ -1,8 +1,7 @@
-"""The offsets of the fields of a block: the C struct that Fawkes' generator would have written.
+"""Offsets of the fields of a block, as in the C struct of Fawkes' generator.
 
-A block begins with two signed 64 bit integers, the timestamp's seconds and microseconds; then come the
-fields in their order, each aligned to the size of its element. The end is padded to 8 bytes because of
-those two.
+A block begins with the time stamp, two signed 64 bit integers for seconds and microseconds. The fields follow
+in order, aligned to the size of their elements. The end is padded to 8 bytes because of the time stamp.
 """
 
 from __future__ import annotations
@@ -15,10 +14,10 @@ from cxbridge.interfaces.fieldtypes import storage_type
 from cxbridge.interfaces.schema import EnumSchema, FieldSchema
 
 TIMESTAMP_SIZE = 16
-"""Bytes of the timestamp at the start of every block."""
+"""The bytes of the time stamp at the start of a block."""
 
 BLOCK_ALIGNMENT = 8
-"""The alignment of a block, and what its size is a multiple of."""
+"""The alignment of a block; its size is a multiple of it."""
 
 
 def make_field(
@@ -32,16 +31,16 @@ def make_field(
     default: str | None = None,
     flags: tuple[str, ...] = (),
 ) -> FieldSchema:
-    """Make a field that has its sizes, but no place yet (offset 0)."""
+    """Return a field with sizes and the preliminary offset 0."""
     elem_size = storage_type(type_name).size
     size = elem_size * (1 if length is None else length)
     return FieldSchema(name, type_name, length, 0, size, elem_size, comment, enum, validfor, default, flags)
 
 
 def place_fields(fields: Iterable[FieldSchema]) -> tuple[tuple[FieldSchema, ...], int]:
-    """Give each field its offset.
+    """Assign the offsets of fields.
 
-    :return: the placed fields in the same order, and the size of the block in bytes.
+    :return: the placed fields in order, and the size of the block in bytes.
     """
     placed = []
     end = TIMESTAMP_SIZE
@@ -53,5 +52,5 @@ def place_fields(fields: Iterable[FieldSchema]) -> tuple[tuple[FieldSchema, ...]
 
 
 def align(offset: int, alignment: int) -> int:
-    """Return the first multiple of the alignment that is not below the offset."""
+    """Round an offset up to a multiple of the alignment."""
     return -(-offset // alignment) * alignment

@@ -1,5 +1,5 @@
-"""Messages of interfaces, their queues, and the port by which a blackboard carries them."""
-# ruff: noqa: ARG002, SLF001 - the closed port repeats the open one; a message fills in its copy
+"""Messages of interfaces, their queues, and the port of instances to a blackboard."""
+# ruff: noqa: ARG002, SLF001 - ClosedPort repeats the signatures of Port; a message sets attributes of its copy
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from cxbridge.interfaces.instance_errors import (
 from cxbridge.interfaces.schema import InterfaceSchema, MessageSchema
 
 InstanceT_contra = TypeVar("InstanceT_contra", contravariant=True)
-"""The type of the instances that a blackboard opens: :class:`~cxbridge.interfaces.instance.Interface`."""
+"""The type of opened instances, :class:`~cxbridge.interfaces.instance.Interface`."""
 
 
 class OpenedBlock(Protocol):
@@ -29,82 +29,81 @@ class OpenedBlock(Protocol):
 
     @property
     def uid(self) -> str:
-        """``Type::id``."""
+        """The uid, ``Type::id``."""
 
     @property
     def serial(self) -> UUID:
-        """Unique to the instance."""
+        """The unique serial of the instance."""
 
 
 class Port(Protocol[InstanceT_contra]):
-    """What an instance asks of the blackboard that opened it."""
+    """The operations that an instance requests from its blackboard."""
 
     @property
     def version(self) -> int:
-        """How often the shared block was written. Read without a lock, to see whether a read is worth it."""
+        """The number of writes of the shared block; read without a lock to skip useless reads."""
 
     @property
     def mem_serial(self) -> int:
-        """Number of the shared memory on its blackboard."""
+        """The number of the shared memory on the blackboard."""
 
     def now_us(self) -> int:
-        """Return the time of the blackboard's clock, microseconds since the epoch."""
+        """Return the time of the blackboard's clock in microseconds since the epoch."""
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         """Copy the shared block.
 
-        :returns: its version, the version that last got a time stamp, the version that last had changed data.
+        :returns: the versions of the last write, of the last time stamp and of the last changed data.
         """
 
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Copy the writer's private block to the shared one and notify the listeners.
 
-        :param block: the private block, of the size of the shared one.
-        :param stamped: the block carries a new time stamp; None: only a comparison can tell.
-        :param changed: a setter changed a value since the write before.
+        :param block: the private block.
+        :param stamped: whether the time stamp is new; None: to be found by comparison.
+        :param changed: whether a setter changed a value since the previous write.
         :returns: the new version.
         """
 
     def next_id(self, last: int) -> int:
         """Return the id of the next message of an instance.
 
-        :param last: the id of its last one; 0: there was none.
+        :param last: the id of its last message, 0 if there is none.
         """
 
     def next_id_is_stale(self, last: int) -> bool:
-        """Return whether the next message gets an id that is not a message's, or an earlier one's.
+        """Return whether the next message gets the id 0, or that of an earlier message.
 
-        :param last: the id of the instance's last one; 0: there was none.
+        :param last: the id of the instance's last message, 0 if there is none.
         """
 
     def transmit(self, sender: InstanceT_contra, message: Message) -> None:
-        """Carry an addressed message to the writer.
+        """Deliver an addressed message to the writer.
 
-        :raises BlackBoardError: when there is no writer, or it cannot take the message.
+        :raises BlackBoardError: if there is no writer, or it cannot take the message.
         """
 
     def writer_owner(self) -> str:
-        """Return the name of the writer of the interface; empty without a writer."""
+        """Return the owner of the writer, empty without a writer."""
 
-    def has_writer(self) -> bool:
-        """Return whether the interface has a writer."""
+    def has_writer(self) -> bool: ...
 
     def reader_owners(self) -> tuple[str, ...]:
-        """Return who has the interface open for reading, in the order of opening."""
+        """Return the owners of the readers in the order of opening."""
 
     def reader_owner(self, serial: str) -> str:
-        """Return who has opened the reading instance with this serial; empty when that is not known."""
+        """Return the owner of the reader with a serial, empty if it is unknown."""
 
     def close(self, instance: InstanceT_contra) -> None:
-        """Take the instance off the blackboard."""
+        """Close the instance."""
 
 
 class ClosedPort:
-    """The port of an instance that is closed: refuses everything but closing."""
+    """The port of a closed instance, which refuses everything except closing."""
 
     __slots__ = ("_serial", "_uid")
 
-    version = -3  # equal to no instance's: a read always comes to fetch
+    version = -3  # differs from the versions of all instances, so that read() calls fetch()
     mem_serial = 0
 
     def __init__(self, uid: str, serial: UUID) -> None:
@@ -149,30 +148,30 @@ class ClosedPort:
 
 
 STAMP: Final = struct.Struct("=qq")
-"""The head of each data block: seconds and microseconds since the epoch, in the host's byte order."""
+"""The head of data blocks: seconds and microseconds since the epoch, in the host's byte order."""
 
 UNKNOWN_THREAD: Final = "Unknown"
-"""Sender thread name of a message that came over a network."""
+"""The sender's thread name of a message from a network."""
 
 MAX_HOPS: Final = 0xFFFFFFFF
-"""More networks than this cannot be announced on any of them."""
+"""The maximal hop count of the network protocols."""
 
 
 class Message(Block):
-    """A message to the writer of an interface; the classes made of an XML definition derive from it.
+    """A message to the writer of an interface; base of the classes made from XML definitions.
 
-    :param values: the fields' values in the order of declaration; those not given stay zero.
-    :param named: more values, by field name.
+    :param values: of the fields in the order of declaration; the rest is zero.
+    :param named: further values by field name.
     """
 
     SCHEMA: ClassVar[MessageSchema]
-    """The definition that the class was made of."""
+    """The definition of the class."""
 
     INTERFACE: ClassVar[InterfaceSchema]
-    """The definition of the interface that the message belongs to."""
+    """The definition of the message's interface."""
 
     FILL: ClassVar[Fill] = fill_nothing
-    """Sets all fields at once, where that is possible; made by ``accessors.make_filler``."""
+    """Sets all fields at once if possible; made by ``accessors.make_filler``."""
 
     __slots__ = (
         "_enqueued",
@@ -205,7 +204,7 @@ class Message(Block):
             try:
                 self.FILL(values)
             except MISFITS:
-                pass  # the setters convert the values, or raise the error
+                pass  # the setters convert the values or raise the error
             else:
                 return
         if len(values) > len(fields):
@@ -215,34 +214,34 @@ class Message(Block):
 
     @classmethod
     def belongs_to(cls, schema: InterfaceSchema) -> bool:
-        """Return whether it is a message of this interface type, in this version of its definition."""
+        """Return whether this is a message of an interface type, in the same version."""
         return cls.INTERFACE is schema or (
             cls.INTERFACE.name == schema.name and cls.INTERFACE.hash == schema.hash
         )
 
     @property
     def type(self) -> str:
-        """Type name, e.g. ``ExecSkillMessage``."""
+        """The name of the type, e.g. ``ExecSkillMessage``."""
         return self.SCHEMA.name
 
     @property
     def id(self) -> int:
-        """Number that the sending instance gave it: 16 bit, from 1; 0 before it was sent."""
+        """The 16 bit number that the sending instance assigned, from 1; 0 before sending."""
         return self._id
 
     @property
     def sender_id(self) -> UUID | None:
-        """Serial of the instance that sent it last; None before it was sent."""
+        """The serial of the last sender; None before sending."""
         return self._sender_id
 
     @property
     def source_id(self) -> UUID | None:
-        """Serial of the instance that sent it first, kept across proxies; None before it was sent."""
+        """The serial of the first sender, kept by proxies; None before sending."""
         return self._source_id
 
     @property
     def sender_thread_name(self) -> str:
-        """Name of the thread that made it; :data:`UNKNOWN_THREAD` when it came over a network."""
+        """The name of the thread that made the message; `UNKNOWN_THREAD` after a network."""
         return self._sender_thread_name
 
     @sender_thread_name.setter
@@ -251,31 +250,31 @@ class Message(Block):
 
     @property
     def recipient(self) -> int:
-        """Memory serial of the interface that it was sent to; 0 before it was sent."""
+        """The memory serial of the receiving interface; 0 before sending."""
         return self._recipient
 
     @property
     def enqueued(self) -> bool:
-        """Whether it is, or was, in a queue."""
+        """Whether the message is, or was, in a queue."""
         return self._enqueued
 
     @property
     def time_enqueued_us(self) -> int:
-        """When it came into a queue, microseconds since the epoch; 0 before. The block's time stamp."""
+        """The time of queueing in microseconds since the epoch, 0 before; the block's time stamp."""
         return self.timestamp_us
 
     @property
     def hops(self) -> int:
-        """How many networks it crossed."""
+        """The number of networks that the message crossed."""
         return self._hops
 
     def address(self, message_id: int, recipient: int, sender: UUID, source: UUID | None = None) -> None:
-        """Write the envelope; an instance does it when it sends, a transport when it receives.
+        """Set the envelope, on sending or on receiving by a transport.
 
-        :param message_id: 16 bit.
-        :param recipient: memory serial of the interface.
-        :param sender: serial of the sending instance.
-        :param source: serial of the first sender; None: keep the one it has (a proxy passes it on).
+        :param message_id: 16 bits.
+        :param recipient: the memory serial of the interface.
+        :param sender: the serial of the sending instance.
+        :param source: the serial of the first sender; None keeps the present one, for proxies.
         """
         self._id = message_id
         self._recipient = recipient
@@ -284,18 +283,18 @@ class Message(Block):
             self._source_id = source
 
     def mark_foreign(self, hops: int, thread_name: str = UNKNOWN_THREAD) -> None:
-        """Note that it came over a network.
+        """Mark the message as received over a network.
 
-        :param hops: how many networks it has crossed.
-        :param thread_name: of the thread that sent it, if the wire has it.
+        :param hops: the number of networks that it crossed.
+        :param thread_name: the sender's thread, if the transport knows it.
         """
         self._hops = min(hops, MAX_HOPS)
         self._sender_thread_name = thread_name
 
     def mark_enqueued(self, time_us: int) -> None:
-        """Note when it came into a queue; the time goes into the block's time stamp.
+        """Mark the message as queued, with the time as its time stamp.
 
-        :raises MessageAlreadyQueuedError: when it has been in a queue before.
+        :raises MessageAlreadyQueuedError: if it was queued before.
         """
         if self._enqueued:
             raise MessageAlreadyQueuedError
@@ -303,7 +302,7 @@ class Message(Block):
         STAMP.pack_into(self._buf, 0, time_us // MICROSECONDS, time_us % MICROSECONDS)
 
     def copy(self) -> Self:
-        """Return a message of the same content and envelope that is in no queue."""
+        """Return a copy of content and envelope that was not queued."""
         twin = type(self)()
         twin.set_from_chunk(self.to_bytes())
         STAMP.pack_into(twin._buf, 0, 0, 0)
@@ -314,17 +313,17 @@ class Message(Block):
 
 
 MOST_WAITING: Final = 1024
-"""Messages that wait for a writer at most, unless it is opened with another ``queue_limit``.
+"""The default maximum of messages waiting for a writer.
 
-A writer takes all its messages in each loop. Only clients that send without an end reach the limit.
+A writer takes all its messages in each cycle, so only a client that sends without end reaches the limit.
 """
 
 
 class MessageQueue:
-    """First in, first out; owned by a writing instance. Safe to use from several threads.
+    """A first in, first out queue of a writing instance. Thread-safe.
 
-    :param uid: of the interface, for messages to people.
-    :param limit: how many messages it holds at most; None: :data:`MOST_WAITING`.
+    :param uid: the interface, for error messages.
+    :param limit: the maximal number of messages, None: `MOST_WAITING`.
     """
 
     __slots__ = ("_limit", "_lock", "_uid", "waiting")
@@ -334,7 +333,7 @@ class MessageQueue:
         self._limit = MOST_WAITING if limit is None else limit
         self._lock = threading.Lock()
         self.waiting: Final[deque[Message]] = deque()
-        """The messages. To see whether there are any; all else goes through the methods."""
+        """The messages; only to be tested for emptiness outside the queue."""
 
     def __len__(self) -> int:
         return len(self.waiting)
@@ -344,10 +343,10 @@ class MessageQueue:
             return iter(tuple(self.waiting))
 
     def append(self, message: Message, time_us: int) -> None:
-        """Put ``message`` at the end, stamped with ``time_us``.
+        """Append a message with a time stamp.
 
-        :raises MessageAlreadyQueuedError: when it is, or was, in a queue.
-        :raises QueueFullError: when the queue is full.
+        :raises MessageAlreadyQueuedError: if it is, or was, in a queue.
+        :raises QueueFullError: if the queue is full.
         """
         with self._lock:
             if len(self.waiting) >= self._limit:
@@ -356,19 +355,19 @@ class MessageQueue:
             self.waiting.append(message)
 
     def first(self) -> Message | None:
-        """Return the oldest message and leave it there; None when there is none."""
+        """Return the oldest message without removing it, or None."""
         with self._lock:
             return self.waiting[0] if self.waiting else None
 
     def pop(self) -> Message | None:
-        """Take the oldest message out and return it; None when there is none."""
-        if not self.waiting:  # most loops: no lock for an empty queue
+        """Remove and return the oldest message, or None."""
+        if not self.waiting:  # the queue is empty in most cycles, which needs no lock
             return None
         with self._lock:
             return self.waiting.popleft() if self.waiting else None
 
     def remove(self, message: Message | int) -> bool:
-        """Take out ``message``, or the oldest one that has this id; return whether the queue had it."""
+        """Remove a message, or the oldest one with an id; return whether the queue contained it."""
         with self._lock:
             for index, queued in enumerate(self.waiting):
                 if queued is message or (isinstance(message, int) and queued.id == message):
@@ -377,6 +376,6 @@ class MessageQueue:
         return False
 
     def flush(self) -> None:
-        """Take all messages out."""
+        """Remove all messages."""
         with self._lock:
             self.waiting.clear()

@@ -1,11 +1,13 @@
-"""The numbers that senders give to their messages.
+"""Numbers that senders assign to their messages.
 
-An instance counts its messages with 16 bits. A writer shows, by convention in the field ``msgid``, which
-message it works on; readers have nothing else to tell its answers apart by. So two numbers are left out:
+An instance counts its messages with 16 bits. A writer shows the number of the message it processes, by
+convention in the field ``msgid``; readers recognise the results of their messages only by it. Two numbers are
+therefore left out:
 
-- 0: writers use it for "no message in work", callers for "no message sent";
-- the id that the interface shows already: it belongs to an earlier message, perhaps of another sender, as
-  all senders count from 1. The caller would take the shown state for the answer to its new message.
+- 0, which means that no message is processed or was sent;
+
+- the number that the interface already shows. It belongs to an earlier message, perhaps of another sender,
+  because all senders count from 1. The sender would take the shown state for the result of its new message.
 """
 
 from __future__ import annotations
@@ -16,13 +18,13 @@ from typing import Final
 from cxbridge.interfaces.schema import InterfaceSchema
 
 MESSAGE_ID_MASK: Final = 0xFFFF
-"""Message ids have 16 bits."""
+"""The mask of 16 bit message ids."""
 
 NO_MESSAGE: Final = 0
-"""The id of no message."""
+"""The id that means no message."""
 
 ID_FIELDS: Final = ("msgid", "msg_id")
-"""The fields by which writers show, by convention, which message they work on."""
+"""The fields in which writers show, by convention, the message they process."""
 
 _U32: Final = struct.Struct("=I")
 
@@ -30,15 +32,15 @@ _U32: Final = struct.Struct("=I")
 def next_id(last: int, shown: int = NO_MESSAGE) -> int:
     """Return the id after ``last`` that is neither 0 nor the one that the interface shows.
 
-    :param last: the id that the sender gave last; 0: none.
-    :param shown: the id that the interface shows now; 0: none.
+    :param last: the last id of the sender, 0 if there is none.
+    :param shown: the id that the interface shows, 0 if there is none.
     """
     number = last % MESSAGE_ID_MASK + 1
     return number if number != shown else number % MESSAGE_ID_MASK + 1
 
 
 def id_offset(schema: InterfaceSchema) -> int | None:
-    """Return where in a block the id of a message stands, None when the interface has no such field."""
+    """Return the offset of the message id in a block, or None if there is no such field."""
     for name in ID_FIELDS:
         field = schema.field(name)
         if field is not None and field.type == "uint32" and field.length is None:
@@ -47,9 +49,9 @@ def id_offset(schema: InterfaceSchema) -> int | None:
 
 
 def id_in(block: bytes | bytearray, offset: int | None) -> int:
-    """Return the id of a message that a block shows, 0 when it has no field for it.
+    """Return the message id that a block shows, 0 without such a field.
 
-    :param offset: see :func:`id_offset`.
+    :param offset: the result of :func:`id_offset`.
     """
     if offset is None:
         return NO_MESSAGE
@@ -58,5 +60,5 @@ def id_in(block: bytes | bytearray, offset: int | None) -> int:
 
 
 def with_id(block: bytes, offset: int, number: int) -> bytes:
-    """Return a block that shows another id."""
+    """Return the block with another message id."""
     return block[:offset] + _U32.pack(number) + block[offset + _U32.size :]

@@ -1,4 +1,4 @@
-"""The rules for names in an interface definition: Fawkes' reserved identifiers and limits."""
+"""Rules for names in interface definitions: reserved identifiers and limits of Fawkes."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import re
 from typing import Final
 
 MAX_TYPE_LENGTH: Final = 48
-"""Characters of an interface type's name at most."""
+"""The maximal characters of an interface type."""
 
 MAX_MESSAGE_LENGTH: Final = 63
-"""Characters of a message type's name at most, with its suffix."""
+"""The maximal characters of a message type, including the suffix."""
 
 INTERFACE_SUFFIX: Final = "Interface"
 MESSAGE_SUFFIX: Final = "Message"
@@ -31,7 +31,7 @@ RESERVED_IN_INTERFACES: Final = frozenset(
         "memory", "readwrite",
     }
 )
-"""What data fields, enums, enum items and constants cannot be called."""
+"""The names that data fields, enums, enum items and constants cannot have."""
 
 RESERVED_IN_MESSAGES: Final = frozenset(
     {
@@ -40,7 +40,7 @@ RESERVED_IN_MESSAGES: Final = frozenset(
         "from_chunk", "recipient", "clone", "of_type", "as_type",
     }
 )
-"""What fields declared in a message cannot be called."""
+"""The names that fields of messages cannot have."""
 # fmt: on
 
 _IDENTIFIER = re.compile(r"(?!__)[A-Za-z_][A-Za-z0-9_]*")
@@ -50,8 +50,8 @@ _PREFIXES = {"set_": 5, "is_": 4}
 def is_reserved(name: str, reserved: frozenset[str]) -> bool:
     """Return whether a name is reserved.
 
-    Names with an accessor's prefix are compared as Fawkes does it, which drops one character too many:
-    ``set_id`` may be used, ``set__id`` may not.
+    Accessor prefixes are removed with one character too many, as in Fawkes: ``set_id`` is allowed,
+    ``set__id`` is not.
     """
     for prefix, dropped in _PREFIXES.items():
         if name.startswith(prefix):
@@ -60,15 +60,15 @@ def is_reserved(name: str, reserved: frozenset[str]) -> bool:
 
 
 def is_identifier(name: str) -> bool:
-    """Return whether a name can be an identifier in C++ and Python; both keep ``__x`` for themselves."""
+    """Return whether a name is an identifier in C++ and Python, which both reserve ``__x``."""
     return _IDENTIFIER.fullmatch(name) is not None
 
 
 def interface_type_name(name: str) -> str:
-    """Return the type's name: with the suffix unless ``Interface`` occurs in it anywhere."""
+    """Return the name with the suffix, unless it contains ``Interface``."""
     return name if INTERFACE_SUFFIX in name else name + INTERFACE_SUFFIX
 
 
 def message_type_name(name: str) -> str:
-    """Return the message type's name: with the suffix unless ``Message`` occurs in it anywhere."""
+    """Return the name with the suffix, unless it contains ``Message``."""
     return name if MESSAGE_SUFFIX in name else name + MESSAGE_SUFFIX

@@ -1,4 +1,4 @@
-"""Pseudo maps: single fields of an interface, reached by a number."""
+"""Pseudo maps: access to single fields of an interface by number."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from cxbridge.interfaces.schema import PseudoMapSchema
 
 
 class PseudoMap(MutableMapping[int, Any]):
-    """The fields of one pseudo map of one block, by key. Holds no data: reads and writes go to the fields.
+    """A mapping from numbers to the fields of a block, without data of itself.
 
     :param block: the interface.
-    :param schema: which key stands for which field.
+    :param schema: maps keys to fields.
     """
 
     def __init__(self, block: Block, schema: PseudoMapSchema) -> None:
@@ -38,7 +38,7 @@ class PseudoMap(MutableMapping[int, Any]):
         return len(self._fields)
 
     def _field(self, key: int) -> str:
-        """Return the name of the field that a key stands for."""
+        """Return the name of the field for a key."""
         field = self._fields.get(key)
         if field is None:
             keys = ", ".join(map(str, self._fields))
@@ -49,5 +49,5 @@ class PseudoMap(MutableMapping[int, Any]):
 
 
 def pseudomap_property(schema: PseudoMapSchema) -> property:
-    """Make the read-only property that gives a block's pseudo map."""
+    """Return the read-only property for a pseudo map of a block."""
     return property(lambda block: PseudoMap(block, schema), doc=schema.comment or None)

@@ -1,4 +1,4 @@
-"""Find interface definitions by type name, and make their classes when they are asked for."""
+"""Registry of interface definitions by type name."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from cxbridge.suggestions import did_you_mean
 
 
 class InterfaceRegistry:
-    """All interface types of some folders; each is read when it is first asked for. Threads may share it.
+    """The interface types of some folders, read on first use. Thread-safe.
 
-    :param dirs: folders with files ``<Type>.xml``; the first that has a type wins.
-    :param shipped: look into cxbridge's own definitions last.
+    :param dirs: folders with files ``<Type>.xml``; earlier ones take precedence.
+    :param shipped: search cxbridge's definitions last.
     """
 
     def __init__(self, dirs: Iterable[str | Path] = (), *, shipped: bool = True) -> None:
@@ -34,16 +34,16 @@ class InterfaceRegistry:
 
     @property
     def dirs(self) -> tuple[Path, ...]:
-        """The folders, in the order of search."""
+        """The folders in search order."""
         return tuple(self._dirs)
 
     def names(self) -> list[str]:
-        """Return the names of all types that there is a file for, sorted."""
+        """Return the sorted names of all types that have a file."""
         files = (path for folder in self._dirs if folder.is_dir() for path in folder.glob("*.xml"))
         return sorted({path.stem for path in files})
 
     def path(self, name: str) -> Path | None:
-        """Return the file that defines a type; None when there is none."""
+        """Return the definition file of a type, or None."""
         if not name.isidentifier():
             return None
         return next((path for folder in self._dirs if (path := folder / f"{name}.xml").is_file()), None)
@@ -51,8 +51,8 @@ class InterfaceRegistry:
     def schema(self, name: str) -> InterfaceSchema:
         """Return the schema of a type.
 
-        :raises InterfaceError: when no folder has the type.
-        :raises InterfaceDefinitionError: when its file is wrong.
+        :raises InterfaceError: if no folder has the type.
+        :raises InterfaceDefinitionError: if its file is invalid.
         """
         with self._lock:
             schema = self._schemas.get(name)
@@ -61,10 +61,10 @@ class InterfaceRegistry:
             return schema
 
     def get(self, name: str) -> type[Interface]:
-        """Return the class of a type; always the same one.
+        """Return the class of a type, always the same one.
 
-        :raises InterfaceError: when no folder has the type.
-        :raises InterfaceDefinitionError: when its file is wrong.
+        :raises InterfaceError: if no folder has the type.
+        :raises InterfaceDefinitionError: if its file is invalid.
         """
         interface_class = self._classes.get(name)
         if interface_class is None:
@@ -74,7 +74,7 @@ class InterfaceRegistry:
         return interface_class
 
     def add(self, interface_class: type[Interface]) -> None:
-        """Add a class that was made elsewhere, for example by ``interface compile``; it wins over files."""
+        """Add a class, for example from ``interface compile``; it takes precedence over files."""
         schema: InterfaceSchema = interface_class.SCHEMA
         with self._lock:
             self._schemas[schema.name] = schema
@@ -96,7 +96,7 @@ class InterfaceRegistry:
         return schema
 
     def _not_found(self, name: str) -> InterfaceError:
-        """Return the error for an undefined type, in Fawkes' words."""
+        """Return the error for an undefined type, in the words of Fawkes."""
         folders = ", ".join(str(folder) for folder in self._dirs) or "no folder"
         near = did_you_mean(interface_type_name(name), self.names(), "check the type's name")
         return InterfaceError(
@@ -107,5 +107,5 @@ class InterfaceRegistry:
 
 @cache
 def default_registry() -> InterfaceRegistry:
-    """Return the registry of cxbridge's own definitions."""
+    """Return the registry of the shipped definitions."""
     return InterfaceRegistry()

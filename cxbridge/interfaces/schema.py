@@ -1,4 +1,4 @@
-"""The schema of an interface as plain immutable values. Knows nothing of XML or of Python classes."""
+"""Schemas of interfaces as immutable values, independent of XML and Python classes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class EnumItem(Struct, frozen=True):
 
 
 class EnumSchema(Struct, frozen=True):
-    """An enum that a definition declares; stored as a 32 bit signed integer."""
+    """An enum of a definition, stored as a 32 bit signed integer."""
 
     name: str
     items: tuple[EnumItem, ...]
@@ -26,7 +26,7 @@ class EnumSchema(Struct, frozen=True):
 
 
 class ConstantSchema(Struct, frozen=True):
-    """A constant of an interface. A ``float`` value is already rounded to 32 bits."""
+    """A constant of an interface; ``float`` values are rounded to 32 bits."""
 
     name: str
     type: str
@@ -35,19 +35,18 @@ class ConstantSchema(Struct, frozen=True):
 
 
 class FieldSchema(Struct, frozen=True):
-    """A field and its place in the block.
+    """A field with its position in the block.
 
-    :param name: the name of the field.
-    :param type: the type as XML spells it: a built-in one, or the name of an enum.
-    :param length: elements of an array, bytes of a string with its terminating NUL; None for a single value.
-    :param offset: bytes from the start of the block.
-    :param size: bytes of the whole field.
-    :param elem_size: bytes of one element, which is its alignment.
+    :param type: a built-in type or the name of an enum, as in XML.
+    :param length: elements of an array, or bytes of a string including NUL; None for a single value.
+    :param offset: in bytes from the start of the block.
+    :param size: in bytes.
+    :param elem_size: bytes of an element, also its alignment.
     :param comment: the purpose of the field.
-    :param enum: the enum, when the type is one.
-    :param validfor: the unchanged text; Fawkes checks it and does not use it.
-    :param default: the unchanged text; Fawkes checks it and does not use it (blocks begin as zeros).
-    :param flags: ``changed_indicator`` or nothing; kept, not used.
+    :param enum: the enum if the type is one.
+    :param validfor: the original text, which Fawkes checks but does not use.
+    :param default: the original text, which Fawkes checks but does not use; blocks start as zeros.
+    :param flags: ``changed_indicator`` or empty; unused.
     """
 
     name: str
@@ -64,7 +63,7 @@ class FieldSchema(Struct, frozen=True):
 
     @property
     def storage(self) -> FieldType:
-        """How one element is stored."""
+        """The storage type of an element."""
         return storage_type(self.type)
 
     @property
@@ -74,43 +73,45 @@ class FieldSchema(Struct, frozen=True):
 
     @property
     def is_string(self) -> bool:
-        """Whether this is text."""
         return self.type == "string"
 
     @property
     def text_room(self) -> int:
-        """The bytes that a text may have: the last byte stays for the NUL, unless it is a single ``char``."""
+        """The maximal bytes of a text."""
+        # the last byte is for NUL, except in a single char
         return 1 if self.length is None else self.length - 1
 
     @property
     def is_array(self) -> bool:
-        """Whether the field was declared with a length and is not a string; so its value is a tuple.
+        """Whether the field has a length and is not a string, so that its value is a tuple.
 
-        A ``length="1"`` makes an array of one element, as in Fawkes' C struct. Fawkes' introspection
-        (CLIPS, Lua, loggers) calls it a single value: ask :attr:`runtime_length` for that view.
+        A ``length="1"`` makes an array of one element, as in Fawkes' C struct. Fawkes' introspection (CLIPS,
+        Lua, loggers)
+
+        reports a single value, see `runtime_length`.
         """
         return self.length is not None and not self.is_string
 
     @property
     def runtime_length(self) -> int:
-        """The length as Fawkes' introspection reports it: 1 for a single value."""
+        """The length that Fawkes' introspection reports, 1 for a single value."""
         return 1 if self.length is None else self.length
 
     @property
     def runtime_type(self) -> str:
-        """The type's name as Fawkes' introspection reports it."""
+        """The type that Fawkes' introspection reports."""
         return self.type
 
 
 class MapRef(Struct, frozen=True):
-    """One entry of a pseudo map: the field that a key stands for."""
+    """An entry of a pseudo map: the field for a key."""
 
     field: str
     key: str
 
 
 class PseudoMapSchema(Struct, frozen=True):
-    """Access to single fields by a number; holds no data."""
+    """A mapping from numbers to fields, without data of itself."""
 
     name: str
     type: str
@@ -120,7 +121,7 @@ class PseudoMapSchema(Struct, frozen=True):
 
 
 class MessageSchema(Struct, frozen=True):
-    """A message of an interface; the name carries the suffix ``Message``."""
+    """A message of an interface; its name has the suffix ``Message``."""
 
     name: str
     datasize: int
@@ -128,17 +129,17 @@ class MessageSchema(Struct, frozen=True):
     comment: str = ""
 
     def field(self, name: str) -> FieldSchema | None:
-        """Return the field of that name, None when there is none."""
+        """Return a field by name, or None."""
         return next((field for field in self.fields if field.name == name), None)
 
 
 class InterfaceSchema(Struct, frozen=True, dict=True):
-    """A whole interface definition with its layout.
+    """An interface definition with its layout.
 
-    :param name: the type's name; carries the suffix ``Interface``.
-    :param hash: 16 bytes, the MD5 of the definition file's bytes.
+    :param name: the type's name with the suffix ``Interface``.
+    :param hash: the MD5 of the definition file, 16 bytes.
     :param datasize: bytes of the block, a multiple of 8.
-    :param source: the file it was read from, empty when it was not a file.
+    :param source: the definition file, empty without one.
     """
 
     name: str
@@ -157,7 +158,7 @@ class InterfaceSchema(Struct, frozen=True, dict=True):
 
     @property
     def hash_printable(self) -> str:
-        """The hash as Fawkes prints it: 32 upper case hexadecimal digits."""
+        """The hash in 32 upper case hexadecimal digits, as Fawkes prints it."""
         return self.hash.hex().upper()
 
     @cached_property
@@ -165,9 +166,9 @@ class InterfaceSchema(Struct, frozen=True, dict=True):
         return {field.name: field for field in self.fields}
 
     def field(self, name: str) -> FieldSchema | None:
-        """Return the data field of that name, None when there is none."""
+        """Return a data field by name, or None."""
         return self._fields_by_name.get(name)
 
     def message(self, name: str) -> MessageSchema | None:
-        """Return the message of that full name (with its suffix), None when there is none."""
+        """Return a message by its name with suffix, or None."""
         return next((message for message in self.messages if message.name == name), None)

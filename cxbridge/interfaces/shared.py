@@ -1,4 +1,4 @@
-"""The data half of an opened interface: a private copy of a shared block."""
+"""The data of an opened interface: a private copy of a shared block."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cxbridge.interfaces.schema import InterfaceSchema
 
 
 class BufferedBlock(Block):
-    """A data block with any number of private copies of itself, zero filled at first."""
+    """A data block with buffers for private copies, initially zero."""
 
     __slots__ = ("_buffers",)
 
@@ -24,11 +24,11 @@ class BufferedBlock(Block):
 
     @property
     def num_buffers(self) -> int:
-        """How many private buffers there are."""
+        """The number of buffers."""
         return len(self._buffers)
 
     def resize_buffers(self, count: int) -> None:
-        """Have ``count`` private buffers; new ones are zero, the first ones keep their content."""
+        """Set the number of buffers; new ones are zero, remaining ones keep their content."""
         fresh = range(len(self._buffers), count)
         self._buffers = self._buffers[:count] + [bytearray(len(self._buf)) for _ in fresh]
 
@@ -37,12 +37,12 @@ class BufferedBlock(Block):
         self._buffer(buffer)[:] = self._buf
 
     def compare_buffers(self, buffer: int) -> int:
-        """Compare a buffer with the private copy as memcmp does: negative, 0 (equal) or positive."""
+        """Compare a buffer with the private copy like memcmp: negative, 0 (equal) or positive."""
         data = self._buffer(buffer)
         return (data > self._buf) - (data < self._buf)
 
     def buffer_timestamp(self, buffer: int) -> int:
-        """Return the time stamp of the block in a buffer, microseconds since the epoch."""
+        """Return the time stamp in a buffer, in microseconds since the epoch."""
         seconds, microseconds = STAMP.unpack_from(self._buffer(buffer))
         return int(seconds) * MICROSECONDS + int(microseconds)
 
@@ -59,11 +59,8 @@ _REPLACED: Final = -2
 class SharedBlock(BufferedBlock):
     """A private copy of a shared block, opened for reading or for writing.
 
-    :param port: the way to the shared block.
-    :param id: the interface's id.
-    :param owner: who opened it.
+    :param port: the access to the shared block.
     :param serial: unique to this instance.
-    :param writer: opened for writing.
     """
 
     __slots__ = (
@@ -81,7 +78,7 @@ class SharedBlock(BufferedBlock):
     )
 
     SCHEMA: ClassVar[InterfaceSchema]
-    """The definition that the class was made of."""
+    """The definition of the class."""
 
     def __init__(
         self,
@@ -92,7 +89,6 @@ class SharedBlock(BufferedBlock):
         serial: UUID,
         writer: bool,
     ) -> None:
-        """See the class."""
         super().__init__()
         self._port = port
         self._id = id
@@ -100,8 +96,8 @@ class SharedBlock(BufferedBlock):
         self._owner = owner
         self._serial = serial
         self._writing = writer
-        self._version = _NEVER_READ  # of the shared block that the private copy equals
-        self._data_version = 0  # of the shared block at the last read
+        self._version = _NEVER_READ  # version of the shared block that the private copy equals
+        self._data_version = 0  # version of the shared block at the last read
         self._read_refreshed = False
         self._read_changed = False
         self._explicit_us: int | None = None
@@ -111,98 +107,94 @@ class SharedBlock(BufferedBlock):
         return f"<{self._uid} opened for {mode} by {self._owner or 'nobody in particular'}>"
 
     def invalidate(self) -> None:
-        """Cut it off its blackboard; for blackboards, when it is closed or its connection is lost."""
+        """Disconnect the instance; blackboards call it on closing and after a lost connection."""
         self._port = ClosedPort(self._uid, self._serial)
 
     def adopt_serial(self, serial: UUID) -> None:
-        """Take another serial; for blackboards that open it again after a lost connection."""
+        """Replace the serial; blackboards call it when they reopen the instance after a lost connection."""
         self._serial = serial
-
-    # -- who it is
 
     @property
     def type(self) -> str:
-        """Name of the interface type, e.g. ``SkillerInterface``."""
+        """The name of the interface type, e.g. ``SkillerInterface``."""
         return self.SCHEMA.name
 
     @property
     def id(self) -> str:
-        """Id of the interface among those of its type."""
+        """The id of the interface among those of its type."""
         return self._id
 
     @property
     def uid(self) -> str:
-        """``Type::id``."""
+        """The uid, ``Type::id``."""
         return self._uid
 
     @property
     def serial(self) -> UUID:
-        """Unique to this instance; messages carry it as their sender."""
+        """The unique serial of the instance, the sender of its messages."""
         return self._serial
 
     @property
     def mem_serial(self) -> int:
-        """Number of the shared memory on its blackboard, from 1; 0 when closed."""
+        """The number of the shared memory on the blackboard, from 1; 0 after closing."""
         return self._port.mem_serial
 
     @property
     def hash(self) -> bytes:
-        """Version of the interface type: 16 bytes, the MD5 of its definition."""
+        """The version of the interface type: the MD5 of its definition, 16 bytes."""
         return self.SCHEMA.hash
 
     @property
     def owner(self) -> str:
-        """Who opened this instance."""
+        """The name given on opening."""
         return self._owner
 
     @property
     def is_writer(self) -> bool:
-        """Whether it was opened for writing."""
+        """Whether the instance was opened for writing."""
         return self._writing
 
     @property
     def valid(self) -> bool:
-        """Whether the interface is open and its blackboard is connected."""
+        """Whether the instance is open and its blackboard connected."""
         return not isinstance(self._port, ClosedPort)
 
     @property
     def has_writer(self) -> bool:
-        """Whether an instance, perhaps this one, has the interface open for writing."""
+        """Whether the interface has a writer, possibly this instance."""
         return self._port.has_writer()
 
     @property
     def num_readers(self) -> int:
-        """How many have the interface open for reading, this instance included."""
+        """The number of readers, including this instance."""
         return len(self._port.reader_owners())
 
     @property
     def writer(self) -> str:
-        """Owner of the writer; empty when there is none."""
+        """The owner of the writer, empty without a writer."""
         return self._port.writer_owner()
 
     @property
     def readers(self) -> tuple[str, ...]:
-        """Owners of the readers, in the order of opening."""
+        """The owners of the readers in the order of opening."""
         return self._port.reader_owners()
 
     def reader_owner(self, serial: str) -> str:
-        """Return the owner of the reader with this serial; empty when it is not known, as behind a Fawkes."""
+        """Return the owner of the reader with a serial, empty if it is unknown, as behind a Fawkes."""
         return self._port.reader_owner(serial)
-
-    # -- reading and writing
 
     @property
     def version_read(self) -> int:
-        """How often the shared block had been written at the last :meth:`read`."""
+        """The number of writes of the shared block at the last :meth:`read`."""
         return self._data_version
 
     def read(self) -> bool:
-        """Make the private copy equal the shared block; cheap when nothing was written since.
+        """Update the private copy from the shared block.
 
-        Values that were set here and not written are lost.
+        Values that were set but not written are lost. It is cheap if nothing was written since the last call.
 
-        :returns: whether it was refreshed: see :attr:`refreshed`.
-        :raises InvalidInstanceError: when it is closed.
+        :returns: the value of :attr:`refreshed`.
+        :raises InvalidInstanceError: if the instance is closed.
         """
         port = self._port
         if port.version == self._version and not self._refreshed:
@@ -220,13 +212,13 @@ class SharedBlock(BufferedBlock):
         return self._read_refreshed
 
     def write(self) -> None:
-        """Publish the private copy; listeners are called before this returns, in this thread.
+        """Publish the private copy; listeners are called in this thread before the method returns.
 
-        When a setter was called since the last write, the block gets a new time stamp: the clock's, or the
-        one set by hand with :attr:`auto_timestamping` off. Without, the old one goes out again.
+        If a setter was called since the last write, the block gets a new time stamp: that of the clock, or
+        the explicit one while :attr:`auto_timestamping` is off. Otherwise the old one is published.
 
         :raises WriteDeniedError: on a reader.
-        :raises InvalidInstanceError: when it is closed.
+        :raises InvalidInstanceError: if the instance is closed.
         """
         if not self._writing:
             raise WriteDeniedError(self.type, self._id, "Cannot write.")
@@ -236,62 +228,60 @@ class SharedBlock(BufferedBlock):
         if stamped:
             now_us = self._port.now_us() if self._explicit_us is None else self._explicit_us
             STAMP.pack_into(self._buf, 0, now_us // MICROSECONDS, now_us % MICROSECONDS)
-        elif self._version < 0:  # the block, time stamp included, does not come from the shared one
+        # the block does not come from the shared one, so its time stamp must be compared
+        elif self._version < 0:
             stamped = None
         self._version = self._data_version = self._port.publish(self, self._buf, stamped, changed)
 
     def publish_block(self, block: bytes, stamped: bool | None, changed: bool) -> None:
         """Publish a block that was written in another process; for transports.
 
-        :param stamped: it carries a new time stamp; None: only a comparison can tell.
-        :param changed: a value changed since the write before.
+        :param stamped: whether the time stamp is new; None: to be found by comparison.
+        :param changed: whether a value changed since the previous write.
         """
         self.set_from_chunk(block)
         self._port.publish(self, self._buf, stamped, changed)
 
     @property
     def refreshed(self) -> bool:
-        """Whether there is something new.
+        """Whether there is a new block.
 
-        On a reader: between the last two calls of :meth:`read` the writer wrote a block with a new time
-        stamp, that is, after setting a value, be it the same one. On a writer: a setter was called since the
-        last write.
+        On a reader: the writer wrote a block with a new time stamp between the last two calls of
+        :meth:`read`, even if the values are equal. On a writer: a setter was called since the last write.
         """
         return self._refreshed if self._writing else self._read_refreshed
 
     @property
     def changed(self) -> bool:
-        """Whether some value is another one; stricter than :attr:`refreshed`.
+        """Whether a value differs; stricter than :attr:`refreshed`.
 
-        On a reader: between the last two calls of :meth:`read` the writer wrote changed data (in Fawkes this
-        is never so). On a writer: a setter changed a value since the last write.
+        On a reader: the writer wrote changed data between the last two calls of :meth:`read`; never true in
+        Fawkes. On a writer: a setter changed a value since the last write.
         """
         return self._changed if self._writing else self._read_changed
 
     def mark_data_refreshed(self) -> None:
-        """Let the next write carry a new time stamp even if no setter is called."""
+        """Give the next write a new time stamp even without a setter call."""
         self._refreshed = True
 
     def mark_data_changed(self) -> None:
-        """Let the next write raise a changed event even if no setter changes anything; for transports."""
+        """Make the next write a change even without a changed value; for transports."""
         self._changed = True
 
     def set_from_chunk(self, chunk: bytes | bytearray | memoryview | Sequence[int]) -> None:
-        """Replace the private copy, time stamp included; raises no flag."""
+        """Replace the private copy including the time stamp, without setting a flag."""
         super().set_from_chunk(chunk)
         self._version = _REPLACED
 
     def _note_replaced(self, local: bytes) -> None:
-        """Add to the flags of a read what differs from a private copy that no read has brought."""
+        """Update the flags of a read by comparison with a replaced private copy."""
         head = STAMP.size
         self._read_refreshed |= local[:head] != self._buf[:head]
         self._read_changed |= local[head:] != self._buf[head:]
 
-    # -- time stamps
-
     @property
     def auto_timestamping(self) -> bool:
-        """Whether writes carry the clock's time; True by default."""
+        """Whether writes carry the time of the clock; True by default."""
         return self._explicit_us is None
 
     @auto_timestamping.setter
@@ -300,7 +290,7 @@ class SharedBlock(BufferedBlock):
 
     @property
     def timestamp_us(self) -> int:
-        """Time stamp of the private copy, microseconds since the epoch; setting is :meth:`set_timestamp`."""
+        """The time stamp of the private copy, in microseconds since the epoch."""
         return super().timestamp_us
 
     @timestamp_us.setter
@@ -308,10 +298,10 @@ class SharedBlock(BufferedBlock):
         self.set_timestamp(time_us)
 
     def set_timestamp(self, time_us: int | None = None) -> None:
-        """Set the time stamp of the next write by hand; it counts as refreshed and changed data.
+        """Set the time stamp of the next write, which then counts as refreshed and changed.
 
-        :param time_us: microseconds since the epoch; None: the clock's time now.
-        :raises TimestampError: on a reader, or when :attr:`auto_timestamping` is on.
+        :param time_us: in microseconds since the epoch; None takes the time of the clock.
+        :raises TimestampError: on a reader, or while :attr:`auto_timestamping` is on.
         """
         if self._explicit_us is None:
             raise TimestampError("Auto timestamping enabled, cannot set explicit timestamp")
@@ -320,14 +310,12 @@ class SharedBlock(BufferedBlock):
         self._explicit_us = self._port.now_us() if time_us is None else time_us
         self._refreshed = self._changed = True
 
-    # -- private buffers: snapshots, e.g. of one loop
-
     def copy_shared_to_buffer(self, buffer: int) -> None:
         """Copy the shared block into a buffer; the private copy does not change."""
         self._port.fetch(self._buffer(buffer))
 
     def read_from_buffer(self, buffer: int) -> None:
-        """Make the private copy equal a buffer; counts as a read for refreshed and changed."""
+        """Set the private copy to a buffer, and :attr:`refreshed` and :attr:`changed` by comparison."""
         data, local = self._buffer(buffer), bytes(self._buf)
         self._buf[:] = data
         self._version = _REPLACED

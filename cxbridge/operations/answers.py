@@ -1,4 +1,4 @@
-"""The answers that operations and servers share."""
+"""Replies that operations and servers share."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _STATES: Final = ["UNCONFIGURED", "INACTIVE", "ACTIVE", "FINALIZED"]
 
 
 class StopInfo(Struct):
-    """Where the rules are stopped."""
+    """The stop of the rules."""
 
     kind: Annotated[str, Meta(extra_json_schema={"enum": _KINDS})]
     reason: str
@@ -24,7 +24,7 @@ class StopInfo(Struct):
 
 
 class ComponentState(Struct):
-    """How a component stands."""
+    """The state of a component."""
 
     name: str
     state: Annotated[str, Meta(extra_json_schema={"enum": _STATES})]

@@ -1,4 +1,4 @@
-"""The operations on the components of a daemon: how they stand, and transitions of their lifecycle."""
+"""Operations on the components of a daemon: states, and transitions of their lifecycle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The operations on the facts and the agenda of a CLIPS environment; docs/debugging.md."""
+"""Operations on the facts and the agenda of a CLIPS environment; docs/debugging.md."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 OPERATIONS: Final = Operations()
 
 MOST_ROWS: Final = 1000
-"""Facts or activations in an answer."""
+"""The maximal number of facts or activations in a reply."""
 
 _SLOTS: Final = "an object: texts of CLIPS by the names of slots"
 _SEARCH_S: Final = 0.005
@@ -79,7 +79,7 @@ class FactIndex(Struct):
     index: int
 
 
-# -- over HTTP: the index of a fact as an object, and 404 for an unknown one
+# over HTTP: the index of a fact as an object, and 404 for an unknown one
 
 
 def _environment(context: OperationContext, name: str) -> ClipsEnvironment:
@@ -125,9 +125,6 @@ def _of_one(method: str, about: str, wrong: str, **more: Any) -> Route[Any]:
     path, errors = f"{_PATH}/{{index}}", {400: wrong, 404: "There is no such fact, or environment"}
     more |= {"check": _check_index, "given": _GIVEN, "query": _QUERY, "errors": errors}
     return Route(method, path, about, FactIndex, **more)
-
-
-# -- on every way
 
 
 @OPERATIONS.add("facts", Right.LOOK, _Facts, at_prompt=True)

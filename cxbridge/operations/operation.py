@@ -1,4 +1,4 @@
-"""The description of an operation: its parameters, what carries it out, and who may ask for it."""
+"""The description of an operation: parameters, function, right and routes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _AT: Final = re.compile(r"\$\.(\w+)|field `(\w+)`")
 
 
 class UnavailableError(ExecutiveError):
-    """The executive that an operation needs is not running."""
+    """The executive is not running."""
 
 
 class NotFoundError(CxbridgeError):
@@ -35,7 +35,7 @@ class NotFoundError(CxbridgeError):
 
 
 class ParameterError(CxbridgeError):
-    """A parameter is missing, or has a value of another type.
+    """A parameter is missing, or its value has another type.
 
     :param name: of the parameter.
     """
@@ -47,11 +47,11 @@ class ParameterError(CxbridgeError):
 
 @dataclass(frozen=True, slots=True)
 class OperationContext:
-    """What operations work on.
+    """The objects that operations work on.
 
-    :param find_executive: returns the executive; None while it is not running. None: there will be none.
+    :param find_executive: returns the executive, None while it is not running; None without an executive.
     :param component_rows: returns the components of the daemon.
-    :param change_component: lets the component of that name take a transition.
+    :param change_component: lets a component make a transition.
     :param describe_state: returns goals, plan-actions, skills and the log.
     """
 
@@ -65,7 +65,7 @@ class OperationContext:
     def executive(self) -> Executive:
         """The executive.
 
-        :raises UnavailableError: when the executive is not running.
+        :raises UnavailableError: if the executive is not running.
         """
         if self.find_executive is None:
             raise UnavailableError("this daemon has no executive", hint="name a configuration with specs")
@@ -84,21 +84,21 @@ class NoParameters(msgspec.Struct):
 
 
 class NamedEnvironment(msgspec.Struct):
-    """An environment."""
+    """An environment by name."""
 
     env: str
 
 
 def find_environment(context: OperationContext, name: str) -> ClipsEnvironment:
-    """Return the environment of a name.
+    """Return the environment with a name.
 
-    :raises CxbridgeError: when the executive is not running, or there is no such environment.
+    :raises CxbridgeError: if the executive is not running, or there is no such environment.
     """
     return context.executive.manager.find(name)
 
 
 def environment_names(context: OperationContext) -> Sequence[str]:
-    """Return the names of the environments; none while the executive is not running."""
+    """Return the names of the environments, empty if the executive is not running."""
     try:
         return tuple(context.executive.manager.environments)
     except UnavailableError:
@@ -107,25 +107,25 @@ def environment_names(context: OperationContext) -> Sequence[str]:
 
 _Carrier = Callable[[OperationContext, _Parameters], _Result]
 Handler = Callable[[OperationContext, _Parameters], object]
-"""Carries an operation out; returns what JSON can have, or dataclasses of it."""
+"""The function of an operation; returns JSON values, or dataclasses of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Route(Generic[_Parameters]):
-    """A request over HTTP that asks for an operation.
+    """A request over HTTP for an operation.
 
-    :param path: below ``/api``; ``{x}`` is the parameter of that name.
-    :param about: one line on its purpose.
-    :param reply: the type of the answer: a struct, or a list of one.
-    :param kind: the member ``kind`` of the answer; by default the name of its type.
-    :param answer: returns the answer afterwards; None: the operation's result.
-    :param instead: is called in the operation's place.
-    :param check: raises when a name in the path is unknown; called before the body is parsed.
-    :param body: name of the model of the body; empty: there is none.
-    :param names: parameters that the body calls otherwise: their names there.
-    :param given: parameters that the client need not give.
-    :param query: parameters that may be in the query, and their meanings.
-    :param errors: further results, by status.
+    :param path: below ``/api``; ``{x}`` is a parameter.
+    :param about: the purpose on one line.
+    :param reply: the type of the reply: a struct, or a list of one.
+    :param kind: the member ``kind`` of the reply; empty: the name of its type.
+    :param answer: returns the reply afterwards; None: the operation's result.
+    :param instead: replaces the function of the operation.
+    :param check: raises an error if a name in the path is unknown; called before the body is parsed.
+    :param body: the name of the model of the body, empty without one.
+    :param names: names of parameters that differ in the body.
+    :param given: values of parameters that the client may omit.
+    :param query: parameters of the query, with their meanings.
+    :param errors: further results by status.
     """
 
     method: str
@@ -145,15 +145,15 @@ class Route(Generic[_Parameters]):
 
 @dataclass(frozen=True, slots=True)
 class Operation(Generic[_Parameters]):
-    """Something that clients can ask for.
+    """An operation that clients can request.
 
     :param name: the verb of RequestInterface, and the command at a prompt.
-    :param right: what clients need to ask for it.
+    :param right: required of clients.
     :param parameters: their names, types and defaults.
-    :param carry_out: does it.
-    :param routes: the requests over HTTP that ask for it.
-    :param is_verb: RequestInterface takes it.
-    :param at_prompt: the prompt of a run's debugger takes it.
+    :param carry_out: the function.
+    :param routes: the requests over HTTP.
+    :param is_verb: whether RequestInterface offers the operation.
+    :param at_prompt: whether the prompt of a run's debugger offers it.
     """
 
     name: str
@@ -167,8 +167,8 @@ class Operation(Generic[_Parameters]):
     def parse(self, given: Mapping[str, Any], *, strict: bool = False) -> _Parameters:
         """Return the parameters of a request.
 
-        :param strict: take no text for a number.
-        :raises ParameterError: when one is missing, or of another type.
+        :param strict: refuse a text in place of a number.
+        :raises ParameterError: if one is missing, or of another type.
         """
         try:
             return msgspec.convert(given, self.parameters, strict=strict)
@@ -179,9 +179,9 @@ class Operation(Generic[_Parameters]):
             raise ParameterError(found[1] if found else "", str(error)) from None
 
     def words(self, line: str) -> dict[str, str]:
-        """Return the parameters that are typed at a prompt: words in their order, the last with all the rest.
+        """Return the parameters typed at a prompt, one word each; the last one takes the rest.
 
-        The environment is not typed: a prompt has one.
+        The environment is not typed, because a prompt belongs to one.
         """
         names = [name for name in self.parameters.__struct_fields__ if name != "env"]
         return dict(zip(names, line.split(maxsplit=max(len(names) - 1, 0)), strict=False))
@@ -199,7 +199,7 @@ class Operations(list[Operation[Any]]):
         is_verb: bool = True,
         at_prompt: bool = False,
     ) -> Callable[[_Carrier[_Parameters, _Result]], _Carrier[_Parameters, _Result]]:
-        """Add the operation that a function carries out; see :class:`Operation`."""
+        """Return a decorator that adds a function as an operation; see :class:`Operation`."""
 
         def decorate(carry_out: _Carrier[_Parameters, _Result]) -> _Carrier[_Parameters, _Result]:
             self.append(Operation(name, right, parameters, carry_out, routes, is_verb, at_prompt))
@@ -209,5 +209,5 @@ class Operations(list[Operation[Any]]):
 
 
 def plain(result: object) -> Any:
-    """Return the result of an operation as JSON can have it: the one encoding of results."""
+    """Return the result of an operation for JSON."""
     return msgspec.to_builtins(result)

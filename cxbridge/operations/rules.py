@@ -1,4 +1,4 @@
-"""The operation that returns where a debugger has stopped the rules."""
+"""The operation that returns the stop of the rules by a debugger."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OPERATIONS: Final = Operations()
 
 
 def stop_info(control: RuleControl | None) -> StopInfo | None:
-    """Return where the rules are stopped; None while they are not."""
+    """Return the stop of the rules, or None."""
     stopped = None if control is None else control.stopped
     return None if stopped is None else convert(stopped, StopInfo, from_attributes=True)
 

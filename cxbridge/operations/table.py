@@ -1,4 +1,4 @@
-"""The table of all operations: those of each module of this folder, and of plug-ins."""
+"""The table of all operations, of the modules in this folder and of plug-ins."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ OPERATION_MODULES: Final[Table[ModuleType]] = Table(
 def operations() -> Mapping[str, Operation[Any]]:
     """Return all operations by name.
 
-    :raises PluginError: when two operations have the same name.
+    :raises PluginError: if two operations have the same name.
     """
     return _loaded(OPERATION_MODULES.rows)
 
@@ -39,15 +39,15 @@ def _loaded(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
 
 
 def verbs() -> Mapping[str, Right]:
-    """Return the verbs of RequestInterface, and the right that each needs."""
+    """Return the verbs of RequestInterface with the required rights."""
     return {name: each.right for name, each in operations().items() if each.is_verb}
 
 
 def carry_out(context: OperationContext, name: str, **given: Any) -> Any:
-    """Carry out an operation of this name; returns what JSON can have.
+    """Call an operation by name; return its result for JSON.
 
     :param given: its parameters.
-    :raises CxbridgeError: when they are invalid, or the operation cannot be done.
+    :raises CxbridgeError: if they are invalid, or the operation fails.
     """
     operation = operations()[name]
     return plain(operation.carry_out(context, operation.parse(given)))

@@ -1,1 +1,1 @@
-"""The life of a process of cxbridge: signals, systemd, limits."""
+"""The process of cxbridge: signals, systemd, limits."""

@@ -1,4 +1,4 @@
-"""The number of files that the process may open: sockets are files, too."""
+"""The limit of open files, which include sockets."""
 
 from __future__ import annotations
 
@@ -6,17 +6,15 @@ import sys
 from typing import Final
 
 FOR_OWN_USE: Final = 512
-"""Files that are kept for other things than the clients of one server: recordings, pipes, other servers."""
+"""The files reserved for uses other than clients of a server, such as recordings and pipes."""
 
 _ENOUGH: Final = 16384
 _WITHOUT_A_LIMIT: Final = 8192
 
 
 def raise_file_limit() -> int:
-    """Let the process open as many files as allowed, up to 16384; returns the number.
-
-    1024, the usual limit, can be used up by clients that merely connect.
-    """
+    """Raise the limit of open files as far as allowed, up to 16384; return it."""
+    # clients that merely connect can exhaust the usual limit of 1024
     if sys.platform == "win32":
         return _WITHOUT_A_LIMIT
     try:
@@ -35,24 +33,24 @@ def raise_file_limit() -> int:
 
 
 ZMQ_SHARE: Final = 4
-"""One file of this many is for connections over ZeroMQ, at most."""
+"""The divisor of the file limit for connections over ZeroMQ."""
 
 WEB_SHARE: Final = 8
-"""One file of this many is for connections to the web server."""
+"""The divisor of the file limit for connections to the web server."""
 
 _FEWEST: Final = 8
 
 
 def share(files: int, most: int, part: int) -> int:
-    """Return how many connections a server may have, so that no server uses up the files of another.
+    """Return the number of connections of a server that leaves files for other servers.
 
-    :param files: how many the process may open.
-    :param most: the number that the server wants.
-    :param part: the server gets one file of this many.
+    :param files: the file limit of the process.
+    :param most: the number that the server requests.
+    :param part: the divisor of the file limit.
     """
     return min(most, max(_FEWEST, files // part))
 
 
 def most_clients(files: int, most: int) -> int:
-    """Return how many clients one server may have, of a process that may open ``files``."""
+    """Return the number of clients of one server, by the file limit of the process."""
     return max(1, min(most, files - FOR_OWN_USE, files // 2))

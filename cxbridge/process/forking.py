@@ -1,4 +1,4 @@
-"""Processes that copy themselves. Windows has none of this: ask :data:`HAS_FORK` first."""
+"""Processes that fork; not available on Windows, see :data:`HAS_FORK`."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ HAS_FORK: Final = hasattr(os, "fork")
 
 
 class Stoppable(Protocol):
-    """A thread of a process that forks: it stops during the fork, and continues in both processes."""
+    """A thread that stops during a fork and continues in both processes."""
 
     def start(self) -> None:
-        """Begin, in the thread that copies the process."""
+        """Start in the forking thread."""
 
     def stop(self) -> None:
-        """End, and wait for that."""
+        """Stop and wait for the end."""
 
 
 threads: Final[list[Stoppable]] = []
-"""The threads there are that :func:`fork` may stop."""
+"""The threads that :func:`fork` may stop."""
 
 
 class NoForkError(NotImplementedError):
-    """The system cannot copy processes: a caller did not ask :data:`HAS_FORK`."""
+    """The system cannot fork; the caller must check :data:`HAS_FORK`."""
 
 
 def fork() -> int:
-    """Copy this process, which may have no other thread than those of :data:`threads`.
+    """Fork this process, which may have no threads except :data:`threads`.
 
-    :returns: the copy's number; 0 in the copy.
-    :raises OSError: when the system has no room for it.
+    :returns: the process id of the child; 0 in the child.
+    :raises OSError: if the system lacks resources.
     """
     if sys.platform == "win32":
         raise NoForkError
@@ -50,16 +50,16 @@ def fork() -> int:
 
 
 def has_ended(child: int) -> bool:
-    """Return whether a child has ended, without waiting; the system forgets it then."""
+    """Return whether a child has ended, without waiting, and release it."""
     if sys.platform == "win32":
         raise NoForkError
     return os.waitpid(child, os.WNOHANG) != (0, 0)
 
 
 def kill(pid: int) -> None:
-    """End a process at once: kill -9.
+    """End a process at once (kill -9).
 
-    :raises ProcessLookupError: when it is gone.
+    :raises ProcessLookupError: if it has ended.
     """
     if sys.platform == "win32":
         raise NoForkError
@@ -74,7 +74,7 @@ def local_socket() -> socket.socket:
 
 
 def let_signals_end() -> None:
-    """Restore the default handlers of the signals that end a process; ignore SIGINT."""
+    """Restore the default handlers of signals that end a process, and ignore SIGINT."""
     if sys.platform == "win32":
         raise NoForkError
     signal.set_wakeup_fd(-1)
@@ -84,7 +84,7 @@ def let_signals_end() -> None:
 
 
 def cpu_seconds(pid: int) -> float:
-    """Return how much processor time a process has used; where the system does not tell, the time of day."""
+    """Return the CPU seconds of a process; without procfs, the monotonic time."""
     if sys.platform == "win32":
         raise NoForkError
     try:
@@ -96,7 +96,7 @@ def cpu_seconds(pid: int) -> float:
 
 
 def limit_cpu_seconds(seconds: int | None) -> None:
-    """Have the system end this process after this processor time; None: never."""
+    """Let the system end this process after some CPU seconds; None removes the limit."""
     if sys.platform == "win32":
         raise NoForkError
     import resource  # noqa: PLC0415 - not every system has it

@@ -1,9 +1,9 @@
-"""SIGINT, SIGTERM and SIGHUP ask for an orderly end: nothing is cut off, whatever runs at that moment.
+"""Orderly end of a process on SIGINT, SIGTERM and SIGHUP.
 
-A signal is only noted by its handler: no exception can pass through C, and a handler must not take a lock
-that the code below it may hold. A second thread waits for signals as well (the socket of
-:func:`signal.set_wakeup_fd`, which C writes to). It asks for the end, and when the end does not come soon, it
-forces it: rules in ``(while TRUE ...)`` are stopped from there.
+A handler only records its signal, because exceptions cannot pass through C, and a handler must not take locks
+that the interrupted code may hold. A second thread also waits for signals, on the socket of
+:func:`signal.set_wakeup_fd` to which C writes. It requests the end of the process and, if it does not come
+soon, forces it, for example by interrupting rules in ``(while TRUE ...)``.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from types import FrameType, TracebackType
 from typing import Any, ClassVar, Final, Self
 
 GRACE_S: Final = 0.5
-"""Seconds in which what runs may come to its end by itself."""
+"""The seconds in which running work may end itself."""
 
 GOODBYE_S: Final = 2.0
-"""Seconds that rules for the shutdown have after that."""
+"""The additional seconds for rules of the shutdown."""
 
 _SIGNALS = (
     signal.SIGINT,
     signal.SIGTERM,
     *((signal.SIGHUP,) if hasattr(signal, "SIGHUP") else ()),  # Windows lacks it
 )
+# The type of handlers for :func:`signal.signal`.
 _Handler = Callable[[int, FrameType | None], Any] | int | signal.Handlers | None
-"""What :func:`signal.signal` returns, and takes again."""
 
 _AGAIN_SECONDS = 0.05
 _SIGNALS_TO_DIE = 3
@@ -43,22 +43,18 @@ def _nothing() -> None:
 
 
 class Interrupt:
-    """Notes SIGINT, SIGTERM and SIGHUP while it is entered.
+    """Records SIGINT, SIGTERM and SIGHUP while it is entered.
 
-    Enter it before resources are made that need a clean-up, and leave it after the clean-up. One
-    within another takes over the signals that the outer one has noted, and hands back its own.
+    Enter it before creating resources that need a clean-up, and leave it after the clean-up. A nested
+    instance takes over the signals that the outer one has recorded, and returns its signals. Ignored signals
+    remain ignored, except SIGINT for a service: shells start background jobs with SIGINT ignored, and a
+    service has no terminal whose Ctrl-C is for other programs. The third signal ends the process immediately,
+    because a C function that does not return cannot be interrupted. In threads other than the main thread,
+    where Python delivers no signals, it has no effect.
 
-    A signal that is ignored stays so, except for SIGINT of a service: shells start background jobs with
-    SIGINT ignored, and a service has no terminal whose Ctrl-C is meant for other programs.
-
-    The third signal ends the process on the spot: a C function that does not return cannot be asked.
-
-    Does nothing in other threads than the main one, where Python delivers no signals.
-
-    :param stop: called after a signal, again and again, in a second thread; requests the end.
-    :param force: called after :data:`GRACE_S`, again and again, likewise; ends work that does not end by
-        itself.
-    :param service: whether the process serves clients until a signal stops it.
+    :param stop: called repeatedly after a signal in a second thread to request the end.
+    :param force: called repeatedly after :data:`GRACE_S` in the second thread to end work that does not end.
+    :param service: whether the process serves clients until a signal.
     """
 
     _entered: ClassVar[list[Interrupt]] = []
@@ -89,7 +85,8 @@ class Interrupt:
             if not ignored or (self._service and number == signal.SIGINT):
                 self._before[number] = signal.signal(number, self._note)
         self._numbers = [int(number) for number in self._before]
-        self._pair = reading, writing = socket.socketpair()  # Windows cannot wait for a pipe
+        # a socket, because Windows cannot wait for a pipe
+        self._pair = reading, writing = socket.socketpair()
         writing.setblocking(False)
         self._wakeup_before = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
         self._thread = threading.Thread(target=self._wait, args=(reading,), name="interrupt", daemon=True)
@@ -110,7 +107,7 @@ class Interrupt:
             signal.signal(number, handler)
         self._before = {}
         self._over.set()
-        with contextlib.suppress(BlockingIOError):  # full of signals: the thread is awake
+        with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
             self._pair[1].send(_END)
         self._thread.join()
         for end in self._pair:
@@ -122,25 +119,25 @@ class Interrupt:
 
     @staticmethod
     def _hand_over(other: Interrupt) -> None:
-        """Let another one know about a signal."""
+        """Pass a signal to another instance."""
         other.received = True
         if other._pair is not None:
             with contextlib.suppress(BlockingIOError):
                 other._pair[1].send(bytes(other._numbers[:1]))
 
     def on_signal(self, stop: Callable[[], None], force: Callable[[], None] = _nothing) -> None:
-        """Call these from now on; soon, when a signal has come already."""
+        """Replace the functions; they are called soon if a signal was recorded."""
         self._stop, self._force = stop, force
 
     def give_time(self, seconds: float = GRACE_S) -> None:
-        """Do not force anything for some seconds from now: what follows ends by itself."""
+        """Force nothing for some seconds."""
         self._force_at_s = time.monotonic() + seconds
 
     def _note(self, _number: int, _frame: FrameType | None) -> None:
         self.received = True
 
     def _wait(self, signals: socket.socket) -> None:
-        """Wait for a signal that we note, and ask for the end until it has come."""
+        """Wait for a signal, then request the end repeatedly."""
         noted = 0
         while not self._over.is_set():
             signals.settimeout(_AGAIN_SECONDS if noted else None)
@@ -159,6 +156,6 @@ class Interrupt:
                     self._force()
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt when a signal has come."""
+        """Raise KeyboardInterrupt if a signal was recorded."""
         if self.received:
             raise KeyboardInterrupt

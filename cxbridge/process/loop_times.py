@@ -1,4 +1,4 @@
-"""Measures how long each loop takes, and emits it while a listener takes it."""
+"""Measurement of the durations of cycles."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from cxbridge.mainloop import Hook, MainLoop
 
 
 class LoopTimes:
-    """Emits :class:`~cxbridge.events.LoopTime` for each loop.
+    """Emits :class:`~cxbridge.events.LoopTime` for each cycle if it has listeners.
 
-    :param loop: its hooks get two steps more: one before, one after all that was added so far.
+    :param loop: gets two hooks around those that were added before.
     """
 
     def __init__(self, loop: MainLoop, bus: EventBus) -> None:

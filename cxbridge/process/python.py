@@ -1,4 +1,4 @@
-"""Starts Python child processes; none imports from the current folder, whose files may be untrusted."""
+"""Python child processes without the working directory on their path, as its files may be untrusted."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ _SAFE_PATH: Final = "PYTHONSAFEPATH"
 
 
 def python_command(*arguments: str) -> list[str]:
-    """Return the command of a process of this Python; -P keeps the current folder off its path."""
+    """Return the command of a Python process without the working directory on its path (-P)."""
     return [sys.executable, "-P", *arguments]
 
 
 @contextmanager
 def spawning() -> Iterator[SpawnContext]:
-    """Yield a context of multiprocessing whose processes start without the current folder on their path.
+    """Yield a context of multiprocessing without the working directory on the path of its processes.
 
-    It holds for processes that start before the context is left.
+    It applies to processes that start before the context is left.
     """
     before = os.environ.get(_SAFE_PATH)
     os.environ[_SAFE_PATH] = "1"
@@ -35,7 +35,7 @@ def spawning() -> Iterator[SpawnContext]:
 
 @contextmanager
 def spawned_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of such processes. Their child processes have the user's path again."""
+    """Yield a pool of such processes, whose child processes have the user's path."""
     before = os.environ.get(_SAFE_PATH)
     with spawning() as context, ProcessPoolExecutor(processes, context, _restore, (before,)) as pool:
         yield pool

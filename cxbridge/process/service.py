@@ -1,4 +1,4 @@
-"""A process that serves until a signal: its clock, log, blackboards, and what systemd is notified of."""
+"""A process that serves until a signal: clock, log, blackboards and notifications of systemd."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from cxbridge.process.interrupt import Interrupt
 from cxbridge.process.systemd import Notifier
 
 OnReady = Callable[[Callable[[], None]], None]
-"""Called when a service is ready, with what stops it."""
+"""Called with a stop function when a service is ready."""
 
 
 def ignore(_value: object) -> None:
-    """Report nothing: the default callback of a service."""
+    """Do nothing; the default callback of a service."""
 
 
 class Service(ExitStack):
-    """The shell around a service. A context manager; closes the entered context managers, the last first.
+    """The frame of a service; a context manager that closes the entered context managers in reverse order.
 
-    SIGINT, SIGTERM and SIGHUP set :attr:`stopped`, from before the first blackboard is opened.
+    SIGINT, SIGTERM and SIGHUP set `stopped`, even before the first blackboard is opened.
 
     :param console: gets the log lines.
     :param on_ready: called by :meth:`ready`.
@@ -44,7 +44,7 @@ class Service(ExitStack):
         self.bus = self.make_bus()
 
     def make_bus(self) -> EventBus:
-        """Return a bus whose log lines the console gets."""
+        """Return a bus whose log lines go to the console."""
         bus = EventBus(self.clock)
         if self._console is not None:
             bus.subscribe(self._console, LogLine)
@@ -63,26 +63,26 @@ class Service(ExitStack):
         return super().__exit__(kind, error, trace)
 
     def open_blackboard(self, url: str, registry: InterfaceRegistry) -> BlackBoard:
-        """Return the blackboard at a URL; it is left at the end.
+        """Return the blackboard at a URL, which is closed at the end.
 
-        :raises CxbridgeError: when the server does not answer, or the URL is invalid.
+        :raises CxbridgeError: if no server answers, or the URL is invalid.
         """
         return self.enter_context(open_blackboard(url, registry, self.clock, self.bus))
 
     def ready(self, status: str) -> None:
-        """Report to systemd and to the callbacks that the service is up, with its status text."""
+        """Report readiness, with a status text, to systemd and the callback."""
         self._is_ready = True
         self._notifier.ready(status)
         self._on_ready(self.stop)
 
     def wake_by(self, wake: Callable[[], None]) -> None:
-        """Call this when the service has to stop: it ends a wait for another event."""
+        """Set a function that ends a wait when the service is to stop."""
         self._wake = wake
         if self.stopped.is_set():
             wake()
 
     def stop(self) -> None:
-        """Make the service stop soon; from any thread."""
+        """Make the service stop soon; callable from any thread."""
         self.stopped.set()
         if self._wake is not None:
             self._wake()

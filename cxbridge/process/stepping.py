@@ -1,4 +1,4 @@
-"""Keys of a terminal, or lines of a pipe: one a step."""
+"""Keys of a terminal, or lines of a pipe, each a step."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _SLICE_S: Final = 0.2
 
 
 class StepKeys:
-    """Waits for a key on a terminal, else for a line. A context manager: gives the terminal back.
+    """Waits for a key on a terminal, else for a line; a context manager that restores the terminal.
 
-    :param stream: where they come from; stdin by default.
+    :param stream: None: stdin.
     """
 
     def __init__(self, stream: TextIO | None = None) -> None:
@@ -50,7 +50,7 @@ class StepKeys:
             self._before = None
 
     def __call__(self, enough: Callable[[], bool]) -> bool:
-        """Wait for the next one; False when none will come, after ``q`` on a terminal, when it is enough."""
+        """Wait for a step; return False at the end of input, after ``q``, or if ``enough`` does."""
         while not enough():
             if (step := self._take()) is not None:
                 return step
@@ -64,7 +64,7 @@ class StepKeys:
         return False
 
     def _take(self) -> bool | None:
-        """Return the next input that was read: a step, or a request to end; None when none is left."""
+        """Return whether the next input is a step or a request to end, None without input."""
         if self._on_terminal:
             key, self._left = self._left, b""
             return None if not key else key not in (b"q", b"Q", b"\x04")

@@ -1,8 +1,8 @@
 """Runs of agents.
 
 :func:`run_scenario` implements ``cxbridge run``. :class:`Run` holds the parts of a run, for programs with
-    their own loop. The package is callable: ``cxbridge.run("test-scenario")`` calls
-    :func:`cxbridge.run.program.run.run`.
+their own loop. The package is callable: ``cxbridge.run("test-scenario")`` calls
+:func:`cxbridge.run.program.run.run`.
 """
 
 import sys
@@ -21,8 +21,8 @@ _MODULES = {"Run": "agent", "RunOptions": "options", "RunResult": "result", "run
 
 
 def __getattr__(name: str) -> Any:
-    # lazy, because the help of a command needs only the options of runs
     """Import a public name on first use."""
+    # lazy, because the help of a command needs only the options of runs
     from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
 
     if name not in _MODULES:

@@ -312,7 +312,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             try:
                 mode = file.stat().st_mode
             except OSError:
-                continue  # # missing or inaccessible: the writer reports the error
+                continue  # missing or inaccessible: the writer reports the error
             if file.suffix in _INPUTS and stat.S_ISREG(mode):
                 raise CxbridgeError(
                     f"--{name} would overwrite this file, which looks like an input",

@@ -96,7 +96,7 @@ def _run(
         stack.callback(recorder.close)
         if replay is not None:
             stack.enter_context(replay.noting(assembly.bus))
-        # # before the recorder closes: the recording includes the finalization
+        # before the recorder closes: the recording includes the finalization
         stack.callback(assembly.finalize)
         stack.callback(interrupt.give_time, GOODBYE_S)
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
@@ -125,7 +125,7 @@ def _run(
             nonlocal over, loss, is_stuck
             checks.look()
             over = assembly.is_over
-            loss = assembly.loss  # # goals may have failed because of the loss
+            loss = assembly.loss  # goals may have failed because of the loss
             if interrupt.received or over or assembly.clock.now_us() >= deadline_us:
                 return True
             is_stuck = not loss and watch.look()
@@ -277,7 +277,7 @@ def _start(assembly: Run | Team, interrupt: Interrupt) -> None:
     try:
         assembly.start()
     except CxbridgeError:
-        interrupt.check()  # # an interrupted start may fail with any error
+        interrupt.check()  # an interrupted start may fail with any error
         raise
     interrupt.check()
 

@@ -18,7 +18,7 @@ from cxbridge.trace.formats.registry import open_run
 
 _TYPE = "SkillerInterface"
 _ENDS = {"S_FINAL": Status.S_FINAL, "S_FAILED": Status.S_FAILED}
-_ENV = ""  # # all environments of a run see the same Skiller
+_ENV = ""  # all environments of a run see the same Skiller
 
 
 def read_samples(path: Path) -> list[Sample]:
@@ -44,7 +44,7 @@ def read_samples(path: Path) -> list[Sample]:
         if status is not None:
             history = histories[type(event)]
             if isinstance(event, FactChange):
-                history.take(event)  # # the fact has the reason of a failure
+                history.take(event)  # the fact has the reason of a failure
             history.take(status)
     first = next((history for history in histories.values() if history.calls), RunHistory())
     return [

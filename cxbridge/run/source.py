@@ -57,7 +57,7 @@ _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
 _FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_LUA = "src/lua"
-_OWN_INTERFACES = "interfaces"  # # in the scenario's folder
+_OWN_INTERFACES = "interfaces"  # in the scenario's folder
 
 
 _PERIOD: Final = "/fawkes/mainapp/desired_loop_time"
@@ -190,7 +190,7 @@ class Source:
         config = self.read_configuration(file)
         config.overlay_files(self.find_overlays())
         if file.name == SCENARIO_FILE and config.keys(_EXECUTIVE) and not config.exists(_TIME):
-            config.set(_TIME, True)  # # no rule would run without it; Fawkes' own configuration sets it
+            config.set(_TIME, True)  # no rule would run without it; Fawkes' own configuration sets it
         return config, file
 
     def read_configuration(self, file: Path) -> Configuration:

@@ -123,7 +123,7 @@ def _misspelt(config: Configuration, path: str, known: Sequence[str]) -> Iterato
     """Yield an error for each key that is similar to a known, absent key."""
     keys = config.keys(path)
     given = [key for key in keys if (value := _first(config, f"{path}/{key}")) is None or value.file]
-    absent = [key for key in known if key not in given]  # # includes keys with an unwritten default
+    absent = [key for key in known if key not in given]  # includes keys with an unwritten default
     for key in keys:
         if key not in known and (near := nearest(key, absent, _LIKE)):
             place = _first(config, f"{path}/{key}")

@@ -1,8 +1,8 @@
 """Detection of a run or daemon in which nothing happens.
 
 :class:`Watchdog` is a thread that detects a loop without end and describes its activity. :class:`Stalls`
-    reports such loops. :class:`StuckWatch` detects a run in which no event can follow;
-    :mod:`cxbridge.run.ending.stuck` names the missing events.
+reports such loops. :class:`StuckWatch` detects a run in which no event can follow;
+:mod:`cxbridge.run.ending.stuck` names the missing events.
 """
 
 from __future__ import annotations

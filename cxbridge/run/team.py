@@ -79,7 +79,7 @@ class Team(Closing):
 
     def _base_of(self, base: RunBase, name: str) -> RunBase:
         config = choose_agent(base.config, name)
-        config.warnings = ()  # # reported once, by the team
+        config.warnings = ()  # reported once, by the team
         return replace(
             base,
             name=name,

@@ -1,1 +1,1 @@
-"""Where things are: coordinate frames over time, and navigation graphs."""
+"""Coordinate frames over time, and navigation graphs."""

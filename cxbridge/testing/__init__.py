@@ -1,4 +1,4 @@
-"""Tests of agents: a run that a test drives, skills that end as it says, golden runs. See docs/testing.md."""
+"""Tests of agents: controlled runs, scripted skills, golden runs. See docs/testing.md."""
 
 from cxbridge.history.model import GoalRecord as Goal
 from cxbridge.history.model import PlanActionRecord as Action

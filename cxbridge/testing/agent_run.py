@@ -1,4 +1,4 @@
-"""A run that a test drives."""
+"""A run under the control of a test."""
 
 from __future__ import annotations
 
@@ -33,28 +33,28 @@ from cxbridge.testing.world import World
 from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Order
 
+# seconds of real time, to end tests of agents whose rules fire forever
 PATIENCE_S: Final = 60.0
-"""Seconds of real time that a wait may take."""
 
+# The start of CLIPS' message that names the rule of an error; the message before it is the error.
 _HALTED = "[PRCCODE4]"
-"""The beginning of CLIPS' message with the rule of an error; the error itself is the message before."""
 
 _LAST_RULES = 10
 _LAST_LINES = 15
 
 
 class AgentRun(Closing):
-    """A run whose clock moves only when the test says so. A context manager.
+    """A run whose clock moves only when the test advances it; a context manager.
 
-    The agent is loaded when it is made; nothing has fired yet but what loading fires.
+    The constructor loads the agent; only rules that fire during loading have fired.
 
     :param options: as for ``cxbridge run``.
-    :param scripted: whether skills end by the script :attr:`skills`; else ``options.skiller`` executes them.
-    :param strict: a mistake in the loaded files is an error.
-    :param patience: seconds of real time that a wait may take.
-    :param golden: the recording that :meth:`assert_golden` compares with.
-    :raises CxbridgeError: when the scenario is wrong.
-    :raises AssertionError: when the agent is broken.
+    :param scripted: execute skills by the script `skills` instead of ``options.skiller``.
+    :param strict: raise an error for mistakes in the loaded files.
+    :param patience: the maximal seconds of real time of a wait.
+    :param golden: the recording for `assert_golden`.
+    :raises CxbridgeError: if the scenario is invalid.
+    :raises AssertionError: if the agent has mistakes.
     """
 
     def __init__(
@@ -124,7 +124,7 @@ class AgentRun(Closing):
             self.transitions.append(event)
 
     def _check(self, check: Callable[[], None]) -> None:
-        """Look for mistakes in the loaded agent."""
+        """Raise an error for mistakes in the loaded agent."""
         __tracebackhide__ = True
         try:
             check()
@@ -135,18 +135,16 @@ class AgentRun(Closing):
             ) from None
 
     def close(self) -> None:
-        """End the run and let go of everything; a second call does nothing."""
+        """End the run and release its resources; further calls do nothing."""
         self._stack.close()
-
-    # ---- time
 
     @property
     def seconds(self) -> float:
-        """The time since the run began, by its clock."""
+        """The seconds since the start of the run, by its clock."""
         return (self._assembly.clock.now_us() - self._start_us) / MICROSECONDS
 
     def step(self, loops: int = 1) -> None:
-        """Run loops of the main loop."""
+        """Run cycles of the main loop."""
         end = self._assembly.loop.loops + loops
         self._run(lambda: self._assembly.loop.loops >= end)
 
@@ -156,20 +154,19 @@ class AgentRun(Closing):
         self._run(lambda: self.seconds >= end)
 
     def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
-        """Run until the condition is true after a loop.
+        """Run until the condition is true after a cycle.
 
-        :raises AssertionError: when it is not within this many seconds of the run's clock.
+        :raises AssertionError: after this many seconds of the run's clock.
         """
         if not self.wait_for(condition, timeout):
             raise AssertionError(self._with_goals(f"the condition was not met within {timeout:g} s"))
 
     def to_end(self, timeout: float = 600.0) -> None:
-        """Run until every root goal is over, no skill runs and the agenda is empty; see :attr:`is_over`.
+        """Run until all root goals are over, no skill runs and the agenda is empty; see `is_over`.
 
-        An agent with MAINTAIN goals alone, which has no other end, runs for ``timeout``.
+        An agent with only MAINTAIN goals, which has no such end, runs for ``timeout``.
 
-        :raises AssertionError: when it is not within this many seconds of the run's clock, or the agent quits
-            before.
+        :raises AssertionError: after this many seconds of the run's clock, or if the agent quits before.
         """
         self.wait_for(lambda: self.is_over, timeout)
         executive = self._assembly.executive
@@ -179,7 +176,7 @@ class AgentRun(Closing):
             raise AssertionError(self._with_goals("the agent quit before its root goals were over"))
 
     def wait_for(self, condition: Callable[[], object], timeout: float = 60.0) -> bool:
-        """Run until the condition is true after a loop, or this many seconds of the run's clock have passed.
+        """Run until the condition is true after a cycle, or this many seconds of the run's clock pass.
 
         :returns: whether the condition is true.
         """
@@ -196,14 +193,14 @@ class AgentRun(Closing):
 
     @property
     def is_over(self) -> bool:
-        """Whether every root goal is over, no skill runs and the agenda is empty.
+        """Whether all root goals are over, no skill runs and the agenda is empty.
 
-        MAINTAIN goals at rest do not count as open once another root goal has ended.
+        Resting MAINTAIN goals count as over once another root goal has ended.
         """
         return self._assembly.is_over and not (self._skills is not None and self._skills.running)
 
     def at(self, seconds: float, action: Callable[[], object]) -> None:
-        """Call ``action`` in the first loop that begins at this time or later, before its rules."""
+        """Call ``action`` before the rules in the first cycle that starts at this time or later."""
         self._due.append((self._start_us + round(seconds * MICROSECONDS), action))
         self._due.sort(key=lambda item: item[0])
 
@@ -232,7 +229,7 @@ class AgentRun(Closing):
 
     @property
     def _problem(self) -> str:
-        """The first error of a rule; empty when there is none."""
+        """The first error of a rule, or empty."""
         return next(iter((*self._assembly.executive.env.faults, *self._errors)), "")
 
     @contextmanager
@@ -252,32 +249,28 @@ class AgentRun(Closing):
         finally:
             timer.cancel()
 
-    # ---- skills
-
     @property
     def skills(self) -> ScriptedSkills:
-        """How skills end.
+        """The script of the skills.
 
-        :raises AssertionError: when the run was not made with ``skiller="scripted"``.
+        :raises AssertionError: if the run was not made with ``skiller="scripted"``.
         """
         if self._skills is None:
             raise AssertionError(f"skills are executed by '{self.options.skiller}', they cannot be scripted")
         return self._skills
 
     def unmet_skills(self) -> list[str]:
-        """Return what of the script of skills no call has met, a line each."""
+        """Return a line per unused entry of the script."""
         return [] if self._skills is None else self._skills.unmet()
 
-    # ---- the world
-
     def facts(self, template: str, **slots: object) -> list[dict[str, Value]]:
-        """Return the facts of a deftemplate whose slots have these values; ``_`` in their names is ``-``."""
+        """Return the facts of a deftemplate with these slot values; ``_`` in names means ``-``."""
         return self._world.facts(template, slots)
 
     def fact(self, template: str, **slots: object) -> dict[str, Value]:
-        """Return the only fact that matches.
+        """Return the only matching fact.
 
-        :raises AssertionError: when there is none, or are several.
+        :raises AssertionError: if there is none, or several.
         """
         found = self.facts(template, **slots)
         if len(found) != 1:
@@ -290,11 +283,11 @@ class AgentRun(Closing):
         self._world.assert_fact(text)
 
     def retract(self, template: str, **slots: object) -> int:
-        """Retract the facts that match; return how many."""
+        """Retract the matching facts; return their number."""
         return self._world.retract(template, slots)
 
     def write(self, uid: str, **fields: object) -> None:
-        """Write an interface, as its writer from now on."""
+        """Write an interface, and remain its writer."""
         self._world.write(uid, fields)
 
     def send(self, uid: str, message: str, **fields: object) -> int:
@@ -305,16 +298,14 @@ class AgentRun(Closing):
         """Return the values of an interface."""
         return self._world.read(uid)
 
-    # ---- goals
-
     def goals(self, goal_class: str | None = None) -> list[GoalRecord]:
-        """Return the goals of a class that there have been, or all, in their order."""
+        """Return all goals of a class, or all goals, including former ones, in order."""
         return [goal for goal in self._history.goals if goal_class is None or goal.goal_class == goal_class]
 
     def goal(self, name: str) -> GoalRecord:
-        """Return the only goal of a class, or the goal of an id; ``ID#2`` for the second life of an id.
+        """Return the only goal of a class, or a goal by id; ``ID#2`` is the second life of an id.
 
-        :raises AssertionError: when there is none, or are several.
+        :raises AssertionError: if there is none, or several.
         """
         found = goals_named(self._history.goals, name)
         if len(found) != 1:
@@ -325,11 +316,11 @@ class AgentRun(Closing):
         return found[0]
 
     def actions(self, name: str | None = None) -> list[PlanActionRecord]:
-        """Return the plan-actions of a name that there have been, or all, in their order."""
+        """Return all plan-actions with a name, or all, including former ones, in order."""
         return [each for each in self._history.actions if name is None or each.name == name]
 
     def assert_outcomes(self, **outcomes: str) -> None:
-        """Check how all goals of classes ended; ``_`` in the names of classes stands for ``-`` as well."""
+        """Check the outcomes of all goals of classes; ``_`` in names of classes also means ``-``."""
         for name, outcome in outcomes.items():
             found = self.goals(name) or self.goals(name.replace("_", "-"))
             wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in found if goal.outcome != outcome]
@@ -338,7 +329,7 @@ class AgentRun(Closing):
                 raise AssertionError(self._with_goals(f"{name} should be {outcome}: {problem}"))
 
     def describe(self) -> list[str]:
-        """Return the goals, the skills and the end of the log, as lines for people."""
+        """Return the goals, the skills and the end of the log as lines of text."""
         lines = [f"after {self.seconds:.2f} s, {self._assembly.loop.loops} loops", "goals:"]
         lines += [f"  {line}" for line in goal_tree(self._history.goals)]
         if self._skills is not None and self._skills.calls:
@@ -361,15 +352,13 @@ class AgentRun(Closing):
         return list(map(indented, lines))
 
     def _last_rules(self) -> str:
-        """Return what fired last, the last at the end; one that fired several times in a row once."""
+        """Return the last fired rules in order; repetitions in a row are counted."""
         rows = [(rule, len(list(same))) for rule, same in groupby(self.rules)]
         return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in rows)
 
     def _with_goals(self, problem: str) -> str:
         lines = [f"{problem} ({self.seconds:.2f} s into the run)", *goal_tree(self._history.goals)]
         return "\n".join(map(indented, lines))
-
-    # ---- golden runs
 
     def assert_golden(
         self,
@@ -380,14 +369,14 @@ class AgentRun(Closing):
         time_tolerance: float | None = None,
         time_from: str = "thread",
     ) -> None:
-        """Compare what happened so far with a golden file; ``pytest --update-golden`` writes it.
+        """Compare the run so far with a golden file, which ``pytest --update-golden`` writes.
 
-        :param name: the file's; None: the test's.
+        :param name: of the file; None: of the test.
         :param order: ``partial`` or ``total``.
         :param level: ``transitions`` or ``skills``.
-        :param time_tolerance: the seconds that the times of partners may be apart; None: times do not count.
-        :param time_from: the origin of times: ``thread`` or ``begin``.
-        :raises AssertionError: when they differ, or there is no such file.
+        :param time_tolerance: the allowed difference between times in seconds; None: times are not compared.
+        :param time_from: the reference of times: ``thread`` or ``begin``.
+        :raises AssertionError: if the runs differ, or there is no such file.
         """
         if self._golden is None:
             raise AssertionError("this run was not made by the fixture cx: it has no golden files")

@@ -1,4 +1,4 @@
-"""Golden runs: what happened, compared with a file that was looked at and kept."""
+"""Golden runs: comparison with a reviewed recording."""
 
 from __future__ import annotations
 
@@ -22,17 +22,16 @@ from cxbridge.trace.compare.side_by_side import page_report
 from cxbridge.trace.formats.transitions_text import TransitionsText, TransitionsWriter
 
 SUFFIX = ".transitions"
-"""How the names of golden files end."""
+"""The suffix of golden files."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoldenFiles:
     """The golden files of a test.
 
-    :param folder: where they lie.
-    :param test: the test's name, which the file has that is given none; empty: several tests share the run.
-    :param update: write the files again instead of comparing with them.
-    :param pages: the folder for pages with a differing run next to the golden one; None: no pages.
+    :param test: the test's name, the default for files; empty if several tests share the run.
+    :param update: write the files instead of comparing.
+    :param pages: the folder for pages with a differing run and the golden one, if any.
     """
 
     folder: Path
@@ -41,9 +40,9 @@ class GoldenFiles:
     pages: Path | None = None
 
     def file(self, name: str | None = None) -> Path:
-        """Return the file of a name, or of the test.
+        """Return the file with a name, or of the test.
 
-        :raises AssertionError: when there is neither.
+        :raises AssertionError: if there is no name.
         """
         if not (name or self.test):
             raise AssertionError("several tests share this run: assert_golden needs a name for its file")
@@ -59,12 +58,12 @@ class GoldenFiles:
         tolerance: Tolerance | None = None,
         start_us: int = 0,
     ) -> None:
-        """Compare what happened with a golden file, or write that again.
+        """Compare a run with a golden file, or write the file.
 
-        :param tolerance: how far times may be apart; None: times do not count, and are not written.
-        :param start_us: when the run began, microseconds.
-        :raises AssertionError: when they differ, or there is no such file.
-        :raises TraceError: when the file cannot be read or written.
+        :param tolerance: the allowed difference between times; None: times are neither compared nor written.
+        :param start_us: the start of the run in microseconds.
+        :raises AssertionError: if the runs differ, or there is no such file.
+        :raises TraceError: if the file cannot be read or written.
         """
         file = self.file(name)
         since_us = None if tolerance is None else start_us
@@ -82,15 +81,15 @@ class GoldenFiles:
 
 
 def file_name(text: str) -> str:
-    """Return a text as a name that every file system knows, parameters of a test included."""
+    """Return a text as a portable file name, including parameters of a test."""
     return re.sub(r"[^A-Za-z0-9._=-]+", "_", text).strip("_")
 
 
 def write_golden(file: Path, transitions: Sequence[Transition], start_us: int | None = None) -> None:
-    """Write a golden file, and the folders that it is in.
+    """Write a golden file, and create its folders.
 
-    :param start_us: when the run began, microseconds, to write times; None: without them.
-    :raises CxbridgeError: when it cannot be written.
+    :param start_us: the start of the run in microseconds, to write times; None omits them.
+    :raises CxbridgeError: if it cannot be written.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
     with replacing(file) as fresh, TransitionsWriter(fresh, details=True, start_us=start_us) as writer:
@@ -108,10 +107,10 @@ def compare_with_golden(
     start_us: int | None = None,
     page: Path | None = None,
 ) -> list[str]:
-    """Return how a run differs from a golden file: the lines of a report, none when it does not.
+    """Compare a run with a golden file; return the lines of a report, empty if they are equal.
 
-    :param page: a file for a page with both runs side by side, written when they differ; None: no page.
-    :raises TraceError: when the file cannot be read, or holds nothing of the level, or no times.
+    :param page: a file for a page with both runs side by side, written if they differ.
+    :raises TraceError: if the file cannot be read, or has no events of the level, or no times.
     """
     with tempfile.TemporaryDirectory(prefix="cxbridge-golden-") as folder:
         came = Path(folder, "this run")
@@ -132,7 +131,7 @@ def compare_with_golden(
 
 
 def _written_page(page: Path, name: str, document: dict[str, Any]) -> str:
-    """Write a page, and return a line that names it, or the reason why there is none."""
+    """Write a page; return a line with its name, or with the reason of a failure."""
     document["a"]["path"] = "this run"
     try:
         page.parent.mkdir(parents=True, exist_ok=True)

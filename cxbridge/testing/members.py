@@ -1,4 +1,4 @@
-"""Members that plug-ins add to the fixture ``cx`` and to the runs that it makes."""
+"""Members that plug-ins add to the fixture ``cx`` and to its runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def find_member(owner: str, thing: object, name: str) -> Callable[..., Any]:
 
     :param owner: ``cx`` or ``run``.
     :param thing: the fixture or the run.
-    :raises AttributeError: when no installed plug-in has the member; the error names the package that has it.
+    :raises AttributeError: if no installed plug-in has the member; the error names the package with it.
     """
     member = f"{owner}.{name}"
     row = next((row for row in MEMBERS.rows if row.name == member), None)

@@ -1,4 +1,4 @@
-"""Makes a project of a template: an agent with a test, a workflow for CI and a launch file for VS Code."""
+"""Creation of projects from templates: an agent with a test, a CI workflow and a VS Code launch file."""
 
 from __future__ import annotations
 
@@ -21,25 +21,24 @@ from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+# The template with files of all projects.
 _SHARED: Final = "shared"
-"""The template of the files that all projects have."""
+# The tutorial's agent, whose name is replaced by that of the new agent.
 _TUTORIAL: Final = "courier"
-"""The tutorial's agent, whose name stands for that of the new one."""
 _FROM: Final = "from_"
 
 
 class Template:
-    """The base class of templates. The fields of a subclass, a dataclass, are options.
+    """Base of templates; the fields of a subclass, a dataclass, are options.
 
-    A project begins from the template when the template's field ``from_NAME``, the option ``--from-NAME``, is
-    given.
+    A template is used if its field ``from_NAME``, the option ``--from-NAME``, is given.
     """
 
     def files(self, name: str) -> Mapping[str, str]:
-        """Return the texts of a project's files, by their paths in the project.
+        """Return the texts of a project's files by path.
 
-        :param name: the project's.
-        :raises CxbridgeError: when the options name nothing that a project can begin from.
+        :param name: of the project.
+        :raises CxbridgeError: if the options name nothing from which to make a project.
         """
         raise NotImplementedError
 
@@ -50,14 +49,14 @@ TEMPLATES: Final[Table[type[Template]]] = Table(
     "a dataclass derived from cxbridge.testing.new_project.Template",
     Row("fawkes", f"{__name__}:FawkesTemplate"),
 )
-"""The templates that options ask for."""
+"""The templates that options select."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NewOptions:
     """The options of ``cxbridge new``: those of all templates.
 
-    :param more: the templates of which an option is given.
+    :param more: the templates with a given option.
     """
 
     more: tuple[Template, ...] = ()
@@ -68,9 +67,9 @@ class NewOptions:
         return [TEMPLATES.load(row) for row in TEMPLATES.rows]
 
     def chosen(self) -> Template | None:
-        """Return the template that the project begins from; None: the agent of the tutorial.
+        """Return the selected template, None for the agent of the tutorial.
 
-        :raises CxbridgeError: when options ask for two templates.
+        :raises CxbridgeError: if options select two templates.
         """
         asked = {
             f"--{name.replace('_', '-')}": template
@@ -85,13 +84,13 @@ class NewOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class FawkesTemplate(Template):
-    """An agent in a Fawkes checkout, which stays there."""
+    """An agent that remains in its Fawkes checkout."""
 
     from_fawkes: Annotated[str | None, Meta(description="Begin from this spec of a Fawkes checkout.")] = None
     fawkes_dir: Annotated[Path | None, Meta(description="With --from-fawkes: the checkout.")] = None
 
     def files(self, name: str) -> Mapping[str, str]:
-        """Return files that name the checkout."""
+        """Return files that refer to the checkout."""
         if self.fawkes_dir is None:
             raise CxbridgeError("--from-fawkes needs a checkout", hint="name it with --fawkes-dir")
         checkout = self.fawkes_dir.absolute()
@@ -103,8 +102,8 @@ def make_project(folder: Path, options: NewOptions) -> list[Path]:
     """Make a project.
 
     :param folder: of the project; its name is the agent's.
-    :returns: the files that were made, as seen from where ``folder`` is.
-    :raises CxbridgeError: when the name is invalid, a file exists, or a file cannot be written.
+    :returns: the new files.
+    :raises CxbridgeError: if the name is invalid, a file exists, or a file cannot be written.
     """
     name, template, shipped = _name_of(folder), options.chosen(), shipped_dir("templates")
     if template is None:
@@ -117,11 +116,11 @@ def make_project(folder: Path, options: NewOptions) -> list[Path]:
 
 
 def words_of_checkout(name: str, checkout: Path, options: RunOptions) -> dict[str, str]:
-    """Return the words of a template around an agent that stays in its checkout.
+    """Return the replacements of a template for an agent that remains in its checkout.
 
-    :param name: the project's.
+    :param name: of the project.
     :param options: of a run of the agent.
-    :raises CxbridgeError: when the checkout has no such agent.
+    :raises CxbridgeError: if the checkout has no such agent.
     """
     options.check()
     config, _ = source_of(options).load_configuration()
@@ -137,10 +136,10 @@ def words_of_checkout(name: str, checkout: Path, options: RunOptions) -> dict[st
 
 
 def read_template(folder: Path, words: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return the texts of the files in a template's folder, by path, with words exchanged.
+    """Return the texts of a template's files by path, with words replaced.
 
-    In paths ``dot-`` stands for a dot, and ``.in`` at the end keeps tools off. Tests have names that Python
-    can import.
+    In paths, ``dot-`` becomes a dot, and the suffix ``.in``, which hides files from tools, is removed. Names
+    of tests become valid module names.
     """
     exchanged = words or {}
     return {
@@ -151,9 +150,9 @@ def read_template(folder: Path, words: Mapping[str, str] | None = None) -> dict[
 
 
 def _name_of(folder: Path) -> str:
-    """Return the name of the agent of a project.
+    """Return the name of a project's agent.
 
-    :raises CxbridgeError: when files and rules cannot be named so.
+    :raises CxbridgeError: if files and rules cannot have the name.
     """
     name = folder.absolute().name
     if _NAME.fullmatch(name) is None:
@@ -164,7 +163,7 @@ def _name_of(folder: Path) -> str:
 
 
 def _write(files: Mapping[Path, str]) -> list[Path]:
-    """Write files; nothing when one of them exists."""
+    """Write files, or none if one of them exists."""
     there = next((file for file in files if file.exists() or file.is_symlink()), None)
     if there is not None:
         raise CxbridgeError(
@@ -192,7 +191,7 @@ def _renamed(path: Path, words: Mapping[str, str]) -> str:
 
 
 def _worded(text: str, words: Mapping[str, str]) -> str:
-    """Return a text with other words, all exchanged at once."""
+    """Return a text with words replaced simultaneously."""
     return (
         re.sub("|".join(map(re.escape, words)), lambda match: words[match.group()], text) if words else text
     )

@@ -1,4 +1,4 @@
-"""The Skillers of a run whose skills end as a test says."""
+"""The Skillers of a run with scripted skills."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.testing.skills import SkillScript
 from cxbridge.testing.world import OWNER
 
+# The name of a skill at the start of its template in an action mapping.
 _SKILL: Final = re.compile(r"\w+")
-"""The name of a skill at the start of its template in an action mapping."""
 
 
 class ScriptedSkills(SkillScript):
-    """Says how skills end: stands for the Skillers, and directs the executors of the skill board.
+    """Replaces the Skillers, and directs the executors of the skill board, by the script of a test.
 
-    To be made before the components of the run.
+    It must be made before the components of the run.
 
-    :param usual: the deciders for skills that the script does not mention. A skill without a decider succeeds
+    :param usual: the deciders for skills without an entry in the script. A skill without a decider succeeds
         after a second.
     """
 
@@ -37,22 +37,21 @@ class ScriptedSkills(SkillScript):
         self._names = [item.name for item in skiller_settings(context.config, "simulator", served)]
         self._skillers: dict[str, SkillerSimulator] = {}
         self.execute = DecidedExecution(lambda agent: Deciders([self.decider(agent)]))
-        """Executes the skills of the skill board as the script says."""
+        """Executes the skills of the skill board by the script."""
         context.execution = self.execute
         for name in self._names:
             self.come_back(name)
 
     @property
     def running(self) -> bool:
-        """Whether any skill runs."""
         return any(skiller.running for skiller in self._skillers.values())
 
     def state(self, now_us: int) -> tuple[Hashable, ...]:
-        """Return the state on which the Skillers' next events depend, besides interfaces; times from now."""
+        """Return the state that determines the Skillers' next events, with times relative to ``now_us``."""
         return tuple(skiller.state(now_us) for skiller in self._skillers.values())
 
     def loop(self) -> None:
-        """Let each Skiller take its step; for the hook ``skill``."""
+        """Run a step of each Skiller; for the hook ``skill``."""
         for skiller in list(self._skillers.values()):
             skiller.loop()
 
@@ -62,7 +61,7 @@ class ScriptedSkills(SkillScript):
             self.vanish(name)
 
     def unmet(self) -> list[str]:
-        """Return what of the script no call has met, a line each."""
+        """Return a line per unused entry of the script."""
         mappings = (
             item.text
             for item in self._context.config.search("/clips-executive/specs")
@@ -71,15 +70,13 @@ class ScriptedSkills(SkillScript):
         names = (_SKILL.match(text) for text in mappings)
         return self.complaints({name.group() for name in names if name})
 
-    # ---- faults
-
     def vanish(self, skiller: str = "Skiller") -> None:
-        """Let a Skiller die: its interface has no writer any more, and its skill is lost."""
+        """Let a Skiller crash: its interface loses its writer, and its skill is lost."""
         self._known(skiller)
         self._skillers.pop(skiller).close()
 
     def come_back(self, skiller: str = "Skiller") -> None:
-        """Let a Skiller that is gone start again."""
+        """Restart a crashed Skiller."""
         if skiller in self._skillers:
             raise AssertionError(f"Skiller '{skiller}' is running already")
         if skiller not in self._names:
@@ -90,7 +87,7 @@ class ScriptedSkills(SkillScript):
         )
 
     def take_control(self, skiller: str = "Skiller") -> None:
-        """Let another client steal a Skiller's exclusive control, in the next loop."""
+        """Let another client steal a Skiller's exclusive control in the next cycle."""
         self._known(skiller)
         reader = self._context.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
         message = reader.create_message("AcquireControlMessage")

@@ -1,4 +1,4 @@
-"""Skills that end as a test says."""
+"""Skills with scripted outcomes."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from cxbridge.skiller.status import Status
 from cxbridge.suggestions import nearest
 
 _PATTERN: Final = re.compile(r"[*?[]")
-_MOST_SHOWN: Final = 3  # different calls, in a complaint
+_MOST_SHOWN: Final = 3  # different calls in a complaint
 
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A call of a skill that began.
+    """A started call of a skill.
 
-    :param seconds: when, since the run began.
+    :param seconds: since the start of the run.
     :param name: the skill.
-    :param args: its arguments by name; those without one by their position, from 1.
-    :param skiller: who was to execute it: a Skiller, or an agent of the skill board.
+    :param args: the arguments by name, or by position from 1.
+    :param skiller: a Skiller, or an agent of the skill board.
     """
 
     seconds: float
@@ -36,7 +36,7 @@ class Call:
     skiller: str
 
     def __str__(self) -> str:
-        """Return the skill with its arguments, as Python would call it."""
+        """Return the call in Python's notation."""
         args = (
             repr(value) if isinstance(key, int) else f"{key}={value!r}" for key, value in self.args.items()
         )
@@ -44,12 +44,12 @@ class Call:
 
 
 class SkillAnswer(Protocol):
-    """Says how a call ends."""
+    """Determines the outcome of a call."""
 
     def __call__(self, call: Call) -> Outcome | None:
-        """Return how a call that begins will end; None: as usual.
+        """Return the outcome of a started call, or None for the usual one.
 
-        Usual is what an executor of the skill board does, and elsewhere success after a second.
+        The usual outcome is that of the skill board's executor; without one it is success after a second.
         """
 
 
@@ -57,7 +57,7 @@ class SkillAnswer(Protocol):
 class _Behaviour:
     """The outcome of a number of calls.
 
-    :param times: None: forever.
+    :param times: None: of all further calls.
     """
 
     answer: SkillAnswer
@@ -67,10 +67,10 @@ class _Behaviour:
 
 @dataclass
 class SkillRule:
-    """The outcomes of calls of a skill, in the order of the script.
+    """The outcomes of calls of a skill, in order.
 
     :param name: the skill; ``*`` for all.
-    :param args: the arguments that they have; texts may have the shell's patterns.
+    :param args: the arguments to match; texts may have shell patterns.
     """
 
     name: str
@@ -81,26 +81,26 @@ class SkillRule:
     _optional: bool = False
 
     def optional(self) -> Self:
-        """Allow that no call comes; otherwise a test fails when a scripted skill is never called."""
+        """Allow that there is no call, for which a test otherwise fails."""
         self._optional = True
         return self
 
     def succeeds(self, *, after: float = 1.0, times: int | None = None, then: Effect | None = None) -> Self:
-        """Let the calls succeed after this many seconds."""
+        """Let the calls succeed after some seconds."""
         return self._say(_always(Outcome(after)), times, then)
 
     def fails(
         self, error: str = "", *, after: float = 1.0, times: int | None = None, then: Effect | None = None
     ) -> Self:
-        """Let the calls fail with this error after this many seconds."""
+        """Let the calls fail with an error after some seconds."""
         return self._say(_always(Outcome(after, Status.S_FAILED, error)), times, then)
 
     def hangs(self, *, times: int | None = None) -> Self:
-        """They never end."""
+        """Let the calls never end."""
         return self._say(_always(Outcome(FOREVER)), times, None)
 
     def does(self, answer: SkillAnswer, *, times: int | None = None, then: Effect | None = None) -> Self:
-        """They end as a function says, which is called when one begins."""
+        """Let a function determine the outcome at the start of each call."""
         return self._say(answer, times, then)
 
     def _say(self, answer: SkillAnswer, times: int | None, then: Effect | None) -> Self:
@@ -111,20 +111,20 @@ class SkillRule:
         return self
 
     def matches(self, call: SkillStringCall) -> bool:
-        """Whether this is said of the call."""
+        """Return whether the rule applies to a call."""
         return fnmatchcase(call.name, self.name) and all(
             key in call.args and _is_like(call.args[key], wanted) for key, wanted in self.args.items()
         )
 
     def __str__(self) -> str:
-        """Return it as a test wrote it."""
+        """Return the rule in the notation of tests."""
         return f"run.skills({', '.join([repr(self.name), *(f'{k}={v!r}' for k, v in self.args.items())])})"
 
     def complaint(self, known: Collection[str], calls: Iterable[Call] = ()) -> str:
-        """Return the mistake at the end of the run: no call came; empty when there is none.
+        """Return the complaint that no call came, or empty.
 
-        :param calls: those of the run.
-        :param known: the names of the skills that were called, or that actions are mapped to.
+        :param calls: of the run.
+        :param known: the names of skills that were called, or to which actions are mapped.
         """
         if self.calls or self._optional:
             return ""
@@ -140,11 +140,11 @@ class SkillRule:
 
     @property
     def says_something(self) -> bool:
-        """Whether calls can be answered."""
+        """Whether the rule has outcomes."""
         return bool(self._behaviours)
 
     def take(self) -> _Behaviour:
-        """Return the outcome of the call that begins now."""
+        """Return the outcome of the next call."""
         first = self._behaviours[0]
         if first.times is not None:
             first.times -= 1
@@ -154,7 +154,7 @@ class SkillRule:
 
 
 def _always(outcome: Outcome) -> SkillAnswer:
-    def answer(call: Call) -> Outcome:  # noqa: ARG001  all calls alike
+    def answer(call: Call) -> Outcome:  # noqa: ARG001 - the same for all calls
         return outcome
 
     return answer
@@ -167,9 +167,9 @@ def _is_like(value: object, wanted: object) -> bool:
 
 
 class SkillScript:
-    """How the skills of a run end.
+    """The script of a run's skills.
 
-    :param clock: the run's.
+    :param clock: of the run.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -180,7 +180,7 @@ class SkillScript:
         self._rules: list[SkillRule] = []
 
     def __call__(self, name: str, **args: object) -> SkillRule:
-        """Return the calls of a skill whose arguments have these values, to say something of them."""
+        """Return the rule for calls of a skill with these arguments."""
         for rule in self._rules:
             if (rule.name, rule.args) == (name, args):
                 return rule
@@ -193,15 +193,15 @@ class SkillScript:
         return SkillRule(name, args).matches(SkillStringCall(call.name, call.args))
 
     def complaints(self, mapped: Collection[str] = ()) -> list[str]:
-        """Return the mistakes of the script at the end of the run: entries without a call.
+        """Return the complaints about unused entries at the end of the run.
 
-        :param mapped: the names of the skills that actions are mapped to.
+        :param mapped: the names of skills to which actions are mapped.
         """
         known = {*mapped, *(call.name for call in self.calls)}
         return [text for rule in self._rules if (text := rule.complaint(known, self.calls))]
 
     def begin(self, skiller: str, call: SkillStringCall) -> Outcome | None:
-        """Note that a call begins; return how it ends, None when nothing is said of it."""
+        """Record the start of a call; return its outcome, or None without an entry."""
         noted = Call(
             (self._clock.now_us() - self._start_us) / MICROSECONDS, call.name, dict(call.args), skiller
         )
@@ -216,7 +216,7 @@ class SkillScript:
         return None
 
     def _candidates(self, call: SkillStringCall) -> Iterator[SkillRule]:
-        """Yield the entries for a call, the last entry first."""
+        """Yield the rules for a call, the last one first."""
         for rule in reversed(self._rules):
             if rule.says_something and rule.matches(call):
                 yield rule
@@ -229,7 +229,7 @@ class SkillScript:
 
 
 class ScriptedDecider(Decider):
-    """Lets the skills of a Skiller, or of an agent on the skill board, end as the script says."""
+    """Decides outcomes by the script, for a Skiller or an agent on the skill board."""
 
     priority = sys.maxsize
 
@@ -238,5 +238,5 @@ class ScriptedDecider(Decider):
         self._skiller = skiller
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Return the script's outcome of a call that begins; None: no entry."""
+        """Return the outcome of a started call, or None without an entry."""
         return self._script.begin(self._skiller, call)

@@ -1,4 +1,4 @@
-"""The world of an agent as a test sees and changes it: facts, interfaces, messages."""
+"""The world of an agent for tests: facts, interfaces, messages."""
 
 from __future__ import annotations
 
@@ -14,15 +14,11 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.suggestions import or_similar
 
 OWNER = "test"
-"""Who opens the interfaces that a test writes and reads."""
+"""The owner of interfaces that a test opens."""
 
 
 class World:
-    """The facts of an environment, and a blackboard.
-
-    :param env: the agent's.
-    :param board: the run's.
-    """
+    """The facts of an environment, and a blackboard."""
 
     def __init__(self, env: ClipsEnvironment, board: BlackBoard) -> None:
         self._env = env
@@ -31,7 +27,7 @@ class World:
         self._read: dict[str, Interface] = {}
 
     def facts(self, template: str, slots: dict[str, object]) -> list[dict[str, Value]]:
-        """Return the facts of a deftemplate whose slots have these values."""
+        """Return the facts of a deftemplate with these slot values."""
         with self._env.lock:
             return [found for _, found in self._matching(template, slots)]
 
@@ -58,7 +54,7 @@ class World:
     def assert_fact(self, text: str) -> None:
         """Assert a fact.
 
-        :raises AssertionError: when CLIPS cannot read it.
+        :raises AssertionError: if CLIPS cannot parse it, or an equal fact exists.
         """
         with self._env.lock:
             before = len(self._env.faults)
@@ -68,15 +64,15 @@ class World:
                 )
 
     def retract(self, template: str, slots: dict[str, object]) -> int:
-        """Retract the facts that match; return how many."""
+        """Retract the matching facts; return their number."""
         with self._env.lock:
             indices = [index for index, _ in self._matching(template, slots)]
             return sum(self._env.retract(index) for index in indices)
 
     def write(self, uid: str, fields: dict[str, object]) -> None:
-        """Set fields of an interface and publish it; the first time, become its writer.
+        """Set fields of an interface and write it; the first call opens it for writing.
 
-        :raises CxbridgeError: when there is no such interface or field, or it has another writer.
+        :raises CxbridgeError: if there is no such interface or field, or it has another writer.
         """
         if uid not in self._written:
             self._written[uid] = self._board.open_for_writing(*parse_uid(uid), owner=OWNER)
@@ -87,7 +83,7 @@ class World:
     def send(self, uid: str, message: str, fields: dict[str, object]) -> int:
         """Send a message to an interface's writer; return its id.
 
-        :raises CxbridgeError: when there is no such interface, message or field, or no writer.
+        :raises CxbridgeError: if there is no such interface, message or field, or no writer.
         """
         interface = self._reader(uid)
         outgoing = interface.create_message(message if message.endswith("Message") else f"{message}Message")
@@ -97,7 +93,7 @@ class World:
     def read(self, uid: str) -> dict[str, Any]:
         """Return the values of an interface's fields.
 
-        :raises CxbridgeError: when there is no such interface.
+        :raises CxbridgeError: if there is no such interface.
         """
         interface = self._reader(uid)
         interface.read()
@@ -109,7 +105,7 @@ class World:
         return self._read[uid]
 
     def close(self) -> None:
-        """Close the interfaces that were opened."""
+        """Close the opened interfaces."""
         for interface in (*self._written.values(), *self._read.values()):
             self._board.close(interface)
         self._written, self._read = {}, {}
@@ -121,7 +117,7 @@ def _set(block: Block, fields: dict[str, object]) -> None:
 
 
 def _plain(value: object) -> object:
-    """Return a value so that symbols, strings and truth values of CLIPS and Python can be compared."""
+    """Return a value in a form in which values of CLIPS and Python can be compared."""
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     if isinstance(value, str):

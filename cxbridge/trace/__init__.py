@@ -1,4 +1,4 @@
-"""Recorded runs: events to files and back, and the comparison of two runs.
+"""Recorded runs: events in files, and the comparison of runs.
 
 docs/formats.md describes the events and the files.
 """

@@ -1,8 +1,8 @@
-"""Encodes events as JSON and decodes them: a message in an mcap file, a line of ``trace cat --json``.
+"""Encoding and decoding of events as JSON: messages in mcap files and lines of ``trace cat --json``.
 
-A kind of event has a name and the fields of its class; docs/formats.md lists them. Times are ``time_us``,
-microseconds since the epoch. msgspec does the work. Its text differs from that of :mod:`json`, which wrote
-the first recordings, in numbers that need an exponent, or are none; they are written as they ever were.
+Kinds of events and their fields are listed in docs/formats.md. ``time_us`` is in microseconds since the
+epoch. msgspec does the work. Its output differs from that of :mod:`json`, which wrote the first recordings,
+for numbers with an exponent and for NaN and infinity; these are still written in the form of :mod:`json`.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _LIMIT: Final = 1 << 63
 
 
 class EventFormatError(ValueError):
-    """A value is not an event: a field is missing, or of another type."""
+    """A value is not an event: a field is missing or has another type."""
 
 
 def encode(event: Event) -> bytes:
-    """Return the event's fields as JSON, on one line."""
+    """Return the event's fields as JSON on one line."""
     event_type = type(event)
     open_fields = _open_fields[event_type] if event_type in _open_fields else _find_open_fields(event_type)
     try:
@@ -45,24 +45,24 @@ def encode(event: Event) -> bytes:
 
 
 def _prepared(value: Any) -> Any:
-    """Return the value of a field in msgspec's types; texts are unchanged."""
+    """Return the value of a field in types that msgspec writes like :mod:`json`."""
     if type(value) is not dict:
         return _ready(value)
     return {name: each if type(each) in _PLAIN else _ready(each) for name, each in value.items()}
 
 
 def encode_with_kind(event: Event) -> bytes:
-    """Return the event as JSON on one line, with the name of its kind before its fields."""
+    """Return the event as JSON on one line, with its kind before the fields."""
     return b'{"kind":"%s",%s' % (event.KIND.name.encode(), encode(event)[1:])
 
 
 def dump(plain: Mapping[str, Any]) -> str:
-    """Return values as JSON, on one line: an object, as of an event or an interface."""
+    """Return values as a JSON object on one line."""
     return _encode(_ready(plain)).decode()
 
 
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of an interface with the items of enums by name, and all else unchanged."""
+    """Return the values of an interface with enum items by name."""
     return {
         name: [_item(each) for each in value] if isinstance(value, list | tuple) else _item(value)
         for name, value in values.items()
@@ -74,9 +74,9 @@ def _item(value: Any) -> Any:
 
 
 def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
-    """Return what makes events of this type of their JSON.
+    """Return a function that decodes events of a type.
 
-    :returns: a function that raises EventFormatError for anything else than such an event.
+    :returns: raises EventFormatError for other data.
     """
     fast = msgspec.json.Decoder(event_type).decode
     refused = (msgspec.MsgspecError, ValueError, RecursionError)
@@ -99,7 +99,7 @@ def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
 
 
 def _convert(event_type: type[Event], data: bytes) -> Event:
-    """Return the event of a text that msgspec refuses: :mod:`json` knows more, as NaN and half characters."""
+    """Decode a text that msgspec refuses, such as NaN or a lone surrogate, by :mod:`json`."""
     try:
         return msgspec.convert(json.loads(data), event_type)
     except (msgspec.MsgspecError, ValueError, RecursionError) as error:
@@ -107,7 +107,7 @@ def _convert(event_type: type[Event], data: bytes) -> Event:
 
 
 def schema_of(event_type: type[Event]) -> dict[str, Any]:
-    """Return the JSON schema of events of this type."""
+    """Return the JSON schema of a type of events."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"cxbridge.{event_type.__name__}",
@@ -118,12 +118,12 @@ def schema_of(event_type: type[Event]) -> dict[str, Any]:
 
 
 def field_names(event_type: type[Event]) -> tuple[str, ...]:
-    """Return the names of the fields of events of this type, ``time_us`` first."""
+    """Return the names of the fields of a type of events, ``time_us`` first."""
     return event_type.__struct_fields__
 
 
 def _json_types(event_type: type[Event]) -> dict[str, str]:
-    """Return what JSON calls the types of an event's fields."""
+    """Return the JSON types of an event's fields."""
     hints = get_type_hints(event_type)
     found = {}
     for name in field_names(event_type):
@@ -134,7 +134,7 @@ def _json_types(event_type: type[Event]) -> dict[str, str]:
 
 
 def _find_open_fields(event_type: type[Event]) -> tuple[str, ...]:
-    """Return which fields can hold what msgspec writes in another way, or refuses; remember them."""
+    """Return the fields whose values msgspec may write differently or refuse, and cache them."""
     kinds = _json_types(event_type)
     found = tuple(name for name, kind in kinds.items() if kind in ("number", "object"))
     _open_fields[event_type] = found
@@ -142,11 +142,11 @@ def _find_open_fields(event_type: type[Event]) -> tuple[str, ...]:
 
 
 def _is_ready(values: Iterable[Any]) -> bool:
-    """Whether msgspec writes all values as :mod:`json` does; text with half a character it refuses."""
+    """Return whether msgspec writes all values like :mod:`json`; it refuses texts with a lone surrogate."""
     for value in values:
         kind = type(value)
         if kind is float:
-            # so far both write a number without an exponent
+            # within these limits both write a number without an exponent
             if not (1e-4 <= value < 1e16 or value == 0.0 or -1e16 < value <= -1e-4):  # noqa: PLR2004
                 return False
         elif kind is list or kind is tuple:
@@ -158,7 +158,7 @@ def _is_ready(values: Iterable[Any]) -> bool:
 
 
 def _ready(value: Any) -> Any:
-    """Return a value of which msgspec makes the same text as :mod:`json` does; enum items go by name."""
+    """Return a value that msgspec writes like :mod:`json`, with enum items by name."""
     ready = _READY.get(type(value))
     if ready is not None:
         return ready(value)
@@ -168,7 +168,7 @@ def _ready(value: Any) -> Any:
 
 
 def _ready_text(text: str) -> str | msgspec.Raw:
-    """Return a text; half a character in it, which CLIPS can make, becomes an escape."""
+    """Return a text, with a lone surrogate, which CLIPS can make, as an escape."""
     try:
         text.encode()
     except UnicodeEncodeError:

@@ -1,4 +1,4 @@
-"""Copies a recorded run to a file of another format."""
+"""Conversion of a recorded run to another format."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from cxbridge.trace.sources import sources_of
 def convert(run: Run, path: Path, to: str) -> list[str]:
     """Copy a run to a new file.
 
-    :param to: a name in :func:`copy_formats`.
+    :param to: a name of :func:`copy_formats`.
     :returns: warnings about the copy.
-    :raises CxbridgeError: when the run cannot be read, or the file not written; an old file is unchanged
-        then.
+    :raises CxbridgeError: if the run cannot be read, or the file not written; an existing file is then
+        unchanged.
     """
     refuse_locked(path)
     with replacing(path) as fresh:
@@ -29,7 +29,7 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
 
 
 def _converted(run: Run, path: Path, to: str) -> list[str]:
-    """Copy a run; see :func:`convert`. After an error a part of the file may exist."""
+    """Copy a run; after an error, a part of the file may exist."""
     target = copy_formats()[to]
     if target.exact and (notes := resolve_name(target.exact)(run, path)) is not None:
         return list(notes)
@@ -53,15 +53,15 @@ def _converted(run: Run, path: Path, to: str) -> list[str]:
 
 
 def _opened(target: CopyFormat, path: Path, run: Run) -> RunWriter:
-    """Open the file that is written."""
+    """Open the new file."""
     writer: RunWriter = resolve_name(target.writer)(path, run.registry)
     return writer
 
 
 def _copy_files(run: Run, writer: RunWriter, *, sources: bool) -> None:
-    """Copy the files of the run, and the other attachments.
+    """Copy the source files and other attachments of the run.
 
-    :param sources: whether the format keeps where they come from.
+    :param sources: whether the format stores the origin of source files.
     """
     sourced = set()
     for source in sources_of(run):

@@ -1,4 +1,4 @@
-"""Prints the messages of a skill board, as ``cxbridge trace exchange`` does."""
+"""Output of the messages of a skill board, for ``cxbridge trace exchange``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cxbridge.history.exchange import Exchange, SkillMessage
 
 
 def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
-    """Yield a line for each message: seconds since the first one, sender, receiver, content."""
+    """Yield a line per message: seconds since the first one, sender, receiver, content."""
     start_us: int | None = None
     for message, master in Exchange().read(events):
         start_us = message.time_us if start_us is None else start_us
@@ -21,7 +21,7 @@ def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
 
 
 def exchange_json(events: Iterable[Event]) -> Iterator[str]:
-    """Yield a JSON object for each message, with the fields of the original's topic."""
+    """Yield a JSON object per message, with the fields of the original's topic."""
     for message, _master in Exchange().read(events):
         fields = asdict(message)
         del fields["request"]

@@ -1,4 +1,4 @@
-"""Forwards the writes of a blackboard's interfaces to an event bus; see docs/recording.md."""
+"""Forwards writes of a blackboard's interfaces to an event bus; see docs/recording.md."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.blocks import block_events
 
 COMPONENT: Final = "Recorder"
-"""Under which a forwarder logs, and opens interfaces."""
+"""The name of a forwarder in log lines and as owner of interfaces."""
 
 Key = tuple[str, str]
 
 
 class _Task(Enum):
-    """What :meth:`WriteForwarder.poll` has to do about an interface, or about all."""
+    """The tasks of :meth:`WriteForwarder.poll` for one or all interfaces."""
 
     CREATED = 1
     CHECK = 2
@@ -39,15 +39,15 @@ class _Task(Enum):
 
 _ALL: Final = ("", "")
 _RECHECK_S: Final = 5.0
-_STAMP_LIMIT: Final = 1 << 53  # microseconds; more is not a time, and mcap could not tell it
+_STAMP_LIMIT: Final = 1 << 53  # microseconds; larger values are not times and exceed the range of mcap
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A while without a connection to the blackboard.
+    """A time without a connection to the blackboard.
 
-    :param start_us: when it began, microseconds since the epoch.
-    :param seconds: how long it was.
+    :param start_us: in microseconds since the epoch.
+    :param seconds: the length.
     """
 
     start_us: int
@@ -56,9 +56,9 @@ class Gap:
 
 @dataclass(slots=True)
 class _Followed:
-    """An interface that is open.
+    """An open interface.
 
-    :param published: the block that was read when the listener was new; it may get it once more.
+    :param published: the block read when the listener was registered, which the listener may get again.
     """
 
     instance: Interface
@@ -66,28 +66,30 @@ class _Followed:
 
 
 class WriteForwarder(Listener, Observer):
-    """Opens matching interfaces of a blackboard, also later ones, and publishes their writes on a bus.
+    """Publishes the writes of matching interfaces of a blackboard on a bus, including later interfaces.
 
-    Listeners emit in whatever thread, one at a time; opening and closing is done by :meth:`poll`, in one.
+    Listeners emit in any thread, one at a time. Interfaces are opened and closed in the thread that calls
+    `poll`.
 
-    :param board: not closed with the forwarder.
-    :param patterns: which interfaces.
-    :param out: gets each write, as BlockWrite, and as InterfaceWrite and SkillStatus when wanted.
+    :param board: not closed by the forwarder.
+    :param patterns: match the interfaces.
+    :param out: gets each write as BlockWrite, and as InterfaceWrite and SkillStatus if it has listeners for
+        them.
     """
 
     def __init__(self, board: BlackBoard, patterns: Iterable[Pattern], out: EventBus) -> None:
         self.enabled = True
-        """Whether writes are published; else they are passed over."""
+        """Whether writes are published or ignored."""
         self.counts: dict[str, int] = {}
-        """Writes that were published, by ``Type::id``."""
+        """The numbers of published writes by ``Type::id``."""
         self.gaps: list[Gap] = []
-        """The losses of the connection, and the reconnections."""
+        """The times without a connection."""
         self._board: Final = board
         self._patterns: Final = tuple(patterns)
         self._out: Final = out
         self._log: Final = out.logger(COMPONENT)
         self._tasks: queue.SimpleQueue[tuple[_Task, Key]] = queue.SimpleQueue()
-        self._lock = threading.Lock()  # of the published events, and of the instances' copies
+        self._lock = threading.Lock()  # guards the publishing of events and the copies of the instances
         self._followed: dict[Key, _Followed] = {}
         self._known: set[Key] = set()
         self._from_bus: set[str] = set()
@@ -96,12 +98,10 @@ class WriteForwarder(Listener, Observer):
         self._lost: tuple[int, float] | None = None
         self._recheck_s: float | None = None
 
-    # -- in one thread
-
     def start(self) -> int:
-        """Begin to listen; return how many interfaces there are.
+        """Start listening; return the number of interfaces.
 
-        :raises BlackBoardError: when the blackboard cannot be asked.
+        :raises BlackBoardError: if the blackboard cannot be queried.
         """
         self._board.on_connection(self._on_connection)
         if self._board.reports_writes and self._board.bus is not None:
@@ -112,7 +112,7 @@ class WriteForwarder(Listener, Observer):
         return len(self._followed)
 
     def poll(self, timeout: float) -> None:
-        """Open new interfaces and close abandoned ones, until ``timeout`` seconds pass without an event."""
+        """Open new interfaces and close unused ones, until ``timeout`` seconds pass without an event."""
         with suppress(queue.Empty):
             self._handle(*self._tasks.get(timeout=timeout))
             while True:
@@ -123,11 +123,11 @@ class WriteForwarder(Listener, Observer):
                 self._check(key)
 
     def wake(self) -> None:
-        """Make :meth:`poll` return; from any thread, and from signal handlers."""
+        """Make `poll` return; callable from any thread and from signal handlers."""
         self._tasks.put((_Task.WAKE, _ALL))
 
     def close(self) -> None:
-        """Publish the arrived writes, and close the opened instances."""
+        """Publish the writes received so far, and close the instances."""
         self._board.unregister_observer(self)
         if self._board.connected:
             with suppress(BlackBoardError):
@@ -146,22 +146,22 @@ class WriteForwarder(Listener, Observer):
     def _handle(self, task: _Task, key: Key) -> None:
         if task is _Task.SURVEY:
             self._recheck_s = time.monotonic() + _RECHECK_S
-            with suppress(BlackBoardError):  # it is lost again
+            with suppress(BlackBoardError):  # the connection is lost again
                 self._survey(later=True)
         elif task is not _Task.WAKE:
             self._check(key, created=task is _Task.CREATED)
 
     def _survey(self, *, later: bool) -> None:
-        """Open all that matches and is not open."""
+        """Open all matching interfaces that are not open."""
         for pattern in self._patterns:
             for info in self._board.list(pattern.type_glob, pattern.id_glob):
                 self._open(info.type, info.id, later=later)
 
     def _check(self, key: Key, *, created: bool = False) -> None:
-        """Open a new interface; close an interface that only this process has open.
+        """Open a new interface, or close an interface that only this process has open.
 
-        Not without a connection or right after the reconnection: interfaces return one by one. A later check
-        follows.
+        Without a connection, and shortly after its return, the check is postponed, because interfaces
+        reappear one by one.
         """
         if not self._board.connected or (self._recheck_s is not None and key in self._followed):
             return
@@ -185,7 +185,7 @@ class WriteForwarder(Listener, Observer):
     def _open(self, kind: str, interface_id: str, *, later: bool) -> None:
         """Follow an interface.
 
-        :param later: it appeared after the start: its data were written since.
+        :param later: whether it appeared after the start, so that its data are a new write.
         """
         key = (kind, interface_id)
         known = self._followed.get(key)
@@ -213,14 +213,12 @@ class WriteForwarder(Listener, Observer):
                     self._publish(instance.SCHEMA, instance.uid, followed.published)
         self._log.info(f"Recording {instance.uid}")
 
-    # -- from the blackboard, in any thread
-
     def data_refreshed(self, interface: Interface) -> None:
         """Publish a write."""
         followed = self._followed.get((interface.type, interface.id))
         with self._lock:
             if followed is None or not interface.valid:
-                return  # it is being closed
+                return  # the interface is being closed
             try:
                 interface.read()
             except BlackBoardError:
@@ -231,19 +229,19 @@ class WriteForwarder(Listener, Observer):
                 self._publish(interface.SCHEMA, interface.uid, block)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
-        """Note that an interface may have lost its last user."""
+        """Schedule a check, as the interface may be unused."""
         self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Note that an interface may have lost its last user."""
+        """Schedule a check, as the interface may be unused."""
         self._tasks.put((_Task.CHECK, (interface.type, interface.id)))
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Note that an interface came."""
+        """Schedule the opening of a new interface."""
         self._tasks.put((_Task.CREATED, (interface_type, interface_id)))
 
     def _on_block_write(self, event: Event) -> None:
-        """Publish a write that the blackboard's bus carries."""
+        """Publish a write from the blackboard's bus."""
         assert isinstance(event, BlockWrite)
         with self._lock:
             if event.uid not in self._schemas:
@@ -254,11 +252,11 @@ class WriteForwarder(Listener, Observer):
                 self._publish(schema, event.uid, event.block)
 
     def _schema_of(self, uid: str) -> InterfaceSchema | None:
-        """Return the definition of an interface; None when it is not to be recorded."""
+        """Return the definition of an interface, or None if it is not to be recorded."""
         key = parse_uid(uid)
         if not any(pattern.matches(key) for pattern in self._patterns):
             return None
-        with suppress(CxbridgeError):  # opening it raises the error
+        with suppress(CxbridgeError):  # opening the interface raises the error
             return self._board.registry.get(key[0]).SCHEMA
         return None
 
@@ -273,7 +271,8 @@ class WriteForwarder(Listener, Observer):
             self._tasks.put((_Task.SURVEY, _ALL))
 
     def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
-        """Publish a write; with the lock. An interface without a write is all zero."""
+        """Publish a write; the caller holds the lock."""
+        # an interface that was never written has only zeros
         if not self.enabled or not any(block):
             return
         self.counts[uid] = self.counts.get(uid, 0) + 1

@@ -1,4 +1,4 @@
-"""Prints the events of a run, one a line, as text or JSON."""
+"""Output of the events of a run as lines of text or JSON."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.transitions_text import format_transition
 
 Filter: TypeAlias = Callable[[Event, str], bool]
-"""Whether an event, and its line of text, are wanted."""
+"""Returns whether an event with its line of text is to be shown."""
 
 
 def event_filter(kinds: Sequence[str], pattern: str) -> Filter:
-    """Return a filter that lets through events of these kinds (of all, for none) whose line matches.
+    """Return a filter by kinds of events, or for all kinds, and by the line of text.
 
-    :param pattern: a regular expression, found anywhere in the line.
-    :raises TraceError: when a kind or the pattern is none.
+    :param pattern: a regular expression to search in the line.
+    :raises TraceError: if a kind or the pattern is invalid.
     """
     unknown = [kind for kind in kinds if kind not in EVENT_TYPES]
     if unknown:
@@ -46,7 +46,7 @@ def event_filter(kinds: Sequence[str], pattern: str) -> Filter:
 
 
 def text_lines(run: Run, wanted: Filter) -> Iterator[str]:
-    """Yield a line for each event: seconds since the start of the run, kind, and what happened."""
+    """Yield a line per event: seconds since the start of the run, kind and description."""
     start_us = run.start_us
     for event in run:
         start_us = event.time_us if start_us is None else start_us
@@ -56,21 +56,21 @@ def text_lines(run: Run, wanted: Filter) -> Iterator[str]:
 
 
 def json_lines(run: Run, wanted: Filter) -> Iterator[str]:
-    """Yield a JSON object for each event: its kind, and its fields as docs/formats.md lists them."""
+    """Yield a JSON object per event: its kind, and its fields as in docs/formats.md."""
     for event in run:
         if wanted(event, event_line(event)):
             yield encode_with_kind(event).decode()
 
 
 def event_line(event: Event) -> str:
-    """Return what happened as one line of text."""
+    """Return an event as one line of text, with log lines in full."""
     if isinstance(event, LogLine):
         return f"{event.level.value} {event.component}: {event.text}"
     return describe(event)
 
 
 def describe(event: Event) -> str:
-    """Return the event as one line of text, as a person should see it."""
+    """Return an event as one line of text."""
     if isinstance(event, TRANSITION_TYPES):
         return format_transition(event)
     if isinstance(event, RuleFired):
@@ -85,20 +85,20 @@ def describe(event: Event) -> str:
 
 
 def describe_details(event: Event) -> str:
-    """Return the recorded parameters of a goal or plan-action and the like."""
+    """Return the recorded details of a goal or plan-action, such as parameters."""
     values = ((name, getattr(event, name)) for name in event.KIND.details)
     return to_record(" ".join(f"{name}={value}" for name, value in values if value))
 
 
 def _message_text(event: InterfaceMessage) -> str:
-    """Return a message in words."""
+    """Return a message as text."""
     sender = f" from {event.sender}" if event.sender else ""
     values = dump(plain_values(event.values))
     return f"{event.uid} <- {event.message} {event.msgid}{sender}, {event.outcome}: {values}"
 
 
 def _planner_text(event: PlannerCall) -> str:
-    """Return a planner's call in words, without empty parts."""
+    """Return a planner call as text, without empty parts."""
     call = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
     if event.status == "started":
         return f"{call}: {event.problem} in domain {event.domain}"

@@ -1,4 +1,4 @@
-"""A run that is kept in memory: its events, its metadata, and the files that it read."""
+"""A run in memory: events, metadata and files."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from cxbridge.trace.sourcing import SourceNamer
 
 
 class MemoryRun(Run):
-    """A run whose events are in memory; what reads recordings reads it like a file.
+    """A run in memory, which readers of recordings can use like a file.
 
-    :param name: its name in titles and messages, in place of a file's.
+    :param name: used instead of a file name in titles and messages.
     """
 
     format = "memory"
@@ -28,20 +28,16 @@ class MemoryRun(Run):
         self._attachments: list[Attachment] = []
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield the events in the order in which they happened."""
         return iter(self._events)
 
     def metadata(self) -> Mapping[str, str]:
-        """Return the run's metadata: version, spec, clock, result."""
         return self._metadata
 
     def files(self) -> Iterator[StoredFile]:
-        """Yield the files of the run."""
         for each in self._attachments:
             yield StoredFile(each.name, each.media_type, len(each.data), each.time_us, partial(_data, each))
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        """Yield the records of the run's sources."""
         return iter(self._sources)
 
     def writer(self) -> RunWriter:
@@ -50,7 +46,7 @@ class MemoryRun(Run):
 
 
 class _MemoryWriter(RunWriter):
-    """Keeps the events and the sources of a run in the lists of a :class:`MemoryRun`."""
+    """Appends events and sources to the lists of a :class:`MemoryRun`."""
 
     def __init__(
         self,
@@ -66,11 +62,10 @@ class _MemoryWriter(RunWriter):
         self._namer = SourceNamer()
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
-        """Return the types of events of the level, and the sources."""
         return level.event_types | {SourceRead}
 
     def write(self, event: Event) -> None:
-        """Keep an event."""
+        """Append an event."""
         if isinstance(event, SourceRead):
             record, attachment = self._namer.record(event)
             self._sources.append(record)
@@ -80,14 +75,13 @@ class _MemoryWriter(RunWriter):
             self._events.append(event)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Keep the run's metadata."""
         self._metadata.update(metadata)
 
     def flush(self) -> None:
-        """Do nothing: all events are kept already."""
+        """Do nothing, because events are not buffered."""
 
     def close(self) -> None:
-        """Do nothing: the events stay."""
+        """Do nothing, because the run remains in memory."""
 
 
 def _data(attachment: Attachment) -> bytes:

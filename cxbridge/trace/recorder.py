@@ -1,4 +1,4 @@
-"""Listens to a run and writes what happens to files."""
+"""Writes the events of a run to files."""
 
 from __future__ import annotations
 
@@ -19,14 +19,13 @@ _FLUSH_SECONDS = 0.5
 
 
 class Recorder(Closing):
-    """Writes the events of a bus to any number of files, until it is closed. A context manager.
+    """Writes the events of a bus to any number of files until it is closed.
 
-    A writer that fails (a full disk) gets no more events and does not stop the run: :attr:`errors` has the
-    reason. Events may come from several threads; a writer sees one at a time.
+    A writer that fails, for example on a full disk, gets no more events, and the run continues; `errors` has
+    the reason. Events may come from several threads; a writer gets one at a time.
 
-    :param bus: the bus of the run.
-    :param writers: where to write; the recorder closes them.
-    :param level: how much to record. A text log takes facts and firings at every level.
+    :param writers: closed by the recorder.
+    :param level: the level of recorded events; a text log contains facts and firings at every level.
     """
 
     def __init__(
@@ -40,38 +39,38 @@ class Recorder(Closing):
             bus.subscribe(output.take, *output.writer.event_types(level))
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Write the run's metadata; call it at the start, and again with the result at the end."""
+        """Write the run's metadata; called at the start, and with the result at the end."""
         for output in self._outputs:
             output.call("describe", metadata)
 
     def attach(self, attachment: Attachment) -> None:
-        """Write a file of the run along with it."""
+        """Write a file of the run."""
         for output in self._outputs:
             output.call("attach", attachment)
 
     def flush(self) -> None:
-        """Bring everything recorded so far into the files."""
+        """Write everything recorded so far to the files."""
         for output in self._outputs:
             output.call("flush")
 
     def flush_when_due(self) -> None:
-        """Flush twice a second of real time, so that a run that waits and is killed can be read."""
+        """Flush at most twice a second of real time, which keeps the files of a killed run readable."""
         now = time.monotonic()
         if now >= self._flush_due:
             self._flush_due = now + _FLUSH_SECONDS
             self.flush()
 
     def enable(self, enabled: bool, kind: type[RunWriter] = RunWriter) -> None:
-        """Continue, or pause: events of a pause are not recorded, and the files are whole.
+        """Pause or continue recording; during a pause the files are complete.
 
-        :param kind: only the writers of this class.
+        :param kind: affects only writers of this class.
         """
         for output in self._outputs:
             if isinstance(output.writer, kind):
                 output.enable(enabled)
 
     def close(self) -> None:
-        """Stop listening and finish the files; a second call does nothing."""
+        """Stop listening and complete the files; further calls do nothing."""
         for output in self._outputs:
             self._bus.unsubscribe(output.take)
             output.call("close")
@@ -79,7 +78,7 @@ class Recorder(Closing):
 
 
 class _Output:
-    """One writer, cut off from the run when it fails."""
+    """A writer that is disabled when it fails."""
 
     def __init__(self, recorder: Recorder, writer: RunWriter) -> None:
         self.writer = writer
@@ -98,7 +97,7 @@ class _Output:
                     self._fail(error)
 
     def enable(self, enabled: bool) -> None:
-        """Write events, or pass them over."""
+        """Enable or disable the writing of events."""
         with self._lock:
             self._enabled = enabled
             if not enabled:

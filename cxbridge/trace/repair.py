@@ -1,4 +1,4 @@
-"""Repairs recorded runs that were cut off, or whose headers are wrong; see docs/formats.md."""
+"""Repair of recorded runs that are truncated or have wrong headers; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
 
 _TAIL = 1 << 16
-_UINT32 = 0xFFFFFFFF  # as C's assignment does
+_UINT32 = 0xFFFFFFFF  # wraps like C's assignment
 
 
 @dataclass(frozen=True)
 class Mending:
-    """The damage of a file, and the repair of it.
+    """The damage of a file and its repair.
 
-    :param actions: the changes, in the words of ``ffbblog repair``; empty for a whole file.
-    :param size: how many bytes of the file are kept.
-    :param patches: offset and new bytes, which replace the old ones.
-    :param rewrite: writes the whole file again, to the path it is given; then size and patches mean nothing.
+    :param actions: the changes in the words of ``ffbblog repair``; empty for an intact file.
+    :param size: the number of bytes to keep.
+    :param patches: offsets with new bytes.
+    :param rewrite: writes the whole file to a path; size and patches are then unused.
     """
 
     path: Path
@@ -39,9 +39,9 @@ class Mending:
     rewrite: Callable[[Path], object] | None = None
 
     def write_copy(self, target: Path) -> None:
-        """Write the mended file to ``target``, all of it or nothing; a file of that name is replaced.
+        """Write the repaired file to ``target`` atomically, replacing an existing file.
 
-        :raises CxbridgeError: when it cannot be written.
+        :raises CxbridgeError: if it cannot be written.
         """
         with replacing(target) as fresh:
             if self.rewrite is not None:
@@ -52,9 +52,9 @@ class Mending:
             fresh.chmod(self.path.stat().st_mode | stat.S_IWUSR)
 
     def write_over(self) -> None:
-        """Mend the file itself, without a backup.
+        """Repair the file itself, without a backup.
 
-        :raises TraceError: when it cannot be written.
+        :raises TraceError: if it cannot be written.
         """
         if self.rewrite is not None:
             self.write_copy(self.path)
@@ -63,9 +63,9 @@ class Mending:
             self._patch(self.path)
 
     def write_with_backup(self) -> Path:
-        """Mend the file, and return the path of the backup.
+        """Repair the file; return the path of the backup.
 
-        :raises TraceError: when it cannot be written.
+        :raises TraceError: if it cannot be written.
         """
         backup = _free_name(self.path)
         try:
@@ -85,9 +85,9 @@ class Mending:
 
 
 def examine(path: Path) -> Mending:
-    """Return the damage of a recorded run, without touching it.
+    """Return the damage of a recorded run without changing it.
 
-    :raises TraceError: when it is not a recorded run, or cannot be read, or mended.
+    :raises TraceError: if it is not a recorded run, cannot be read, or cannot be repaired.
     """
     run = open_run(path)
     if isinstance(run, BBLoggerFile):
@@ -105,16 +105,16 @@ def examine(path: Path) -> Mending:
 def read_whole(path: Path) -> None:
     """Read all events of a recorded run.
 
-    :raises TraceError: when one cannot be read: no repair mends that.
+    :raises TraceError: if an event cannot be read, which no repair fixes.
     """
     for _ in open_run(path):
         pass
 
 
 def files_of(folder: Path) -> Iterator[Path]:
-    """Yield the files in a folder that are recorded runs, by name.
+    """Yield the recorded runs among the files in a folder, by name.
 
-    :raises TraceError: when the folder cannot be read.
+    :raises TraceError: if the folder cannot be read.
     """
     with reading(folder):
         paths = sorted(folder.iterdir())
@@ -128,7 +128,7 @@ def files_of(folder: Path) -> Iterator[Path]:
 
 
 def _bblogger(run: BBLoggerFile) -> Mending:
-    """Return the repair of the byte order flag, the end, and the count."""
+    """Return the repair of byte order flag, end and count."""
     header = run.header
     size = _size(run.path)
     actions = []
@@ -155,7 +155,7 @@ def _count_action(path: Path, header: Header, count: int) -> str:
 
 
 def _text(run: Run) -> Mending:
-    """Return the repair that drops an incomplete last line."""
+    """Return the repair that removes an incomplete last line."""
     size = _size(run.path)
     end = _end_of_lines(run.path, size)
     actions = _truncated(size - end)
@@ -184,7 +184,7 @@ def _size(path: Path) -> int:
 
 
 def _free_name(path: Path) -> Path:
-    """Return a name for the backup of a file that no file has."""
+    """Return an unused name for the backup of a file."""
     backup = path.with_name(f"{path.name}.bak")
     number = 1
     while os.path.lexists(backup):

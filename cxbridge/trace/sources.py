@@ -1,6 +1,6 @@
-"""Reads the sources of a recorded run: "Files of the run" in docs/formats.md.
+"""The sources of a recorded run; "Files of the run" in docs/formats.md.
 
-Nothing is read before it is asked for: a source knows its file, and reads it when :attr:`Source.data` is.
+The content of a source is read when :attr:`RunSource.data` is used.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ _OWN_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
 
 @dataclass(frozen=True, slots=True)
 class RunSource:
-    """Something that a recorded run was made of.
+    """A source of a recorded run.
 
     :param role: ``clips``, ``config``, ``feature`` ...; docs/formats.md lists them.
-    :param owner: name of the CLIPS environment; empty for none.
+    :param owner: the name of the CLIPS environment, if any.
     :param name: the requested path, or a name for a source without a file.
-    :param time_us: when it was read, microseconds since the epoch.
+    :param time_us: the time of reading in microseconds since the epoch.
     :param details: the keys of its role.
-    :param file: its content; None when it has none, or the recording was cut off before it.
+    :param file: its content; None without one, or if the recording ends before it.
     """
 
     role: str
@@ -40,14 +40,14 @@ class RunSource:
 
     @property
     def data(self) -> bytes | None:
-        """The content, read from the recording; None when there is none.
+        """The content, read from the recording, if there is one.
 
-        :raises TraceError: when it is damaged.
+        :raises TraceError: if it is damaged.
         """
         return None if self.file is None else self.file.read()
 
     def event(self) -> SourceRead:
-        """Return the event that was recorded."""
+        """Return the recorded event."""
         return SourceRead(self.time_us, self.role, self.owner, self.name, self.data, self.details)
 
 
@@ -57,11 +57,11 @@ def _number(text: str) -> int:
 
 
 def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunSource]:
-    """Yield the sources of a run, in the order of their reading.
+    """Yield the sources of a run in the order of reading.
 
-    :param roles: only these; all, when there are none.
-    :param owner: only the sources of this CLIPS environment.
-    :raises TraceError: when the recording cannot be read.
+    :param roles: restrict the roles, unless empty.
+    :param owner: restrict the CLIPS environment.
+    :raises TraceError: if the recording cannot be read.
     """
     files = {file.name: file for file in run.files()}
     for record in run.source_records():
@@ -80,13 +80,14 @@ def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunS
 
 
 def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[RunSource]:
-    """Return the sources of a CLIPS environment, in an order in which it can be built again.
+    """Return the sources of a CLIPS environment in an order for building it again.
 
-    Load the files without executing the commands in them: what these have loaded or defined comes before.
+    Load the files without executing the commands in them, because the results of these commands precede the
+    files.
 
-    :param owner: the environment's name; of several that had it (a daemon was reset) the last is meant.
-    :param until_us: what had happened by then, microseconds since the epoch; None: all.
-    :raises TraceError: when the recording cannot be read.
+    :param owner: the environment's name; after a reset of a daemon, the last environment of that name.
+    :param until_us: include sources up to this time, in microseconds since the epoch; None: all.
+    :raises TraceError: if the recording cannot be read.
     """
     steps: list[RunSource] = []
     begun: dict[str, int] = {}
@@ -107,12 +108,12 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Ru
 
 
 def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
-    """Write the files of a run to a folder, which is made when it is missing.
+    """Write the files of a run to a folder, which is created if necessary.
 
-    :param pattern: only files whose name matches, with ``*``, ``?`` and ``[]``.
+    :param pattern: matches names, with ``*``, ``?`` and ``[]``.
     :returns: the files.
-    :raises TraceError: when a name leads out of the folder, a file exists, is damaged or cannot be
-        written; then none is left.
+    :raises TraceError: if a name leads out of the folder, or a file exists, is damaged or cannot be written;
+        no file is then left.
     """
     files = [
         (folder / _checked(run, file.name), file) for file in run.files() if fnmatchcase(file.name, pattern)
@@ -123,7 +124,7 @@ def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
     written: list[Path] = []
     try:
         for path, file in files:
-            data = file.read()  # before there is a file: it may be damaged
+            data = file.read()  # before the file is created, because the data may be damaged
             with writing(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with path.open("xb") as target:
@@ -137,9 +138,9 @@ def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
 
 
 def _checked(run: Run, name: str) -> PurePosixPath:
-    """Return the name of an attachment as a path, when it stays below where it is put.
+    """Return the name of an attachment as a relative path within its folder.
 
-    :raises TraceError: when it does not.
+    :raises TraceError: if the name leads elsewhere.
     """
     path = PurePosixPath(name)
     parts = name.split("/")

@@ -1,4 +1,4 @@
-"""Names and records the sources of a run: "Files of the run" in docs/formats.md."""
+"""Names and records of a run's sources; "Files of the run" in docs/formats.md."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _NUMBERED: Final = frozenset({"config", "clips", "construct"})
 
 
 class EarlySources:
-    """Keeps sources that are read before a recorder exists, until they are taken.
+    """Stores sources that are read before the recorder exists.
 
     :param bus: the bus of the run.
     """
@@ -44,14 +44,14 @@ class EarlySources:
         self._events.append(event)
 
     def take(self) -> list[Event]:
-        """Return the kept sources, and stop keeping."""
+        """Return the stored sources and stop storing."""
         self._bus.unsubscribe(self._keep)
         events, self._events = self._events, []
         return events
 
 
 class SourceNamer:
-    """Makes of each source its record and, when its bytes are new, the attachment."""
+    """Makes the record of each source and, for new content, the attachment."""
 
     def __init__(self) -> None:
         self._numbers: Counter[str] = Counter()
@@ -59,14 +59,14 @@ class SourceNamer:
         self._taken: set[str] = set()
 
     def record(self, event: SourceRead) -> tuple[dict[str, str], Attachment | None]:
-        """Return the metadata record of a source, and the attachment that precedes it."""
+        """Return the metadata record of a source, and the attachment to write before it."""
         record = {"role": event.role, "owner": event.owner, "name": event.name, **event.details}
         attachment = None
         if event.data is not None:
             if event.role in _NUMBERED:
                 self._numbers[event.owner] += 1
             number = self._numbers[event.owner]
-            # two empty files of different kinds may share their bytes, but not two kinds of files
+            # empty files of the same role may share an attachment, those of different roles may not
             digest = sha256(event.role.encode() + b"\0" + event.data).digest()
             known = self._names.get(digest)
             if known is None:
@@ -78,7 +78,7 @@ class SourceNamer:
         return {key: value for key, value in record.items() if value}, attachment
 
     def _unique(self, name: str) -> str:
-        """Return a name that no attachment has: another content of the same file gets a number."""
+        """Return an unused name, with a number for another content of the same file."""
         unique, number = name, 1
         stem, dot, suffix = name.rpartition(".")
         while unique in self._taken:
@@ -89,7 +89,7 @@ class SourceNamer:
 
 
 def _attachment_name(event: SourceRead, number: int) -> str:
-    """Return the name under which a source is attached."""
+    """Return the attachment name of a source."""
     role, file = event.role, safe_name(event.name.rsplit("/", 1)[-1])
     if role in {"clips", "construct"}:
         ending = "" if role == "clips" else ".clp"
@@ -105,20 +105,20 @@ def _attachment_name(event: SourceRead, number: int) -> str:
 
 
 def safe_name(text: str) -> str:
-    """Return a part of a path that is a name on any system, and none of the special ones."""
+    """Return a text as part of a path, valid on any system and without special meaning."""
     return (_FOREIGN.sub("_", text).lstrip(".") or "_")[:200]
 
 
 def emit_configuration(bus: EventBus, config: Configuration) -> None:
-    """Emit the files of a configuration, as they now are on the disk, and the resolved tree, as sources.
+    """Emit the present files of a configuration and the resolved tree as sources, without secrets.
 
-    Secrets are cut out; a file from which they cannot be cut is left out.
+    A file whose secrets cannot be removed is left out.
     """
     for file in config.files:
         try:
             data = Path(file).read_bytes()
         except OSError:
-            continue  # deleted since it was read; the tree is recorded
+            continue  # the file was deleted since it was read; the tree is recorded
         if (harmless := without_secrets(data, str(file))) is not None:
             bus.emit_source("config", "", str(file), harmless)
     tree = {
@@ -129,7 +129,7 @@ def emit_configuration(bus: EventBus, config: Configuration) -> None:
 
 
 def interface_source(registry: InterfaceRegistry, interface_type: str, time_us: int) -> SourceRead | None:
-    """Return the definition of an interface type; None when there is no file of it."""
+    """Return the definition of an interface type, or None without a file."""
     path = registry.path(interface_type)
     if path is None:
         return None

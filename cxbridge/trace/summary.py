@@ -1,4 +1,4 @@
-"""Summarises a recording."""
+"""Summaries of recordings."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from cxbridge.trace.formats.base import Run
 class Summary:
     """The summary of a recording.
 
-    :param seconds: time from its first to its last event.
-    :param events: how many events of each kind.
-    :param attachments: names and sizes in bytes of the attached files.
-    :param description: lines that describe more of the file than all formats have.
+    :param seconds: from the first to the last event.
+    :param events: the number of events by kind.
+    :param attachments: the sizes of the attached files in bytes, by name.
+    :param description: lines that are specific to the format.
     :param notes: warnings for the user about the file.
     """
 
@@ -32,7 +32,7 @@ class Summary:
     notes: list[str]
 
     def plain(self) -> dict[str, Any]:
-        """Return the summary as values that JSON knows."""
+        """Return the summary as JSON values."""
         return asdict(self)
 
     def lines(self) -> Iterator[str]:
@@ -51,7 +51,7 @@ class Summary:
 def summarise(run: Run) -> Summary:
     """Read a run and return its summary.
 
-    :raises TraceError: when it cannot be read.
+    :raises TraceError: if the run cannot be read.
     """
     events = dict.fromkeys(EVENT_TYPES, 0)
     times: list[int] = []

@@ -1,4 +1,4 @@
-"""The switch of a recording on the blackboard, as Fawkes' bblogger has it: ``ffbblog enable`` talks to it."""
+"""The recording switch on the blackboard, as in Fawkes' bblogger, for ``ffbblog enable``."""
 
 from __future__ import annotations
 
@@ -21,26 +21,25 @@ _WANTED: Final = {"EnableSwitchMessage": True, "DisableSwitchMessage": False}
 
 
 class RecordingSwitch(Listener):
-    """Writes ``SwitchInterface::BBLogger`` and obeys its messages, in the thread that they come in.
+    """Writes ``SwitchInterface::BBLogger`` and obeys its messages in the thread of their arrival.
 
     :param switch: called with whether to record.
-    :param log: for people.
-    :raises BlackBoardError: when the interface has another writer, or cannot be opened.
+    :raises BlackBoardError: if the interface has a writer, or cannot be opened.
     """
 
     def __init__(self, board: BlackBoard, switch: Callable[[bool], None], log: Logger) -> None:
         self._switch: Final = switch
         self._log: Final = log
         self._lock = threading.Lock()
-        with self._lock:  # who switches at once comes after this
-            # The fields of the interface come from its XML definition: there is no static type for them here.
+        with self._lock:  # a switch message that comes at once is processed afterwards
+            # the class of the interface is made from XML at run time, so it has no static type
             self._writer: Any = board.open_for_writing(
                 SWITCH_TYPE, SWITCH_ID, owner=OWNER, listen=listening(self, EventKind.MESSAGE_RECEIVED)
             )
             self._show(self._writer, True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:
-        """Switch, at once; no message is queued."""
+        """Switch at once and refuse to queue the message."""
         enabled = _WANTED.get(message.type)
         if enabled is None:
             self._log.warn(f"{interface.uid} knows no {message.type}: it is either on or off")
@@ -57,6 +56,6 @@ class RecordingSwitch(Listener):
         writer.write()
 
     def close(self) -> None:
-        """Take the switch off the blackboard."""
+        """Close the switch's interface."""
         with suppress(BlackBoardError):
             self._writer.close()

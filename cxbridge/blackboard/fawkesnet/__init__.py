@@ -1,11 +1,12 @@
-"""Fawkes' own network protocol: a Fawkes as a blackboard, and our blackboard for Fawkes' tools.
+"""Fawkes' network protocol: a Fawkes as a blackboard, and a server for Fawkes' tools.
 
 ::
+
 
     board = open_fawkes("fawkes://robot:1910", registry, clock)
     with FawkesServer(local_board, port=1910): ...
 
-The protocol is described in docs/evidence/protocol-fawkes.md.
+docs/evidence/protocol-fawkes.md describes the protocol.
 """
 
 from __future__ import annotations
@@ -28,12 +29,12 @@ def open_fawkes(
 ) -> BlackBoard:
     """Connect to the Fawkes at ``fawkes://host:port``.
 
-    :param registry: gives the classes of types that are named by a string.
-    :param clock: gives the time stamps of local writes.
-    :param bus: gets log lines, and the writes of interfaces that are open here.
-    :param timeout: seconds to connect, and to wait for an answer.
-    :param silence: seconds of silence after which the Fawkes is asked for a sign of life; 0: never.
-    :raises BlackBoardError: when the URL is invalid or no server answers.
+    :param registry: the classes of types given by name.
+    :param clock: the source of time stamps of local writes.
+    :param bus: gets log lines and the writes of open interfaces.
+    :param timeout: seconds for connecting and for replies.
+    :param silence: seconds of silence before the Fawkes is probed; 0: never.
+    :raises BlackBoardError: if the URL is invalid or no server replies.
     """
     from cxbridge.blackboard.fawkesnet.client.board import FawkesBlackBoard  # noqa: PLC0415 - threads, sockets
 

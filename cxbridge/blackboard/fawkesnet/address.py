@@ -12,9 +12,9 @@ SCHEME: Final = "fawkes"
 
 
 def parse_url(url: str) -> tuple[str, int]:
-    """Return host and port of ``fawkes://host:port``; port 1910 unless given.
+    """Return host and port of ``fawkes://host:port``, by default port 1910.
 
-    :raises BlackBoardError: when it is not such a URL.
+    :raises BlackBoardError: if the URL is invalid.
     """
     try:
         parts = urlsplit(url)

@@ -14,10 +14,10 @@ _Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 
 class AllowedPeers:
-    """The peers that may connect: those on the loopback, and those listed.
+    """The peers that may connect: loopback addresses and the listed ones.
 
     :param allowed: addresses (``192.168.0.7``) or networks (``192.168.0.0/24``).
-    :raises BlackBoardError: when one of them is neither.
+    :raises BlackBoardError: if a text is neither.
     """
 
     def __init__(self, allowed: Iterable[str] = ()) -> None:
@@ -27,11 +27,13 @@ class AllowedPeers:
         return bool(self._networks)
 
     def admit(self, host: str) -> bool:
-        """Return whether a peer with this address may connect."""
+        """Return whether a peer may connect."""
         try:
+            # strip the zone of an IPv6 address, fe80::1%eth0
             address = ipaddress.ip_address(host.partition("%")[0])
         except ValueError:
             return False
+        # dual-stack sockets report IPv4 peers as ::ffff:a.b.c.d
         address = getattr(address, "ipv4_mapped", None) or address
         return is_loopback(str(address)) or any(address in network for network in self._networks)
 
@@ -39,10 +41,9 @@ class AllowedPeers:
 def resolve_listening(
     host: str, port: int, allowed: AllowedPeers
 ) -> tuple[socket.AddressFamily, tuple[str, int]]:
-    """Return family and address to listen on.
+    """Return address family and address to listen on.
 
-    :raises BlackBoardError: when the host is not of this machine's, or is beyond the loopback and no peer
-        is allowed to connect from there.
+    :raises BlackBoardError: if the host is not local, or is reachable from outside and no peer is allowed.
     """
     try:
         family, _, _, _, address = socket.getaddrinfo(

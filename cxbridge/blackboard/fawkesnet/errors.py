@@ -1,4 +1,4 @@
-"""Errors of Fawkes' network protocol; the rest is in :mod:`cxbridge.blackboard.kit.errors`."""
+"""Errors of Fawkes' network protocol, in addition to :mod:`cxbridge.blackboard.kit.errors`."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from cxbridge.blackboard.kit.errors import DisconnectedError, ProtocolError
 
 
 class FrameTooLongError(ProtocolError):
-    """A header announces more bytes than a message of its kind can have.
+    """A header announces more bytes than permitted.
 
-    :param component: of the frame.
-    :param kind: of the message.
-    :param size: announced bytes.
-    :param limit: allowed bytes.
+    :param component: the component of the frame.
+    :param kind: the kind of the message.
+    :param size: the announced bytes.
+    :param limit: the permitted bytes.
     """
 
     def __init__(self, component: int, kind: int, size: int, limit: int) -> None:
@@ -21,11 +21,11 @@ class FrameTooLongError(ProtocolError):
 
 
 class MalformedMessageError(ProtocolError):
-    """A message with invalid bytes."""
+    """A message contains invalid bytes."""
 
 
 class UnreachableError(DisconnectedError):
-    """No server answers at the address."""
+    """No server replies at the address."""
 
     def __init__(self, address: str, reason: str) -> None:
         super().__init__(
@@ -35,7 +35,7 @@ class UnreachableError(DisconnectedError):
 
 
 class ConnectionLostError(DisconnectedError):
-    """The connection is lost; the client is trying to get it back."""
+    """The connection is lost, and the client is reconnecting."""
 
     def __init__(self, address: str, reason: str) -> None:
         super().__init__(f"the connection to the Fawkes at {address} is lost: {reason}")

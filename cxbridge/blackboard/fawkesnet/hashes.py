@@ -1,4 +1,4 @@
-"""The hashes to offer to a Fawkes for an interface type, and what its hashes mean here."""
+"""Hashes of interface types for a Fawkes."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from cxbridge.interfaces.schema import InterfaceSchema
 
 
 class RemoteHashes:
-    """The hashes of one remote for interface types; thread-safe, as entries are only added."""
+    """The hashes accepted by one server. Thread-safe, because entries are only added."""
 
     def __init__(self) -> None:
         self._adopted: Final[dict[str, bytes]] = {}
 
     def candidates(self, schema: InterfaceSchema, listed: Iterable[bytes] = ()) -> list[bytes]:
-        """Return the hashes to offer, the likeliest first.
+        """Return the hashes to offer, most likely first.
 
-        :param listed: hashes that the remote announces for the type.
+        :param listed: the hashes that the server lists for the type.
         """
         adopted = self._adopted.get(schema.name)
         likely = [] if adopted is None or not accepts_hash(schema, adopted) else [adopted]
@@ -29,12 +29,12 @@ class RemoteHashes:
         return list(dict.fromkeys(likely))
 
     def adopt(self, schema: InterfaceSchema, accepted: bytes) -> None:
-        """Note that the remote took this hash."""
+        """Remember a hash that the server accepted."""
         self._adopted[schema.name] = accepted
 
 
 def own_hash(registry: Registry, interface_type: str, remote: bytes) -> bytes:
-    """Return our definition's hash where the remote's stands for it, else the remote's."""
+    """Return cxbridge's hash if the server's hash is equivalent; else the server's."""
     schema = schema_or_none(registry, interface_type)
     return schema.hash if schema is not None and accepts_hash(schema, remote) else remote
 
@@ -46,7 +46,7 @@ def fawkes_hash(registry: Registry, interface_type: str, in_memory: bytes) -> by
 
 
 def schema_or_none(registry: Registry, interface_type: str) -> InterfaceSchema | None:
-    """Return the schema of a type; None when it is unknown or its definition is wrong."""
+    """Return the schema of a type; None if it is unknown or its definition is wrong."""
     try:
         return registry.get(interface_type).SCHEMA
     except InterfaceError:

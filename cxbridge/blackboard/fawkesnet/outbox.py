@@ -1,4 +1,4 @@
-"""The queue of frames for one client: bounded, and never blocks a sender."""
+"""A bounded queue of frames for one client, which never blocks a sender."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Final
 from cxbridge.blackboard.fawkesnet.messages.blackboard import data_frame, data_frame_size
 
 CONFLATE_FROM: Final = 4 * 1024 * 1024
-"""Bytes waiting from which on new data replace older data of the same instance."""
+"""The number of queued bytes from which new data replace older data of the same instance."""
 MOST: Final = 16 * 1024 * 1024
-"""Bytes waiting that are too many."""
+"""The maximum number of queued bytes."""
 
 _BATCH: Final = 64 * 1024
 
 
 @dataclass(slots=True)
 class _Newest:
-    """Data of one instance that wait; newer ones take their place.
+    """The queued data of one instance, replaceable by newer data.
 
-    :param changed: some value changed since the last update to the client.
-    :param refreshed: CHANGED of its newest data may still come.
+    :param changed: whether a value has changed since the client's last update.
+    :param refreshed: whether CHANGED for the newest data may follow.
     """
 
     serial: bytes
@@ -30,43 +30,41 @@ class _Newest:
     refreshed: bool
 
     def to_bytes(self) -> bytes:
-        """Return REFRESHED and, when a value changed, CHANGED."""
+        """Return REFRESHED and, after changes, CHANGED."""
         frame = data_frame(self.serial, self.block, changed=False)
         return frame + data_frame(self.serial, self.block, changed=True) if self.changed else frame
 
 
 class Outbox:
-    """Frames in order. Not thread-safe: its session guards it."""
+    """Frames in order. Not thread-safe, because its session guards it."""
 
     def __init__(self) -> None:
         self._waiting: deque[bytes | _Newest] = deque()
         self._newest: dict[bytes, _Newest] = {}
-        self._ahead: set[bytes] = set()  # their CHANGED was sent for older data already
+        self._ahead: set[bytes] = set()  # instances whose CHANGED was sent with older data
         self.size = 0
-        """Bytes that wait, at most."""
+        """The maximum number of queued bytes."""
 
     def __bool__(self) -> bool:
         return bool(self._waiting)
 
     @property
     def overfull(self) -> bool:
-        """Whether more waits than may."""
         return self.size > MOST
 
     def put(self, frames: bytes) -> None:
-        """Add whole frames."""
+        """Add complete frames."""
         self._waiting.append(frames)
         self.size += len(frames)
 
     def put_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
-        """Add the data of an instance, or replace those that wait when there is much to send.
-
-        CHANGED follows the REFRESHED of the same write: where that was not replaced, CHANGED is not, either.
-        """
+        """Add the data of an instance; with many queued bytes, replace its older data."""
         if serial in self._ahead:
             self._ahead.discard(serial)
             if changed:
                 return
+        # CHANGED must follow the REFRESHED of the same write, so it is added even above the limit if that
+        # REFRESHED was
         if serial not in self._newest and (changed or self.size < CONFLATE_FROM):
             frame = data_frame(serial, block, changed=changed)
             self._waiting.append(frame)
@@ -81,7 +79,7 @@ class Outbox:
             self.size += 2 * data_frame_size(len(block))
 
     def take(self) -> bytes:
-        """Take the next bytes to send, some whole frames; empty when nothing waits."""
+        """Remove and return the next complete frames; empty if the queue is empty."""
         if self.size < _BATCH and not self._newest:
             frames = b"".join(frame for frame in self._waiting if isinstance(frame, bytes))
             self._waiting.clear()
@@ -104,6 +102,6 @@ class Outbox:
         return batch[0] if len(batch) == 1 else b"".join(batch)
 
     def put_back(self, rest: bytes) -> None:
-        """Put back what could not be sent; it is the next to be taken."""
+        """Return the unsent rest to the front of the queue."""
         self._waiting.appendleft(rest)
         self.size += len(rest)

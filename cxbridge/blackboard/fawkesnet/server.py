@@ -1,6 +1,6 @@
-"""The server of a blackboard for Fawkes' own tools, which it takes for a Fawkes.
+"""The server of a blackboard for Fawkes' tools, for which it acts as a Fawkes.
 
-One thread accepts, receives and drops; any thread sends through a session, and never waits.
+One thread accepts, receives and drops clients. Any thread may send through a session without blocking.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ from cxbridge.events import EventBus
 from cxbridge.rights import EVERYTHING, Rights
 
 NETWORK: Final = "FawkesNetworkServer"
-"""Under which the server logs."""
+"""The server's log component."""
 HANDLER: Final = "BlackBoardNetworkHandler"
-"""Under which the blackboard component logs, as Fawkes' does."""
+"""The log component of the blackboard component, as in Fawkes."""
 
 _CHUNK: Final = 64 * 1024
 _BACKLOG: Final = 512
 _STOP_S: Final = 5.0
+# Seconds without accepting when the process has no file descriptors left.
 _PAUSE: Final = 0.5
-"""Seconds without accepting when the process has no file descriptors left."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServerLimits:
-    """What clients may do to a server.
+    """Limits of clients.
 
-    :param stall_seconds: for so long a client may take nothing of what waits for it.
-    :param most_clients: how many may be connected.
-    :param gone_seconds: for so long a client's machine may give no sign of life; whole seconds.
+    :param stall_seconds: the time in which a client must receive some queued bytes.
+    :param most_clients: the maximum number of clients.
+    :param gone_seconds: the time in which a client's machine must show a sign of life; whole seconds.
     """
 
     stall_seconds: float = GONE_SECONDS
@@ -59,18 +59,18 @@ DEFAULT_LIMITS: Final = ServerLimits()
 
 
 class FawkesServer(BoardServer):
-    """Serves a blackboard by Fawkes' protocol, from :meth:`start` to :meth:`stop`.
+    """Serves a blackboard by Fawkes' protocol, between :meth:`start` and :meth:`stop`.
 
     :param board: the served blackboard.
-    :param host: where it listens; beyond the loopback only with ``allow``.
-    :param port: 0 for any that is free, see :attr:`port`.
-    :param bus: gets log lines; that of the board when None.
-    :param components: more components: network logger, plugin manager, configuration.
-    :param allow: addresses and networks that may connect, besides the loopback.
-    :param echo: whether a writing client gets its own writes back, as from a Fawkes.
-    :param limits: on clients.
-    :param rights: what clients may do.
-    :raises BlackBoardError: when it cannot listen there.
+    :param host: the listening address; beyond the loopback only with ``allow``.
+    :param port: 0 for any free port, see :attr:`port`.
+    :param bus: gets log lines, by default the board's bus.
+    :param components: further components: network logger, plugin manager, configuration.
+    :param allow: addresses and networks that may connect, in addition to the loopback.
+    :param echo: whether clients receive their own writes, as from a Fawkes.
+    :param limits: the limits of clients.
+    :param rights: the rights of clients.
+    :raises BlackBoardError: if the address cannot be used.
     """
 
     def __init__(  # noqa: PLR0913  as many options as a server has
@@ -101,7 +101,7 @@ class FawkesServer(BoardServer):
         self._sessions: dict[int, FawkesSession] = {}
         self._numbers = itertools.count(1)
         self._attention: set[FawkesSession] = set()
-        self._speaking: set[FawkesSession] = set()  # of whom something came in this round
+        self._speaking: set[FawkesSession] = set()  # clients with received frames in this round
         self._collecting = False
         self._resume_at = 0.0
         self._listener = self._listen(host, port)
@@ -124,8 +124,6 @@ class FawkesServer(BoardServer):
         listener.setblocking(False)
         return listener
 
-    # -- life
-
     def _prepare(self) -> None:
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._selector.register(self._wakeup, selectors.EVENT_READ)
@@ -133,7 +131,7 @@ class FawkesServer(BoardServer):
             component.start(self)
 
     def stop(self, timeout: float | None = _STOP_S) -> None:
-        """Close all connections and what their clients had open, and end; see the base class."""
+        """Close all connections and their instances, and stop."""
         super().stop(timeout)
 
     def _release(self) -> None:
@@ -142,19 +140,17 @@ class FawkesServer(BoardServer):
 
     @property
     def num_clients(self) -> int:
-        """How many are connected."""
+        """The number of connected clients."""
         return len(self._sessions)
 
-    # -- for sessions and components: the hub
-
     def attend(self, session: FawkesSession) -> None:
-        """See to a session soon."""
+        """Handle a session soon."""
         self._attention.add(session)
         if not self.inside():
             self._wakeup.set()
 
     def collects(self, session: FawkesSession) -> bool:
-        """Whether the caller is the server's thread amid its work: it sends all at the end of it."""
+        """Return whether the caller is the server's thread in a round, which flushes sessions at its end."""
         if not self._collecting or not self.inside():
             return False
         if not session.watches_write:
@@ -162,11 +158,9 @@ class FawkesServer(BoardServer):
         return True
 
     def broadcast(self, frames: bytes) -> None:
-        """Send to all clients."""
+        """Send frames to all clients."""
         for session in tuple(self._sessions.values()):
             session.send(frames)
-
-    # -- the thread
 
     def _run(self) -> None:
         try:
@@ -183,7 +177,7 @@ class FawkesServer(BoardServer):
             self._end()
 
     def _patience(self) -> float | None:
-        """Return how long to sleep: forever, unless a client must be watched."""
+        """Return the seconds until the next check; None: wait for events only."""
         if self._resume_at:
             return max(self._resume_at - time.monotonic(), 0.0)
         slow = any(session.watches_write for session in self._sessions.values())
@@ -208,7 +202,7 @@ class FawkesServer(BoardServer):
                 sock, address = self._listener.accept()
             except (BlockingIOError, ConnectionAbortedError):
                 return
-            except OSError as error:  # no file descriptors left: the connection waits where it is
+            except OSError as error:  # no file descriptors left: the connection stays in the backlog
                 self._shortage.report(error.strerror or str(error))
                 self._selector.unregister(self._listener)
                 self._resume_at = time.monotonic() + _PAUSE
@@ -231,7 +225,7 @@ class FawkesServer(BoardServer):
         self._selector.register(sock, selectors.EVENT_READ, session)
 
     def _receive(self, session: FawkesSession) -> bool:
-        """Take received frames of a client; return whether there were any."""
+        """Handle the received frames of a client; return whether there were any."""
         try:
             data = session.sock.recv(_CHUNK)
         except BlockingIOError:
@@ -246,7 +240,7 @@ class FawkesServer(BoardServer):
         try:
             for frame in session.decoder.feed(data):
                 self._handle(session, frame)
-        except ProtocolError as error:  # the stream cannot be followed any further
+        except ProtocolError as error:  # the rest of the stream cannot be decoded
             self._complaints.add("stream", f"dropped {session!r}: {error.message}")
             self._drop(session, "")
             return False
@@ -263,7 +257,7 @@ class FawkesServer(BoardServer):
         try:
             component.handle(session, frame)
         except NoWriterError:
-            pass  # the board has logged it, and the wire has no error for it
+            pass  # the board has logged it, and the protocol has no reply for it
         except CxbridgeError as error:
             problem = f"{type(error).__name__} {frame.component}.{frame.kind}"
             self._complaints.add(problem, f"{session!r}: {error.message}")
@@ -272,7 +266,7 @@ class FawkesServer(BoardServer):
             self._complaints.add(problem, f"failed to serve {session!r}: {type(error).__name__}: {error}")
 
     def _see_to_attention(self) -> None:
-        """Send what could not be sent at once, and drop who is to be dropped."""
+        """Flush sessions with queued frames, and drop condemned ones."""
         now = time.monotonic()
         if self._resume_at and now >= self._resume_at:
             self._resume_at = 0.0
@@ -281,7 +275,8 @@ class FawkesServer(BoardServer):
         while self._attention or answered:
             if self._attention:
                 session = self._attention.pop()
-                if session in self._speaking:  # news for other clients first: this one gets only its own
+                # first the clients that sent nothing in this round: the others would delay them
+                if session in self._speaking:
                     self._speaking.discard(session)
                     answered.append(session)
                     continue
@@ -296,7 +291,7 @@ class FawkesServer(BoardServer):
         watched = session.watches_write
         watches = session.flush()
         if session.broken:
-            # who closes a connection without having read everything resets it, with the last words in it
+            # closing a socket with unread data resets the connection and loses the last sent frames
             while session.number in self._sessions and self._receive(session):
                 pass
         if session.condemned:
@@ -312,9 +307,9 @@ class FawkesServer(BoardServer):
                 session.condemn(f"it has taken nothing for {self._stall_seconds:g} s")
 
     def _drop(self, session: FawkesSession, reason: str) -> None:
-        """End a session and close its open instances.
+        """End a session and close its instances.
 
-        :param reason: logged unless it is empty.
+        :param reason: the text of the log line; empty: no log line.
         """
         if self._sessions.pop(session.number, None) is None:
             return
@@ -329,7 +324,7 @@ class FawkesServer(BoardServer):
                 self._complaints.add("disconnected", f"{session!r}: {error.message}")
 
     def _end(self) -> None:
-        self._listener.close()  # first: clients come back at once
+        self._listener.close()  # first, because clients reconnect immediately
         for session in tuple(self._sessions.values()):
             self._drop(session, "")
         for component in self._components.values():

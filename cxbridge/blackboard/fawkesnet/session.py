@@ -1,4 +1,4 @@
-"""A session of the server: one client's connection, its limits, and the frames that wait for it."""
+"""A session of the server: a client's connection, limits and queued frames."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from cxbridge.blackboard.fawkesnet.outbox import MOST, Outbox
 
 
 class FawkesNetworkHub(Protocol):
-    """The server, as its sessions and components see it."""
+    """The server's interface for sessions and components."""
 
     def attend(self, session: FawkesSession) -> None:
-        """See to a session soon: something could not be sent at once, or it is to be dropped."""
+        """Handle a session soon, to flush or drop it."""
 
     def collects(self, session: FawkesSession) -> bool:
-        """Return whether the calling thread sends what waits for a client in a moment anyway."""
+        """Return whether the calling thread will flush the session itself."""
 
     def broadcast(self, frames: bytes) -> None:
-        """Send to all clients."""
+        """Send frames to all clients."""
 
 
 class FawkesSession:
-    """One client. Anybody may send through it, from any thread, and never waits.
+    """One client. Any thread may send, without blocking.
 
-    :param number: the client's number, from 1; it is never on the wire.
-    :param sock: connected, not blocking.
-    :param peer: address of the client, for people.
+    :param number: the client's number, from 1, used only in logs.
+    :param sock: a connected, non-blocking socket.
+    :param peer: the client's address, for messages.
     :param hub: the server.
     """
 
@@ -41,39 +41,39 @@ class FawkesSession:
         self.sock: Final = sock
         self.peer: Final = peer
         self.largest_block = 0
-        """Bytes of the largest block that it may send now."""
+        """The size of the largest block that the client may send now."""
         self.decoder: Final = FrameDecoder(self._limit, ALWAYS_ALLOWED)
         self.watches_write = False
-        """Whether the server waits for the socket to take more."""
+        """Whether the server waits until the socket is writable."""
         self._hub: Final = hub
         self._outbox = Outbox()
         self._lock = threading.Lock()
         self._moved = time.monotonic()
         self._condemned = ""
         self.broken = False
-        """Whether sending is impossible; received data can still be read."""
+        """Whether sending has failed. Received data are still readable."""
 
     def __repr__(self) -> str:
         return f"client {self.number} ({self.peer})"
 
     @property
     def condemned(self) -> str:
-        """Why it has to be dropped; empty when it has not."""
+        """Why the session must be dropped; else empty."""
         return self._condemned
 
     def condemn(self, reason: str) -> None:
-        """Have it dropped soon; only the first reason counts."""
+        """Request the end of the session. Only the first reason counts."""
         self._condemned = self._condemned or reason
         self._hub.attend(self)
 
     def send(self, frames: bytes) -> None:
-        """Send whole frames, or let them wait when the client is slow; never blocks, never fails."""
+        """Send complete frames, or queue them for a slow client. Never blocks or fails."""
         with self._lock:
             self._outbox.put(frames)
             self._push()
 
     def send_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
-        """Send data of an instance; older data of it that wait may be replaced.
+        """Send data of an instance, which may replace its queued older data.
 
         :param serial: 16 bytes.
         """
@@ -82,9 +82,9 @@ class FawkesSession:
             self._push()
 
     def flush(self) -> bool:
-        """Send what waits, as much as the socket takes; return whether something still waits.
+        """Send as many queued bytes as the socket accepts; return whether any remain.
 
-        The server then has to wait for the socket to take more, as :attr:`watches_write` says from now on.
+        Sets :attr:`watches_write`.
         """
         with self._lock:
             self._flush()
@@ -92,15 +92,15 @@ class FawkesSession:
             return self.watches_write
 
     def stalled_for(self, now: float) -> float:
-        """Return for how many seconds something has been waiting and nothing has moved."""
+        """Return the seconds since the last progress of queued frames."""
         return now - self._moved if self._outbox else 0.0
 
     def close(self) -> None:
-        """Send as much as the socket takes at once, and end the connection."""
+        """Send as many queued bytes as possible without blocking, and end the connection."""
         if not self._condemned:
             self.flush()
         self._condemned = self._condemned or "closed"
-        with self._lock:  # no thread sends to the next socket with this number
+        with self._lock:  # no other thread may send to a new socket with the same file descriptor
             with contextlib.suppress(OSError):
                 self.sock.shutdown(socket.SHUT_RDWR)
             self.sock.close()
@@ -109,7 +109,7 @@ class FawkesSession:
         return limit_to_server(component, kind, self.largest_block)
 
     def _push(self) -> None:
-        """Send at once if the server does not do so in a moment; its lock is held."""
+        """Flush unless the server's thread does it. The caller holds the lock."""
         outbox = self._outbox
         if not self._hub.collects(self):
             self._flush()
@@ -141,25 +141,22 @@ class FawkesSession:
 
 
 class NetworkHandler(ABC):
-    """Answers the frames for one component.
-
-    All methods are called in the server's thread.
-    """
+    """Handles the frames of one component, in the server's thread."""
 
     COMPONENT: ClassVar[ComponentId]
 
-    def start(self, hub: FawkesNetworkHub) -> None:  # noqa: B027 - not everybody has something to prepare
+    def start(self, hub: FawkesNetworkHub) -> None:  # noqa: B027 - optional
         """Prepare for clients."""
 
     @abstractmethod
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Carry out the request of a client.
+        """Handle a client's request.
 
-        :raises CxbridgeError: when the request is invalid; the server logs it.
+        :raises CxbridgeError: if the request is invalid; the server logs it.
         """
 
-    def disconnected(self, session: FawkesSession) -> None:  # noqa: B027 - not everybody remembers clients
-        """Forget a client."""
+    def disconnected(self, session: FawkesSession) -> None:  # noqa: B027 - optional
+        """Remove the state of a client."""
 
-    def stop(self) -> None:  # noqa: B027 - not everybody has something to end
-        """End; there are no clients any more."""
+    def stop(self) -> None:  # noqa: B027 - optional
+        """Stop after all clients have been dropped."""

@@ -1,4 +1,4 @@
-"""The URLs of Fawkes' network protocol: ``fawkes://host:port``, with seconds to wait in the query."""
+"""URLs of Fawkes' network protocol: ``fawkes://host:port``, with optional times in the query."""
 
 from __future__ import annotations
 
@@ -18,8 +18,6 @@ _LONGEST_S: Final = 86_400.0
 
 
 class FawkesTransport(Transport):
-    """Opens blackboards of a Fawkes."""
-
     QUERY_HINT: ClassVar[str] = (
         "write fawkes://HOST:PORT?timeout=SECONDS&silence=SECONDS, either or both, at most a day"
     )
@@ -29,12 +27,12 @@ class FawkesTransport(Transport):
     ) -> FawkesBlackBoard:
         """Connect to a Fawkes.
 
-        :param options: those of :func:`cxbridge.blackboard.fawkesnet.open_fawkes`.
+        :param options: see :func:`cxbridge.blackboard.fawkesnet.open_fawkes`.
         """
         return FawkesBlackBoard(url, registry, clock, bus, **options)
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
-        """Return the seconds of the query; see the base class."""
+        """Return the times of the query in seconds."""
         given = dict(parse_qsl(query, keep_blank_values=True))
         try:
             seconds = {name: float(text) for name, text in given.items()}

@@ -1,6 +1,7 @@
-"""Mirror interfaces between two blackboards, whatever they are reached through.
+"""Mirrors of interfaces between two blackboards with any transport.
 
 ::
+
 
     with Gateway(left, right, ["SkillerInterface::*"]) as gateway:
         gateway.start()

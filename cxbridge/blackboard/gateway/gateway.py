@@ -1,7 +1,7 @@
-"""Keeps chosen interfaces of two blackboards equal: each goes from the writer's board to the other one.
+"""Mirrors chosen interfaces from the writer's blackboard to another one.
 
-The gateway looks at both boards when something happened there, and every now and then, and makes the mirrors
-be as they should (:meth:`Gateway.loop`). Listeners only take notes, so neither board waits for the other.
+The gateway compares both boards after events and periodically, and adjusts its mirrors
+(:meth:`Gateway.loop`). Listeners only set flags, so neither board waits for the other.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus, Logger
 
 COMPONENT: Final = "Gateway"
-"""Under which the gateway logs."""
+"""The gateway's log component."""
 
 SWEEP_S: Final = 0.25
-"""Seconds between two looks at both boards when nothing came from them."""
+"""The period of comparing both boards without events, in seconds."""
 
 RIVAL_S: Final = 1.0
-"""Seconds that a writer must outlive one of the other side before it is mirrored there."""
+"""Seconds that a writer must outlive a rival on the other board before it is mirrored."""
 
 _STOP_S: Final = 10.0
 
@@ -39,12 +39,12 @@ Survey = dict[Key, InterfaceInfo]
 
 @dataclass(frozen=True, slots=True)
 class MirrorInfo:
-    """Describes an interface that is mirrored.
+    """Describes a mirrored interface.
 
     :param uid: ``Type::id``.
-    :param source: ``left`` or ``right``: the board that has the writer.
-    :param writes: blocks that were carried to the other board.
-    :param messages: messages that were carried to the writer.
+    :param source: ``left`` or ``right``, the writer's board.
+    :param writes: the number of mirrored blocks.
+    :param messages: the number of messages sent to the writer.
     """
 
     uid: str
@@ -54,7 +54,7 @@ class MirrorInfo:
 
 
 class _BoardWatch(Observer):
-    """Notifies the gateway that there is something to look at."""
+    """Notifies the gateway of changes on a board."""
 
     def __init__(self, gateway: Gateway) -> None:
         self._gateway = gateway
@@ -67,19 +67,19 @@ class _BoardWatch(Observer):
 
 
 class Gateway(Closing):
-    """Mirrors interfaces between two blackboards. A context manager; closes neither board.
+    """Mirrors interfaces between two blackboards, which it leaves open. A context manager.
 
-    Either call :meth:`start`, which works in a thread, or :meth:`loop` again and again.
+    Call either :meth:`start`, which uses a thread, or :meth:`loop` periodically.
 
     :param left: a blackboard.
     :param right: another blackboard.
-    :param patterns: what to mirror: ``Type::id`` with shell patterns, or a pattern for the type alone.
+    :param patterns: the interfaces: ``Type::id`` with shell patterns, or a pattern for the type alone.
     :param bus: gets log lines.
-    :param names: what to call the boards in log lines.
-    :param sweep_s: seconds between two looks at both boards when nothing came from them.
-    :param hide_past: show a Skiller as an idle one until it does something for a client of this gateway.
-    :param on_end: called for each interface that is not mirrored any more, in the gateway's thread and before
-        its readers notice: gets its ``Type::id``, and the reason for people.
+    :param names: the boards' names in log lines.
+    :param sweep_s: the period of comparing both boards without events, in seconds.
+    :param hide_past: show a Skiller as idle until it works for a client of this gateway.
+    :param on_end: called in the gateway's thread with ``Type::id`` and reason of an ending mirror, before its
+        readers notice.
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class Gateway(Closing):
         self._sweep_s = sweep_s
         self._mirrors: dict[Key, InterfaceMirror] = {}
         self._orphans: defaultdict[Key, deque[str]] = defaultdict(partial(deque, maxlen=MAX_PROXIES))
-        self._rivals: dict[Key, float] = {}  # when there were writers on both sides, not ours
+        self._rivals: dict[Key, float] = {}  # the time when both sides had foreign writers
         self._warned: dict[object, str] = {}
         self._wake = threading.Event()
         self._dirty = threading.Event()
@@ -114,11 +114,9 @@ class Gateway(Closing):
         for board in self._boards:
             board.on_connection(
                 lambda _connected: self.look_again()
-            )  # events during the loss are not repeated
+            )  # events during a disconnection are not repeated
             for pattern in self._patterns:
                 board.register_observer(self._watch, pattern.type_glob, pattern.id_glob)
-
-    # -- life
 
     def start(self) -> None:
         """Work in a thread until :meth:`close`."""
@@ -133,7 +131,7 @@ class Gateway(Closing):
             self._wake.clear()
 
     def close(self) -> None:
-        """Carry over messages under way, close all instances on both boards. A second call does nothing."""
+        """Deliver pending messages and close all instances on both boards. Further calls do nothing."""
         if self._stopping.is_set():
             return
         self._stopping.set()
@@ -149,14 +147,12 @@ class Gateway(Closing):
         self._mirrors.clear()
 
     def look_again(self) -> None:
-        """Look at both boards soon; for listeners, from any thread."""
+        """Request a comparison of both boards. Callable from any thread."""
         self._dirty.set()
         self._wake.set()
 
-    # -- looking around
-
     def mirrors(self) -> Sequence[MirrorInfo]:
-        """Return the present mirrors, in the order of their begin."""
+        """Return the present mirrors in order of their start."""
         return [
             MirrorInfo(f"{kind}::{id_}", ("left", "right")[mirror.side], mirror.writes, mirror.sent)
             for (kind, id_), mirror in tuple(self._mirrors.items())
@@ -164,13 +160,11 @@ class Gateway(Closing):
 
     @property
     def owes_release(self) -> bool:
-        """Whether control may have to be given back as soon as a writer that is gone has returned."""
+        """Whether a returning writer may still have to be told to release control."""
         return any(orphans and key not in self._mirrors for key, orphans in tuple(self._orphans.items()))
 
-    # -- work
-
     def loop(self) -> None:
-        """Carry over new data, and make or end mirrors; returns soon."""
+        """Mirror new data, and start or end mirrors. Returns soon."""
         self._carry()
         now_s = time.monotonic()
         if self._dirty.is_set() or now_s >= self._next_sweep_s:
@@ -184,9 +178,9 @@ class Gateway(Closing):
             mirror.carry()
 
     def _reconcile(self) -> None:
-        """End the mirrors that have lost a side, begin those that have become possible."""
+        """End mirrors that lost a side, and start possible ones."""
         for key, mirror in list(self._mirrors.items()):
-            if mirror.ended:  # first: a board that is away takes its time to say that it cannot be asked
+            if mirror.ended:  # before the surveys, which take long on a lost board
                 away = not self._boards[mirror.side].connected
                 self._end(key, "the connection is lost" if away else mirror.ended)
         surveys = (self._survey(0), self._survey(1))
@@ -200,7 +194,6 @@ class Gateway(Closing):
                 self._try_to_mirror(key, surveys)
 
     def _end(self, key: Key, reason: str) -> None:
-        """End a mirror."""
         uid = "::".join(key)
         mirror = self._mirrors.pop(key)
         self._on_end(uid, reason)
@@ -208,9 +201,10 @@ class Gateway(Closing):
         self._info(f"{uid} is not mirrored any more: {reason}")
 
     def _survey(self, side: int) -> Survey | None:
-        """Return the interfaces of a board that match; None when it cannot be asked."""
+        """Return the matching interfaces of a board; None if it is unreachable."""
         found: Survey = {}
-        if not self._boards[side].connected:  # asking would wait for it, and the other board with us
+        # a request would wait for the lost board, and block the other one
+        if not self._boards[side].connected:
             self._warn_once(side, f"{self._names[side]} is away")
             return None
         try:
@@ -225,7 +219,7 @@ class Gateway(Closing):
 
     @staticmethod
     def _loss(key: Key, mirror: InterfaceMirror, surveys: tuple[Survey | None, Survey | None]) -> str:
-        """Return why a mirror cannot continue; empty when it can."""
+        """Return why a mirror must end; empty if it can continue."""
         for side, which in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
             survey = surveys[side]
             if survey is None:
@@ -247,8 +241,8 @@ class Gateway(Closing):
             self._warn_once(key, "there are writers on both sides, it is not mirrored")
             return
         if time.monotonic() - self._rivals.get(key, -inf) < RIVAL_S:
-            # perhaps another gateway's, which stood in for the one that has gone and leaves in a moment:
-            # to stand in for it would replace who comes next, and keep the two going forever
+            # perhaps another gateway's writer, which replaced the lost one and will end soon: replacing it
+            # would block the next writer and keep both gateways replacing each other forever
             return
         self._rivals.pop(key, None)
         side = writers[0]
@@ -264,10 +258,8 @@ class Gateway(Closing):
         self._warned.pop(key, None)
         self._info(f"{'::'.join(key)}: {self._names[side]} -> {self._names[1 - side]}")
 
-    # -- for the log
-
     def _warn_once(self, about: object, text: str) -> None:
-        """Warn of something, once as long as it lasts."""
+        """Log a warning once per occurrence."""
         if self._warned.get(about) != text:
             self._warned[about] = text
             if self._log is not None:

@@ -1,4 +1,4 @@
-"""One mirrored interface, for as long as its writer lives."""
+"""The mirror of one interface during the life of its writer."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import Message
 
 OWNER: Final = "gateway"
-"""Who opens interfaces for a gateway."""
+"""The owner of a gateway's instances."""
 
 MAX_BLOCKS: Final = 256
-"""Blocks that may wait for the slower board; of more, the oldest are dropped."""
+"""The maximum number of queued blocks for the slower board; further blocks replace the oldest."""
 
 MAX_MESSAGES: Final = 1000
-"""Messages that may wait; more are refused."""
+"""The maximum number of queued messages; further ones are refused."""
 
 MAX_PROXIES: Final = 64
-"""Senders that are kept apart; of more, the one that was silent longest is forgotten."""
+"""The maximum number of separate senders; the one silent for longest is dropped."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hooks:
-    """The callbacks of a mirror, from any thread.
+    """Callbacks of a mirror, called in any thread.
 
-    :param carry: there is data to carry.
-    :param look: the mirror cannot continue.
-    :param warn: takes a warning for people.
+    :param carry: data are queued.
+    :param look: the mirror must end.
+    :param warn: logs a warning.
     """
 
     carry: Callable[[], None]
@@ -47,7 +47,7 @@ class Hooks:
 
 
 class _SourceWatch(Listener):
-    """Listens to the source board for the mirror."""
+    """Listens to the source board."""
 
     def __init__(self, mirror: InterfaceMirror) -> None:
         self._mirror = mirror
@@ -60,7 +60,7 @@ class _SourceWatch(Listener):
 
 
 class _TargetWatch(Listener):
-    """Listens to the target board's readers of the mirror."""
+    """Listens to the readers on the target board."""
 
     def __init__(self, mirror: InterfaceMirror) -> None:
         self._mirror = mirror
@@ -73,18 +73,18 @@ class _TargetWatch(Listener):
 
 
 class InterfaceMirror:
-    """Carries the writes of one board to the other, and messages back.
+    """Mirrors the writes of one board to the other, and messages back.
 
-    Listeners put into queues, in whatever thread; :meth:`carry` takes out, in one.
+    Listeners fill queues in any thread; :meth:`carry` empties them in one thread.
 
-    :param source: the board that has the writer.
-    :param target: the other one.
-    :param side: number of the source, for its owner.
-    :param hooks: what to call when there is something to do, or to report.
-    :param orphans: serials of instances of earlier mirrors of the interface. They are closed, but a writer
-        that was away has perhaps not noticed it, and shows one of them as its controller.
+    :param source: the board with the writer.
+    :param target: the other board.
+    :param side: the number of the source, for the owner.
+    :param hooks: callbacks.
+    :param orphans: serials of closed instances of earlier mirrors. A disconnected writer may not know that
+        they are closed, and show one as its controller.
     :param hide_past: see :class:`~cxbridge.blackboard.gateway.gateway.Gateway`.
-    :raises CxbridgeError: when the interface cannot be opened on both boards, or has two layouts.
+    :raises CxbridgeError: if the interface cannot be opened on both boards, or its layouts differ.
     """
 
     def __init__(
@@ -101,12 +101,12 @@ class InterfaceMirror:
     ) -> None:
         self.side: Final = side
         self.ended = ""
-        """Why it cannot continue; empty while it can."""
+        """Why the mirror must end; else empty."""
         self.writes = 0
         self.sent = 0
         self._source = source
         self._hooks = hooks
-        self._lock = threading.Lock()  # of the reader
+        self._lock = threading.Lock()  # guards the reader
         self._blocks: deque[bytes] = deque(maxlen=MAX_BLOCKS)
         self._requests: deque[Message | UUID] = deque()
         self._proxies: OrderedDict[UUID, SenderProxy] = OrderedDict()
@@ -122,39 +122,37 @@ class InterfaceMirror:
                 interface_type,
                 interface_id,
                 owner=OWNER,
-                queue_limit=0,  # no message may wait there: no code would take it out
+                queue_limit=0,  # no message may be queued there, because nothing would remove it
                 listen=listening(_TargetWatch(self), *kinds),
             )
             stack.callback(self._writer.close)
             _check_layouts(self._reader, self._writer)
-            self._writer.read()  # the last block of an earlier writer: readers have that
+            self._writer.read()  # continue with the last block of an earlier writer, which readers have
             self._last = self._writer.to_bytes()
             self._answers = AnswerTranslator(type(self._reader), hide=hide_past, sender_of=self._sender_of)
             self.capture(self._reader)
             self._stack = stack.pop_all()
 
     def close(self, reason: str) -> None:
-        """Close the instances on both boards, whatever their state.
+        """Close the instances on both boards.
 
-        :param reason: why the interface is not mirrored any more.
+        :param reason: the reason for readers.
         """
-        with suppress(BlackBoardError):  # first: readers see it, and the source may be slow to answer
+        with suppress(BlackBoardError):  # first, because readers see it and the source may reply slowly
             write_farewell(self._writer, reason)
         with suppress(BlackBoardError):
             self._writer.close()
-        self._carry_requests()  # the messages taken until then
+        self._carry_requests()  # the messages taken so far
         for proxy in self._proxies.values():
-            if proxy.may_control:  # the writer may be away, and miss the end of it
+            if proxy.may_control:  # a disconnected writer would miss that the instance is closed
                 self._orphans.append(str(proxy.serial))
             proxy.close(self._controller())
         self._proxies.clear()
         with suppress(BlackBoardError):
             self._stack.close()
 
-    # -- from listeners, in any thread
-
     def capture(self, reader: Interface) -> None:
-        """Note the present block."""
+        """Queue the present block."""
         with self._lock:
             reader.read()
             block = reader.to_bytes()
@@ -163,28 +161,26 @@ class InterfaceMirror:
         self._hooks.carry()
 
     def take(self, message: Message) -> bool:
-        """Note a message for the writer; return whether there was room."""
+        """Queue a message for the writer; return whether there was room."""
         if len(self._requests) >= MAX_MESSAGES:
-            return False  # and the queue refuses it: see its limit
+            return False  # the writer's queue then refuses it, by its limit of 0
         self._requests.append(message.copy())
         self._hooks.carry()
         return True
 
     def forget(self, serial: UUID) -> None:
-        """Note that a reader of the mirrored interface is gone."""
+        """Queue the end of a reader."""
         self._requests.append(serial)
         self._hooks.carry()
 
     def end(self, reason: str) -> None:
-        """Note that it cannot continue."""
+        """Request the end of the mirror."""
         if not self.ended:
             self.ended = reason
         self._hooks.look()
 
-    # -- in the gateway's thread
-
     def carry(self) -> None:
-        """Carry over all that waits, the oldest first."""
+        """Process all queued blocks and messages, oldest first."""
         try:
             while self._blocks and not self.ended:
                 self._write(self._blocks.popleft())
@@ -204,17 +200,17 @@ class InterfaceMirror:
                 proxy.close(self._controller())
 
     def _write(self, block: bytes) -> None:
-        """Write a block on the other board, with the time stamp that it has."""
+        """Write a block on the other board with its time stamp."""
         controller = self._answers.controller(block)
         self._release(controller)
         if any(proxy.may_control for proxy in self._proxies.values()):
             self._warn_of(controller)
         block = self._answers.translate(block)
         if block == self._last:
-            return  # a reader would see no difference
+            return  # readers would see no difference
         changed = block[STAMP.size :] != self._last[STAMP.size :]
         if not changed and self._answers.hides:
-            return  # work for other senders is hidden from these readers, and its times
+            return  # an update for other senders: their work and its times are hidden
         self._last = block
         self._writer.set_from_chunk(block)
         if changed:
@@ -223,9 +219,9 @@ class InterfaceMirror:
         self.writes += 1
 
     def _forward(self, message: Message) -> None:
-        """Send a message on to the writer, as one from its first sender."""
+        """Send a message to the writer on behalf of its original sender."""
         source = message.source_id
-        assert source is not None  # it came through a queue of some instance
+        assert source is not None  # set by the queue that the message came through
         proxy = self._proxies.get(source)
         if proxy is None:
             instance = self._source.open_for_reading(self._writer.type, self._writer.id, owner=OWNER)
@@ -240,7 +236,7 @@ class InterfaceMirror:
         self._answers.sent(message.type, sent_as, message.id)
 
     def _release(self, controller: str) -> None:
-        """Send ReleaseControl if the controller is an instance that was closed and the writer missed it."""
+        """Send ReleaseControl for a closed controller if the writer missed its end."""
         if controller in self._orphans:
             self._orphans.remove(controller)
             message = self._reader.create_message(RELEASE)
@@ -248,17 +244,17 @@ class InterfaceMirror:
             self._reader.msgq_enqueue(message, proxy=True)
 
     def _warn_of(self, controller: str) -> None:
-        """Warn if a client has control that is none of ours."""
+        """Warn if the controller is not one of this mirror's senders."""
         if controller and self._sender_of(controller) is None:
             self._hooks.warn(f"{name_controller(self._reader, controller)} has control")
 
     def _controller(self) -> str:
-        """Return the serial of the exclusive controller that the writer shows; empty: there is none."""
+        """Return the serial of the writer's exclusive controller, or empty."""
         with self._lock:
             return self._answers.controller(self._reader.to_bytes())
 
     def _sender_of(self, serial: str) -> str | None:
-        """Return the serial of the sender that an instance of ours sends for, None when it is no such."""
+        """Return the sender behind one of the mirror's instances, or None."""
         for source, proxy in self._proxies.items():
             if serial == str(proxy.serial):
                 return str(source)
@@ -266,9 +262,9 @@ class InterfaceMirror:
 
 
 def _check_layouts(reader: Interface, writer: Interface) -> None:
-    """Refuse an interface whose blocks or messages are laid out differently on the two boards.
+    """Refuse an interface whose blocks or messages have different layouts on the two boards.
 
-    :raises BlackBoardError: when they are; hashes may differ.
+    :raises BlackBoardError: if the layouts differ; hashes may differ.
     """
     ours = [(f.name, f.type, f.length, f.offset) for f in reader.SCHEMA.fields]
     theirs = [(f.name, f.type, f.length, f.offset) for f in writer.SCHEMA.fields]

@@ -1,4 +1,4 @@
-"""A sender on one board, as the writer on the other board sees it."""
+"""A sender of one board, as seen by the writer on the other board."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from cxbridge.interfaces.message import Message
 
 
 class SenderProxy:
-    """Sends on for one sender: ids are counted for each sender apart, as everywhere on blackboards.
+    """Sends messages for one sender, so that ids are counted per sender.
 
-    The writer sees an instance of the gateway as the source of the messages. So the writer notices when that
-    instance is closed, by the gateway or because the connection is lost, and takes control away from it.
+    The writer sees an instance of the gateway as the source. When that instance is closed, by the gateway or
+    a lost connection, the writer revokes its control.
 
     :param instance: a reading instance on the writer's board, closed with the proxy.
     """
@@ -23,17 +23,16 @@ class SenderProxy:
     def __init__(self, instance: Interface) -> None:
         self._instance = instance
         self.may_control = False
-        """Whether the sender may have exclusive control: it has asked for it, and has not released it."""
+        """Whether the sender has requested exclusive control and not released it."""
 
     @property
     def serial(self) -> UUID:
-        """The serial of the instance."""
         return self._instance.serial
 
     def send(self, message: Message) -> int:
-        """Send a copy of ``message``; return the id that it got, which is not one that the writer shows.
+        """Send a copy of a message; return its id, which differs from the one shown by the writer.
 
-        :raises BlackBoardError: when it cannot be delivered.
+        :raises BlackBoardError: if delivery fails.
         """
         twin = self._instance.create_message(message.type)
         twin.set_from_chunk(message.to_bytes())
@@ -43,11 +42,11 @@ class SenderProxy:
         return self._instance.msgq_enqueue(twin)
 
     def close(self, controller: str) -> None:
-        """Give control back, if the sender has it or may be about to get it, and close the instance.
+        """Release control that the sender has or may get, and close the instance.
 
-        :param controller: serial of the exclusive controller, as far as is known here; empty: there is none.
+        :param controller: the known serial of the controller, or empty.
         """
-        with suppress(BlackBoardError):  # the writer may be gone, and control with it
+        with suppress(BlackBoardError):  # a lost writer has lost its controller, too
             if self.may_control and controller in ("", str(self.serial)):
                 self._instance.msgq_enqueue(self._instance.create_message(RELEASE))
         with suppress(BlackBoardError):

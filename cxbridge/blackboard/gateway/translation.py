@@ -1,4 +1,4 @@
-"""Translates the states of a writer on its board for senders of messages on the other board."""
+"""Translation of a writer's states for senders on the other board."""
 
 from __future__ import annotations
 
@@ -15,16 +15,14 @@ from cxbridge.interfaces.schema import FieldSchema
 
 
 class AnswerTranslator:
-    """Translates blocks of one interface: ids of messages, the serial of the controller, an old error.
+    """Translates an interface's blocks: message ids, serial of the controller, outdated error.
 
-    A message has another id on the writer's board than its sender knows, and the controller there is an
-    instance of the gateway.
+    On the writer's board, a message has another id than for its sender, and the controller is an instance of
+    the gateway.
 
-    :param interface_class: of the interface.
-    :param hide: show an idle writer in its initial state until it works for a sender of
-        ours.
-    :param sender_of: takes a serial as text; returns that of the sender that the gateway stands in for with
-        this instance, None when it is not an instance of the gateway.
+    :param interface_class: the class of the interface.
+    :param hide: show the writer as idle until it works for a sender of this gateway.
+    :param sender_of: returns the sender's serial for an instance of the gateway, or None.
     """
 
     def __init__(
@@ -35,15 +33,15 @@ class AnswerTranslator:
         self._id_at: Final = id_offset(schema)
         self._controller: Final = schema.field(CONTROLLER)
         self.hides = hide and self._id_at is not None and self._controller is not None
-        """Whether the writer is shown as an idle one."""
+        """Whether the writer is shown as idle."""
         self._sender_of: Final = sender_of
         self._error: Final = schema.field("error") if schema.field("skill_string") is not None else None
         self._own_error = OwnError()
-        self._known: array[int] | None = None  # by id on the writer's board: the sender's id
-        self._orders: set[int] = set()  # ids of messages that make the writer do something, while it hides
+        self._known: array[int] | None = None  # the sender's id by the id on the writer's board
+        self._orders: set[int] = set()  # ids of messages that start work, while the writer is hidden
 
     def sent(self, message_type: str, sent_as: int, known_as: int) -> None:
-        """Note under which id a message was sent, and which its sender knows."""
+        """Record the two ids of a message."""
         if self._id_at is None:
             return
         if self._known is None:
@@ -53,7 +51,7 @@ class AnswerTranslator:
             self._orders.add(sent_as)
 
     def translate(self, block: bytes) -> bytes:
-        """Return a block of the writer for the other board."""
+        """Return a writer's block for the other board."""
         if self._id_at is None:
             return block
         message_id = id_in(block, self._id_at)
@@ -89,7 +87,7 @@ class AnswerTranslator:
         return block[: here.start] + text + block[here.stop :]
 
     def _idle(self, block: bytes) -> bytes:
-        """Return the block of an unused writer, with the present controller."""
+        """Return the block of an unused writer with the present controller."""
         idle = bytearray(len(block))
         idle[: STAMP.size] = block[: STAMP.size]
         if self._controller is not None:
@@ -105,7 +103,7 @@ class AnswerTranslator:
         return block[: here.start] + sender.encode("ascii").ljust(field.size, b"\0") + block[here.stop :]
 
     def controller(self, block: bytes) -> str:
-        """Return the serial of the exclusive controller that a block of the writer shows; empty: none."""
+        """Return the serial of the controller in a block, or empty."""
         if self._controller is None:
             return ""
         return block[_place(self._controller)].partition(b"\0")[0].decode("ascii", "replace")

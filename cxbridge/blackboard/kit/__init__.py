@@ -1,1 +1,1 @@
-"""The kit of transports: what all ways to a blackboard share; docs/architecture.md says how to add one."""
+"""Common parts of transports. docs/architecture.md shows how to add a transport."""

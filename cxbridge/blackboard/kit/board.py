@@ -1,5 +1,3 @@
-"""The base of blackboards whose interfaces live in another process."""
-
 from __future__ import annotations
 
 import threading
@@ -15,10 +13,9 @@ from cxbridge.events import EventBus
 
 
 class RemoteBlackBoard(BlackBoard):
-    """A blackboard behind a connection that can be lost and comes back.
+    """A blackboard in another process, behind a connection that is restored after a loss.
 
-    What differs from a local one: listeners and observers are called in the dispatcher's thread, soon after
-    the event; :meth:`flush` waits for that.
+    Listeners and observers are called in the dispatcher's thread, soon after the event.
     """
 
     _dispatcher: Dispatcher
@@ -31,17 +28,16 @@ class RemoteBlackBoard(BlackBoard):
         self._on_connection: list[Callable[[bool], None]] = []
 
     def on_connection(self, callback: Callable[[bool], None]) -> None:
-        """Call ``callback`` when the connection is lost or back; see the base class."""
         self._on_connection.append(callback)
 
     def announce(self, connected: bool, text: str) -> None:
-        """Notify people and programs that the connection is lost or back."""
+        """Log the loss or return of the connection and notify the callbacks."""
         self.warn(text)
         for callback in tuple(self._on_connection):
             self._dispatcher.put(callback, connected)
 
     def shutdown(self) -> None:
-        """Make all instances invalid, end the connection and the threads."""
+        """Invalidate all instances, end the connection and stop the threads."""
         with self._ending:
             if self._gone:
                 return
@@ -50,12 +46,12 @@ class RemoteBlackBoard(BlackBoard):
 
     @abstractmethod
     def _end(self) -> None:
-        """Carry out the steps of a shutdown, once."""
+        """Carry out the shutdown; called once."""
 
     def _check_here(self) -> None:
-        """Refuse what cannot be done after the shutdown.
+        """Check that the blackboard was not shut down.
 
-        :raises BlackBoardGoneError: after the shutdown.
+        :raises BlackBoardGoneError: if it was.
         """
         if self._gone:
             raise BlackBoardGoneError

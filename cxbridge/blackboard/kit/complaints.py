@@ -1,4 +1,4 @@
-"""Log lines about mistakes of peers: each kind once a minute, with the number of omitted lines."""
+"""Log lines about mistakes of peers, each kind at most once a minute."""
 
 from __future__ import annotations
 
@@ -8,29 +8,22 @@ from collections.abc import Callable
 from typing import Final
 
 PAUSE_S: Final = 60.0
-"""Seconds before a complaint of the same kind is logged again."""
 
+# the names of kinds may come from the wire: the table must not grow without limit
 MAX_KINDS: Final = 1000
-"""Kinds of complaints, counted apart; their names may come from the wire."""
 
 
 class Complaints:
-    """Logs the first complaint of a kind, then at most one in :data:`PAUSE_S`. Thread-safe.
-
-    :param log: takes the text.
-    """
+    """Logs the first complaint of a kind, then at most one in `PAUSE_S`. Thread-safe."""
 
     def __init__(self, log: Callable[[str], None]) -> None:
         self._log: Final = log
         self._lock = threading.Lock()
-        self._logged: dict[str, tuple[float, int]] = {}  # when a kind was logged, and how many came since
+        # time of the last log line of a kind, and number of complaints since
+        self._logged: dict[str, tuple[float, int]] = {}
 
     def add(self, kind: str, text: str) -> None:
-        """Log ``text`` unless its kind was logged a moment ago.
-
-        :param kind: the key of complaints that count as equal.
-        :param text: the description of this mistake.
-        """
+        """Log ``text`` unless a complaint of its kind was logged within the pause."""
         now = time.monotonic()
         with self._lock:
             if kind not in self._logged and len(self._logged) >= MAX_KINDS:

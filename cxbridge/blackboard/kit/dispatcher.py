@@ -1,4 +1,4 @@
-"""The thread in which a remote blackboard calls its listeners and observers, one event after the other."""
+"""The thread in which a remote blackboard calls its listeners and observers."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from collections.abc import Callable
 from typing import Any, Final
 
 Work = tuple[Callable[..., object], tuple[Any, ...], bool]
-"""What to call, with what, and whether it is urgent."""
+"""The function, its arguments, and whether it is urgent."""
 
 
 class Dispatcher:
-    """Runs calls of any thread, in order, in one thread.
+    """Runs the calls of all threads in one thread, in order.
 
-    :param name: of the thread.
-    :param report: called for what fails.
+    :param report: called with the name and error of a failed call.
     """
 
     def __init__(self, name: str, report: Callable[[str, Exception], None]) -> None:
@@ -24,23 +23,23 @@ class Dispatcher:
         self._thread: Final = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
         self.ident: Final = self._thread.ident
-        """Of the thread, as :func:`threading.get_ident` has it."""
+        """The identifier of the thread, as in `threading.get_ident`."""
 
     def put(self, work: Callable[..., object], *args: Any, urgent: bool = False) -> None:
-        """Call ``work`` after all that was put before.
+        """Queue a call.
 
-        :param urgent: also while a listener waits for an answer, where a transport lets it wait here.
+        :param urgent: make the call also while a listener waits for a reply, if the transport can.
         """
         self._queue.put((work, args, urgent))
 
     def inside(self) -> bool:
-        """Return whether the caller is in the thread."""
         return threading.get_ident() == self.ident
 
     def drain(self, timeout: float) -> bool:
-        """Return when all that was put before was called; False when it takes too long.
+        """Wait until the calls queued so far were made; return False after the timeout.
 
-        At once within the thread: what waits cannot be called before the caller returns.
+        Within the dispatcher's thread it returns at once, because the queue cannot proceed before the caller
+        returns.
         """
         if self.inside() or not self._thread.is_alive():
             return True
@@ -49,9 +48,9 @@ class Dispatcher:
         return passed.wait(timeout)
 
     def stop(self, timeout: float | None = None) -> None:
-        """End the thread after the calls in the queue; wait for that, unless in the thread.
+        """End the thread after the queued calls and wait for it, unless called within the thread.
 
-        :param timeout: seconds; None: as long as it takes.
+        :param timeout: in seconds; None waits without limit.
         """
         self._queue.put(None)
         if not self.inside():

@@ -1,15 +1,15 @@
-"""Errors of transports; those that every blackboard raises are in :mod:`cxbridge.blackboard.errors`.
+"""Errors of transports.
 
 ::
 
     BlackBoardError
-     └── TransportError
-          ├── DisconnectedError      there is no connection, or it ended before the answer came
-          ├── RequestTimeoutError    no answer in time
-          ├── RemoteRefusalError     the other end refuses, for another reason
-          ├── ProtocolError          invalid bytes
-          └── EndpointError          an endpoint cannot be used
-               └── InsecureEndpointError
+    └── TransportError
+        ├── DisconnectedError      there is no connection, or it ended before the reply
+        ├── RequestTimeoutError    no reply in time
+        ├── RemoteRefusalError     the peer refuses for another reason
+        ├── ProtocolError          invalid bytes
+        └── EndpointError          an endpoint cannot be used
+            └── InsecureEndpointError
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from cxbridge.errors import BlackBoardError
 
 
 class TransportError(BlackBoardError):
-    """Something between a client and a server went wrong."""
+    """The communication between client and server failed."""
 
 
 class DisconnectedError(TransportError):
-    """There is no connection to the server, or it ended before the answer came."""
+    """There is no connection to the server, or it ended before the reply."""
 
 
 class RequestTimeoutError(TransportError):
-    """No answer came in time; the request may still be carried out."""
+    """No reply came in time; the request may still be carried out."""
 
 
 class RemoteRefusalError(TransportError):
-    """The other end refuses, for a reason without an error class, or without a reason."""
+    """The peer refuses for a reason that has no error class, or without a reason."""
 
 
 class ProtocolError(TransportError):
-    """Invalid bytes: not of this protocol, of another version, or beyond a limit."""
+    """The bytes do not belong to this version of the protocol, or exceed a limit."""
 
 
 class EndpointError(TransportError):
-    """An endpoint cannot be bound or connected to, or is none."""
+    """An endpoint is invalid, or cannot be bound or connected to."""
 
 
 class InsecureEndpointError(EndpointError):
-    """An endpoint beyond this machine was given without keys."""
+    """An endpoint that other machines can reach was given without keys."""

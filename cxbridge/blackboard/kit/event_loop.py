@@ -1,4 +1,4 @@
-"""Threads with an event loop of asyncio: the one place that makes, runs and closes the loops of servers."""
+"""Threads that run an asyncio event loop, for servers."""
 
 from __future__ import annotations
 
@@ -17,13 +17,10 @@ _STOP_S: Final = 5.0
 
 
 class LoopThread(Closing):
-    """A thread that runs an event loop until it is closed. Any thread may call its methods at any time.
+    """A thread that runs an event loop until it is closed.
 
-    The loop takes calls from the moment it is made, before its thread runs: a call, a coroutine and
-    :meth:`close` are done in the order in which they came.
-
-    :param name: of the thread.
-    :param shortage: reports connections that cannot be accepted.
+    All methods may be called from any thread. Calls that are made before the thread runs are queued; calls,
+    coroutines and `close` are processed in order.
     """
 
     def __init__(self, name: str, shortage: Shortage) -> None:
@@ -39,7 +36,7 @@ class LoopThread(Closing):
             raise
 
     def call(self, function: Callable[..., object], *arguments: object) -> bool:
-        """Let the thread call a function; return False when the loop is closed."""
+        """Call a function in the loop; return False if the loop is closed."""
         try:
             self._loop.call_soon_threadsafe(function, *arguments)
         except RuntimeError:
@@ -47,9 +44,9 @@ class LoopThread(Closing):
         return True
 
     def spawn(self, work: Coroutine[Any, Any, T]) -> Future[T]:
-        """Let the thread run a coroutine.
+        """Run a coroutine in the loop.
 
-        :raises RuntimeError: when the loop is closed.
+        :raises RuntimeError: if the loop is closed.
         """
         try:
             return asyncio.run_coroutine_threadsafe(work, self._loop)
@@ -58,7 +55,7 @@ class LoopThread(Closing):
             raise
 
     def close(self) -> None:
-        """Cancel the coroutines, close the loop and wait for the thread's end. A second call does nothing."""
+        """Cancel the coroutines, close the loop and join the thread; further calls do nothing."""
         if self.call(self._over.set):
             self._thread.join(_STOP_S)
 
@@ -72,4 +69,4 @@ class LoopThread(Closing):
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        await asyncio.sleep(0)  # closed transports let go of their sockets
+        await asyncio.sleep(0)  # closed transports release their sockets in the next cycle of the loop

@@ -1,4 +1,4 @@
-"""The memory that the instances of one client may take from a server."""
+"""Limits of the memory that the instances of one client take at a server."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.schema import InterfaceSchema
 
 MOST_INSTANCES: Final = 4096
-"""Instances that a client may have open."""
 
+# each open instance has a copy of its data block in the server's memory
 MOST_BYTES: Final = 16 * 1024 * 1024
-"""Bytes of the data blocks of these instances together: each instance has a copy of its block."""
 
 
 def check_room(instances: Iterable[Interface], wanted: InterfaceSchema) -> None:
-    """Refuse an instance beyond the limits of a client.
+    """Check that a client may open one more instance.
 
-    :raises RemoteRefusalError: when the client has too many instances open, or too large ones.
+    :raises RemoteRefusalError: if the client has too many instances open, or too many bytes.
     """
     sizes = [instance.SCHEMA.datasize for instance in instances]
     if len(sizes) >= MOST_INSTANCES:

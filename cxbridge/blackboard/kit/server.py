@@ -1,4 +1,4 @@
-"""The shell of a server: the thread that serves, its wake-up call, its log lines, its start and stop."""
+"""The base of servers: serving thread, wake-up, log lines, start and stop."""
 
 from __future__ import annotations
 
@@ -13,14 +13,10 @@ from cxbridge.events import Logger
 
 
 class BoardServer(ABC):
-    """Serves a blackboard in one thread from :meth:`start` to :meth:`stop`.
+    """Serves a blackboard in one thread from `start` to `stop`.
 
-    As a context manager it is started at the beginning and stopped at the end. A transport's server
-    implements the abstract methods; :attr:`_wakeup`, which exists from the start, ends the sleep of its
-    thread.
-
-    :param thread_name: of the thread.
-    :param log: gets log lines; None: no log.
+    The server of a transport implements the abstract methods. `_wakeup` exists from the start and interrupts
+    the poll of the thread.
     """
 
     def __init__(self, thread_name: str, log: Logger | None) -> None:
@@ -45,9 +41,9 @@ class BoardServer(ABC):
         self.stop()
 
     def start(self) -> None:
-        """Begin to serve.
+        """Start the serving thread.
 
-        :raises BlackBoardError: when it cannot.
+        :raises BlackBoardError: if the server cannot listen.
         """
         assert not self._started, "it was started before"
         self._started = True
@@ -60,9 +56,11 @@ class BoardServer(ABC):
         self._thread.start()
 
     def stop(self, timeout: float | None = None) -> None:
-        """End the sessions, close what their clients have open, give everything back; twice is not an error.
+        """End the sessions, close the instances of their clients and release the resources.
 
-        :param timeout: seconds to wait for the thread; None: as long as it takes.
+        Further calls do nothing.
+
+        :param timeout: seconds to wait for the thread; None waits without limit.
         """
         self._stopping = True
         if self._started:
@@ -73,7 +71,6 @@ class BoardServer(ABC):
             self._give_back()
 
     def inside(self) -> bool:
-        """Return whether the caller is the server's thread."""
         return threading.get_ident() == self._ident
 
     def _serve_thread(self) -> None:
@@ -89,15 +86,15 @@ class BoardServer(ABC):
 
     @abstractmethod
     def _prepare(self) -> None:
-        """Get ready for clients, in the thread that starts the server."""
+        """Acquire sockets and other resources; called in the thread that starts the server."""
 
     @abstractmethod
     def _run(self) -> None:
-        """Serve until it is stopping; the server's thread."""
+        """Serve until the server is stopped; called in the serving thread."""
 
     @abstractmethod
     def _release(self) -> None:
-        """Release the server's resources, in the thread that stops it."""
+        """Release the server's resources; called in the thread that stops it."""
 
     def _warn(self, text: str) -> None:
         if self._log is not None:

@@ -1,4 +1,4 @@
-"""The base of transports: how the URLs of one scheme become blackboards."""
+"""The base of transports: how URLs of a scheme become blackboards."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cxbridge.events import EventBus
 
 
 class BadUrlError(BlackBoardError):
-    """The URL names no blackboard."""
+    """A URL does not name a blackboard."""
 
 
 class Transport(ABC):
-    """Opens the blackboards of some schemes of URLs; one line in :mod:`cxbridge.blackboard.urls` a scheme."""
+    """Opens the blackboards of some URL schemes, see :data:`cxbridge.blackboard.urls.TRANSPORTS`."""
 
     QUERY_HINT: ClassVar[str] = "leave away the '?' and what follows it"
     """The hint for an invalid query."""
@@ -27,14 +27,13 @@ class Transport(ABC):
     ) -> BlackBoard:
         """Return the blackboard at ``url``, connected.
 
-        :param url: without a query.
-        :param options: further options of the transport.
-        :raises BlackBoardError: when the URL is invalid, or no server answers.
+        :param url: a URL without query.
+        :raises BlackBoardError: if the URL is invalid, or no server answers.
         """
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
-        """Return the options that the query of a URL stands for; there are none unless a transport says so.
+        """Return the options of a URL's query; by default a query is refused.
 
-        :raises BlackBoardError: when it is invalid.
+        :raises BlackBoardError: if the query is invalid.
         """
         raise BlackBoardError(f"'{url}' takes no '?{query}'", hint=self.QUERY_HINT)

@@ -1,4 +1,4 @@
-"""A descriptor that wakes a thread out of a poll."""
+"""A file descriptor that wakes a thread from its poll."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import threading
 
 
 class SocketWakeup:
-    """Set by any thread, polled by one. Setting it many times wakes once."""
+    """A wake-up that any thread sets and one thread polls."""
 
     __slots__ = ("_closed", "_lock", "_pending", "_reading", "_writing")
 
@@ -17,18 +17,18 @@ class SocketWakeup:
         self._pending = self._closed = False
 
     def fileno(self) -> int:
-        """Return the descriptor that becomes readable."""
+        """Return the descriptor to poll for reading."""
         return self._reading.fileno()
 
     def set(self) -> None:
-        """Make the descriptor readable; nothing once it is closed."""
+        """Make the descriptor readable; nothing happens after `close`."""
         with self._lock:
             if not self._pending and not self._closed:
                 self._pending = True
                 self._writing.send(b"!")
 
     def clear(self) -> None:
-        """Make the descriptor quiet; look for work afterwards."""
+        """Make the descriptor unreadable; the caller looks for work afterwards."""
         if not self._pending:
             return
         with self._lock:
@@ -37,7 +37,7 @@ class SocketWakeup:
                 self._reading.recv(16)
 
     def close(self) -> None:
-        """Give the descriptors back; closing twice is not an error."""
+        """Close the descriptors; further calls do nothing."""
         with self._lock:
             self._closed = True
             self._reading.close()

@@ -1,10 +1,9 @@
-"""The blackboard over ZeroMQ: a server for a local blackboard, and clients; docs/evidence/protocol-zmq.md.
+"""The blackboard over ZeroMQ: server and clients, see docs/evidence/protocol-zmq.md.
 
 ::
 
     with ZmqBlackBoardServer(LocalBlackBoard(registry, clock), ["ipc:///run/user/1000/cxbridge"]) as server:
         ...
-
     board = ZmqBlackBoard("ipc:///run/user/1000/cxbridge", registry, clock)    # another process
 """
 

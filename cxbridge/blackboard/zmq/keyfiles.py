@@ -1,4 +1,4 @@
-"""Makes the CURVE key files that :mod:`~cxbridge.blackboard.zmq.security` reads."""
+"""Creation of the CURVE key files that :mod:`~cxbridge.blackboard.zmq.security` reads."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _NAME: Final = re.compile(r"[\w.-]*\w")
 
 
 def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
-    """Make a pair of keys in the format of ZeroMQ's certificates; return the public and the secret file.
+    """Create a key pair in the format of ZeroMQ certificates; return the public and the secret file.
 
-    The secret one is readable by its user only from its first byte on; no file is ever written over.
+    Only the user can read the secret file. Existing files are never overwritten.
 
-    :param folder: is made when it is absent.
+    :param folder: created if it does not exist.
     :param name: the owner of the keys; the files are ``name.key`` and ``name.key_secret``.
-    :raises EndpointError: when the name is none for a file, or there are such keys already.
-    :raises OSError: when the folder cannot be written to.
+    :raises EndpointError: if the name is invalid in a file name, or the files exist.
+    :raises OSError: if the folder cannot be written.
     """
     if not _NAME.fullmatch(name):
         raise EndpointError(f"'{name}' cannot name a key", hint="use letters, digits, '_', '-' and '.'")
@@ -39,7 +39,7 @@ def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
 
 
 def _write_new(file: Path, text: str, mode: int) -> None:
-    """Write a file that does not exist yet."""
+    """Create a file; its mode applies from the first byte on."""
     descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
     with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
         stream.write(text)

@@ -1,4 +1,4 @@
-"""The rules for endpoints: those of this machine are free, all other endpoints need CURVE keys."""
+"""Security of endpoints: those that other machines can reach need CURVE keys."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from cxbridge.blackboard.kit.errors import EndpointError, InsecureEndpointError
 from cxbridge.listening import check_place, is_abstract, is_private
 
 SCHEMES: Final = ("tcp", "ipc", "inproc")
-"""Transports that the blackboard uses."""
+"""The ZeroMQ transports that the blackboard uses."""
 
 
 @dataclass(frozen=True, slots=True)
 class CurveServer:
     """Keys of a server.
 
-    :param secret_key: its own secret key file, made by :func:`~cxbridge.blackboard.zmq.keyfiles.create_keys`.
+    :param secret_key: a file of :func:`~cxbridge.blackboard.zmq.keyfiles.create_keys`.
     :param clients: the folder with the public keys of allowed clients.
     """
 
@@ -27,9 +27,9 @@ class CurveServer:
     clients: Path
 
     def apply(self, socket: zmq.Socket[bytes]) -> None:
-        """Make a socket, before it is bound, take only clients with keys.
+        """Restrict an unbound socket to clients with keys.
 
-        :raises EndpointError: when a file cannot be used.
+        :raises EndpointError: if a file cannot be used.
         """
         if not self.clients.is_dir():
             raise EndpointError("no folder with the clients' public keys", file=self.clients)
@@ -41,7 +41,6 @@ class CurveServer:
 class CurveClient:
     """Keys of a client.
 
-    :param secret_key: its own secret key file.
     :param server_key: the server's public key file.
     """
 
@@ -49,18 +48,18 @@ class CurveClient:
     server_key: Path
 
     def apply(self, socket: zmq.Socket[bytes]) -> None:
-        """Restrict a socket, before it connects, to this server.
+        """Restrict an unconnected socket to this server.
 
-        :raises EndpointError: when a file cannot be used.
+        :raises EndpointError: if a file cannot be used.
         """
         socket.curve_publickey, socket.curve_secretkey = load_keys(self.secret_key)
         socket.curve_serverkey = load_keys(self.server_key, secret=False)[0]
 
 
 def load_keys(path: Path, *, secret: bool = True) -> tuple[bytes, bytes]:
-    """Return the public and the secret key of a key file; the secret one is empty unless it is asked for.
+    """Return the public key of a file, and its secret key unless ``secret`` is False.
 
-    :raises EndpointError: when the file is missing, or has no such key.
+    :raises EndpointError: if the file is missing or lacks the key.
     """
     from zmq.auth import load_certificate  # noqa: PLC0415 - not quickly imported, and rarely needed
 
@@ -74,12 +73,12 @@ def load_keys(path: Path, *, secret: bool = True) -> tuple[bytes, bytes]:
 
 
 def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
-    """Refuse endpoints that are none, or that are beyond this machine and not secured.
+    """Check the form of an endpoint and its security.
 
-    :param keys: there are CURVE keys.
-    :param insecure: the user takes the risk.
-    :raises EndpointError: when it is not an endpoint.
-    :raises InsecureEndpointError: when it needs keys.
+    :param keys: whether there are CURVE keys.
+    :param insecure: whether the user accepts connections without keys.
+    :raises EndpointError: if the form is invalid.
+    :raises InsecureEndpointError: if the endpoint needs keys.
     """
     scheme, separator, rest = endpoint.partition("://")
     if not separator or scheme not in SCHEMES or not rest:
@@ -98,5 +97,6 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
 
 
 def takes_keys(endpoint: str) -> bool:
-    """Return whether CURVE keys apply to an endpoint: not where the mode of a file says who may come."""
+    """Return whether CURVE keys apply to an endpoint."""
+    # the mode of its file protects an ipc endpoint
     return endpoint.startswith("tcp:") or is_abstract(endpoint)

@@ -1,4 +1,4 @@
-"""The URLs of the ZeroMQ transport: ``tcp://``, ``ipc://`` and ``inproc://``, with keys in the query."""
+"""URLs of the ZeroMQ transport: ``tcp://``, ``ipc://`` and ``inproc://``, with keys in the query."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class ZmqTransport(Transport):
     ) -> ZmqBlackBoard:
         """Return the blackboard at an endpoint.
 
-        :param options: those of :class:`~cxbridge.blackboard.zmq.ZmqBlackBoard`.
+        :param options: arguments of :class:`~cxbridge.blackboard.zmq.ZmqBlackBoard`.
         """
         return ZmqBlackBoard(url, registry, clock, bus, **options)
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
-        """Return the keys of the query, or the explicit lack of keys; see the base class."""
+        """Return the keys of the query, or whether it allows a connection without keys."""
         if not takes_keys(url):
             return super().read_query(url, query)
         given = dict(parse_qsl(query, keep_blank_values=True))

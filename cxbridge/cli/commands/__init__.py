@@ -1,7 +1,7 @@
-"""The commands of `cxbridge`: each module here is one, found by its name and imported when it is used.
+"""The commands of `cxbridge`, one module each, imported when it is used.
 
-A module ``NAME.py`` has either a function ``NAME``, which is the command, or a :class:`typer.Typer` ``app``,
-which is a group of commands.
+A module ``NAME.py`` has either a function ``NAME``, the command, or a :class:`typer.Typer` ``app``, a group
+of commands.
 """
 
 from typing import Final
@@ -17,4 +17,4 @@ HELP_SECTIONS: Final = {
     "Skills": ("skill",),
     "Set up": ("doctor", "keys"),
 }
-"""The sections of the help and the core's commands in each, in order; a plug-in's row names its section."""
+"""The sections of the help with the core's commands in order; a plug-in's row names its section."""

@@ -219,7 +219,7 @@ def send(
 
 
 def _answered(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) -> bool:
-    """Wait for the answer to a message and print it; whether it came."""
+    """Wait for the reply to a message and print it; return whether it came."""
     while (news := feed.next(deadline)) is not None:
         stale = news.values == before.values and news.time_us <= before.time_us
         if news.kind == "data" and not stale and news.values["msgid"] == msgid:
@@ -229,9 +229,9 @@ def _answered(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) ->
 
 
 def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
-    """Return a description of an interface.
+    """Return the description of an interface.
 
-    :raises BlackBoardError: when no process has it open.
+    :raises BlackBoardError: if no process has it open.
     """
     from cxbridge.blackboard import parse_uid
     from cxbridge.errors import BlackBoardError
@@ -253,7 +253,7 @@ def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _info_row(info: InterfaceInfo) -> dict[str, Any]:
-    """Return a description of an interface as JSON can have it."""
+    """Return the description of an interface for JSON."""
     return {
         "uid": info.uid,
         "type": info.type,
@@ -286,7 +286,7 @@ def _print_fields(values: Mapping[str, Any]) -> None:
 
 
 def _print_news(news: InterfaceChange, known: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
-    """Print a line for news, if there is something new in it; return whether there was."""
+    """Print a line for a change, if fields changed; return whether it was printed."""
     from cxbridge.interfaces.assignments import shown_fields
 
     changed: Iterable[str] = ()

@@ -27,13 +27,13 @@ _WHERE_S = 5.0
 
 # parse_args and shell_complete are of the interface that click documents for groups.
 class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  # type: ignore[misc]
-    """Gives arguments that name no command to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
+    """Passes arguments without a command to ``start``: ``daemon CONFIG`` means ``daemon start CONFIG``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         named = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
         if args and not named and (hint := package_hint(args[0])) and not Path(args[0]).exists():
             raise CxbridgeError(f"there is no command 'daemon {args[0]}'", hint=hint)
-        if not named and (args or not ctx.resilient_parsing):  # completion has no complete word yet
+        if not named and (args or not ctx.resilient_parsing):  # a completion has no complete word yet
             args = ["start", *args]
         parsed: list[str] = super().parse_args(ctx, args)
         return parsed
@@ -144,7 +144,7 @@ def shutdown(url: Connect = DEFAULT_URL) -> int:
 
 
 def _command(url: str, verb: str) -> int:
-    """Command a daemon; 0 when it has done it, 3 when it has not answered in time."""
+    """Send a command to a daemon; return the exit status."""
     from cxbridge.daemon.client import command
 
     with connect(url, None) as board:
@@ -158,7 +158,7 @@ def _exit_status(_board: BlackBoard, verb: str, done: bool) -> int:
 
 
 def _where(board: BlackBoard) -> dict[str, Any] | None:
-    """Return where a daemon's rules are stopped; None when they have gone on, or it does not answer."""
+    """Return the place at which a daemon's rules are stopped, or None."""
     from cxbridge.daemon.client import NoAnswerError, request
 
     try:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 app = typer.Typer(name="interface", no_args_is_help=True)
 
 BAD_DEFINITION = 2
-"""Exit status when a definition is wrong."""
+"""The exit status for an invalid definition."""
 
 InterfaceDirs = Annotated[
     list[Path] | None,
@@ -169,7 +169,7 @@ def compile_types(
 
 
 def registry_of(dirs: list[Path] | None) -> InterfaceRegistry:
-    """Return the registry of the given folders and cxbridge's own."""
+    """Return a registry of the given folders and the shipped definitions."""
     from cxbridge.errors import InterfaceError
     from cxbridge.interfaces.registry import InterfaceRegistry
 
@@ -182,7 +182,7 @@ def registry_of(dirs: list[Path] | None) -> InterfaceRegistry:
 
 
 def _schema(name: str, dirs: list[Path] | None) -> InterfaceSchema:
-    """Return the schema of a type or of a definition file."""
+    """Return the schema of a type or a definition file."""
     from cxbridge.interfaces.xml.parser import parse_file
 
     if name.endswith(".xml") or "/" in name:

@@ -75,7 +75,7 @@ def run(
         else:
             story.finish(result)
 
-    # with --json only the result is for stdout, not the output of a prompt
+    # with --json, stdout is only for the result, not for the output of a prompt
     with in_words_of_check(options), redirect_stdout(sys.stderr if as_json else stdout):
         result = run_scenario(options, shown, attach, stay=stay_after(show))
     show(result)

@@ -163,7 +163,7 @@ def show_board(
 
 
 class _Progress:
-    """A line on a terminal that says how the skill stands; nothing elsewhere."""
+    """A line on a terminal with the status of a skill."""
 
     def __init__(self, skill_string: str) -> None:
         self._skill_string = skill_string
@@ -178,7 +178,7 @@ class _Progress:
             self._shown = True
 
     def end(self) -> None:
-        """Take the line away."""
+        """Remove the line."""
         if self._shown:
             terminal_of(sys.stderr).write("\r\x1b[K")
             sys.stderr.flush()

@@ -1,1 +1,1 @@
-"""The long-lived processes besides the daemon: record, replay, gateway, executors."""
+"""The long-lived processes other than the daemon: record, replay, gateway, executors."""

@@ -21,23 +21,23 @@ from cxbridge.skiller.board.host import ExecutorHost, make_host
 if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message
 
+# seconds between steps
 PERIOD_S = 1 / 30
-"""Seconds from a step to the next."""
 
+# the server may not have noticed its end
 PATIENCE_S = 5.0
-"""Seconds that a predecessor of the same id has to be gone: its death may not have been noticed yet."""
+"""The seconds in which a predecessor with the same id must disappear."""
 
 _AGAIN_S = 0.1
 
 
 class _Mail(Listener):
-    """Signals that a message has come, so that nothing waits for the next step."""
+    """Signals messages on arrival, so that they do not wait for the next step."""
 
     def __init__(self) -> None:
         self.came = threading.Event()
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
-        """Wake up who waits."""
         self.came.set()
         return True
 
@@ -51,8 +51,8 @@ def run_executor(
     """Serve an executor until SIGINT or SIGTERM.
 
     :param console: gets the log lines.
-    :param on_ready: called when the executor is on the blackboard, with the function that stops it.
-    :raises CxbridgeError: when there is no such class, no server at the URL, or the id is taken.
+    :param on_ready: called with a stop function when the executor is on the blackboard.
+    :raises CxbridgeError: if there is no such class, no server at the URL, or the id is in use.
     """
     settings = parse_settings(options.settings)
     kind = load_executor(options.target, Path.cwd())
@@ -84,9 +84,9 @@ def run_executor(
 
 
 def _patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
-    """Make something as soon as its place is free; None when it is to end before.
+    """Call ``make`` until its interface has no other writer; return None if it is stopped before.
 
-    :raises WriterActiveError: when it does not become free.
+    :raises WriterActiveError: if the other writer remains.
     """
     deadline_s = time.monotonic() + PATIENCE_S
     while True:
@@ -100,9 +100,9 @@ def _patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> Ex
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
-    """Return settings from ``NAME=VALUE``.
+    """Parse settings ``NAME=VALUE``.
 
-    :raises SkillerError: when one is of another form.
+    :raises SkillerError: if the form of one is different.
     """
     from cxbridge.skiller.board.settings import value_of  # noqa: PLC0415 - for those who set something
 
@@ -116,7 +116,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def board_rows(board: BlackBoard) -> list[dict[str, Any]]:
-    """Return what executors say of themselves, by agent."""
+    """Return the states of the executors by agent."""
     rows = []
     for info in board.list("SkillExecutorInterface"):
         if not info.has_writer:

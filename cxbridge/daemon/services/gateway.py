@@ -25,8 +25,8 @@ def run_gateway(
     """Mirror interfaces between the blackboards at two URLs until SIGINT or SIGTERM.
 
     :param console: gets the log lines.
-    :param on_ready: called when both are connected, with the function that stops it.
-    :raises CxbridgeError: when a side does not answer, or a pattern is invalid.
+    :param on_ready: called with a stop function when both are connected.
+    :raises CxbridgeError: if a server does not answer, or a pattern is invalid.
     """
     for pattern in patterns:
         Pattern.parse(pattern)

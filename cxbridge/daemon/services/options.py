@@ -16,8 +16,8 @@ class RecordOptions:
     """The options of ``cxbridge trace record``; see its help.
 
     :param outputs: files that end with ``.mcap``, and folders for bblogger files.
-    :param duration_s: seconds after which to end; None: when it is interrupted.
-    :param switch: serve ``SwitchInterface::BBLogger``; None: unless the URL is a Fawkes'.
+    :param duration_s: None: until interrupted.
+    :param switch: serve ``SwitchInterface::BBLogger``; None: unless the URL belongs to a Fawkes.
     """
 
     patterns: Annotated[
@@ -44,7 +44,7 @@ class RecordOptions:
 
     @property
     def wants_switch(self) -> bool:
-        """Whether to serve the switch. A bblogger that is loaded later could not, so not on a Fawkes."""
+        """Whether to serve the switch; by default not on a Fawkes, whose bblogger needs the interface."""
         return not self.url.startswith("fawkes:") if self.switch is None else self.switch
 
 
@@ -52,8 +52,8 @@ class RecordOptions:
 class ReplayOptions:
     """The options of ``cxbridge trace replay``; see its help.
 
-    :param start_s: seconds since the first event of the recording; ``end_s`` likewise.
-    :param step: a write for each key, or for each line of a pipe; else in recorded time.
+    :param start_s: seconds since the first event of the recording; likewise ``end_s``.
+    :param step: replay one event per key, or per line of a pipe, instead of in recorded time.
     """
 
     run: Annotated[Path, Meta(description="mcap, or a file or folder of bblogger")]
@@ -92,7 +92,7 @@ class ReplayOptions:
 class ExecutorOptions:
     """The options of ``cxbridge skill executor``; see its help.
 
-    :param name: id of the executor's interface; empty: ``AGENT-CLASS``.
+    :param name: the id of the executor's interface; empty: ``AGENT-CLASS``.
     """
 
     target: Annotated[str, Meta(description="or FILE.py:CLASS, a SkillExecutor")]

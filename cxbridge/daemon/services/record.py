@@ -1,4 +1,4 @@
-"""Records the interfaces of any blackboard, as a separate process."""
+"""Recording of a blackboard's interfaces as a separate process."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _TICK_S = 0.5
 class RecordReport:
     """The result of a recording.
 
-    :param seconds: how long, in real time.
-    :param writes: entries, by ``Type::id``.
-    :param skipped: updates that newer updates replaced on their way.
-    :param gaps: start (microseconds since the epoch) and seconds of each loss of the connection.
+    :param seconds: the duration in real time.
+    :param writes: the number of entries by ``Type::id``.
+    :param skipped: the number of conflated updates.
+    :param gaps: start in microseconds since the epoch, and seconds, of each loss of the connection.
     :param errors: errors of writing.
     """
 
@@ -50,7 +50,7 @@ class RecordReport:
     errors: list[str] = field(default_factory=list)
 
     def plain(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the result for JSON."""
         return {
             "url": self.url,
             "outputs": list(self.outputs),
@@ -63,7 +63,7 @@ class RecordReport:
         }
 
     def lines(self) -> list[str]:
-        """Return it for people."""
+        """Return the result as lines of text."""
         count, interfaces = sum(self.writes.values()), len(self.writes)
         lines = [f"{count} writes of {interfaces} interfaces in {self.seconds:.1f} s"]
         lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
@@ -82,12 +82,12 @@ def record(
     on_ready: OnReady = ignore,
     on_progress: Callable[[RecordReport], None] = ignore,
 ) -> RecordReport:
-    """Record until the duration is over, or SIGINT or SIGTERM.
+    """Record for the duration, or until SIGINT or SIGTERM.
 
     :param console: gets the log lines.
-    :param on_ready: called when all interfaces are open, with the function that stops it.
-    :param on_progress: called with the present result, about twice a second.
-    :raises CxbridgeError: when a pattern is invalid, no server is at the URL, or no file can be made.
+    :param on_ready: called with a stop function when all interfaces are open.
+    :param on_progress: called with the present result about twice a second.
+    :raises CxbridgeError: if a pattern is invalid, no server is at the URL, or a file cannot be created.
     """
     patterns = [Pattern.parse(text) for text in options.patterns]
     report = RecordReport(options.url, tuple(str(path) for path in options.outputs))
@@ -133,7 +133,7 @@ def _writers(
     """Open the outputs.
 
     :param definition: returns the definition of an interface type.
-    :raises TraceError: when one cannot be written.
+    :raises TraceError: if one cannot be written.
     """
     writers: list[RunWriter] = []
     try:
@@ -161,7 +161,7 @@ def _serve_switch(
     out: EventBus,
     stack: ExitStack,
 ) -> None:
-    """Let ``ffbblog enable`` and ``disable`` switch the recording, if no other program has that switch."""
+    """Serve the switch for ``ffbblog enable`` and ``disable``, unless another program does."""
     if not options.wants_switch:
         return
 

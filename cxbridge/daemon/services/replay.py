@@ -1,4 +1,4 @@
-"""Replay a recording onto any blackboard, as a separate process."""
+"""Replay of a recording on a blackboard as a separate process."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from cxbridge.trace.replay.pace import Pace, SteppedPace, TimedPace
 from cxbridge.trace.replay.player import ReplayPlayer
 
 DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
-"""How a replay ends."""
+"""The results of a replay."""
 
 COMPONENT: Final = "Replay"
 _TICK_S = 0.2
 
 Keys = Callable[[Callable[[], bool]], bool]
-"""Waits for a key; gets a function that returns whether to give up. False at the end of the input."""
+"""Waits for a key and returns False at the end of input; its argument returns whether to give up."""
 
 
 @dataclass(slots=True)
@@ -42,11 +42,11 @@ class ReplayReport:
     """The result of a replay.
 
     :ivar end: ``done``, ``interrupted`` or ``lost``; empty during the replay.
-    :ivar seconds: how long, in real time.
-    :ivar position_s: seconds of the recording, since its first event.
-    :ivar total: writes and messages of a round.
-    :ivar rounds: begun.
-    :ivar writes: made, by ``Type::id``.
+    :ivar seconds: the duration in real time.
+    :ivar position_s: in the recording, since its first event.
+    :ivar total: the number of writes and messages of a round.
+    :ivar rounds: the number of started rounds.
+    :ivar writes: the number of writes by ``Type::id``.
     :ivar notes: warnings about the file.
     """
 
@@ -64,7 +64,7 @@ class ReplayReport:
     notes: list[str] = field(default_factory=list)
 
     def plain(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
+        """Return the result for JSON."""
         return {
             "run": self.run,
             "url": self.url,
@@ -79,7 +79,7 @@ class ReplayReport:
         }
 
     def lines(self) -> list[str]:
-        """Return it for people."""
+        """Return the result as lines of text."""
         count, interfaces = sum(self.writes.values()), len(self.writes)
         lines = [f"{self.end}: {count} writes of {interfaces} interfaces in {self.seconds:.1f} s"]
         lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
@@ -97,14 +97,14 @@ def replay(
     on_progress: Callable[[ReplayReport], None] = ignore,
     announce: Callable[[ReplayMove], None] = ignore,
 ) -> ReplayReport:
-    """Replay until all is written, SIGINT or SIGTERM, or the connection is lost.
+    """Replay a recording until its end, SIGINT, SIGTERM or the loss of the connection.
 
-    :param keys: steps by these; None: as the options say.
+    :param keys: steps by these keys; None: as in the options.
     :param console: gets the log lines.
-    :param on_ready: called when all interfaces are open, with the function that stops it.
-    :param on_progress: called with the present result, about five times a second.
-    :param announce: called for each move before it is waited for.
-    :raises CxbridgeError: when there is nothing to replay, or it cannot be replayed there.
+    :param on_ready: called with a stop function when all interfaces are open.
+    :param on_progress: called with the present result about five times a second.
+    :param announce: called for each event before the wait for it.
+    :raises CxbridgeError: if there is nothing to replay, or the blackboard refuses it.
     """
     registry = InterfaceRegistry(options.interface_dirs)
     patterns = tuple(Pattern.parse(text) for text in options.patterns)
@@ -130,10 +130,10 @@ def replay(
 
 
 class _Session:
-    """The time between opening and closing.
+    """A replay with opened interfaces.
 
-    :param report: is kept up to date.
-    :param stop: set when it is to end, also when the connection is lost.
+    :param report: updated during the replay.
+    :param stop: set when the replay is to end, or the connection is lost.
     """
 
     def __init__(
@@ -156,7 +156,7 @@ class _Session:
         board.on_connection(self._on_connection)
 
     def run(self, make_moves: Callable[[], Iterable[ReplayMove]], keys: Keys | None) -> None:
-        """Play, and stay on if that is wanted; then the report is complete."""
+        """Replay, hold the interfaces if requested, and complete the report."""
         report, pace = self._report, self._pace(keys)
         try:
             while True:
@@ -164,7 +164,7 @@ class _Session:
                 whole = self._player.play(make_moves(), pace, self._note)
                 if not (whole and self._options.loop) or self._stop.is_set():
                     break
-            # A stop after the last write gets the whole result: the last values may still be held.
+            # a stop after the last write still reports done, because the last values may be held
             if not self._stop.is_set() or (whole and not self._options.loop):
                 report.end = DONE
                 self._board.flush()
@@ -203,9 +203,9 @@ class _Session:
 
 
 def _survey(run: Run, selection: ReplaySelection) -> Survey:
-    """Read the run.
+    """Read the run and return the overview of its replay.
 
-    :raises TraceError: when there is nothing to replay.
+    :raises TraceError: if there is nothing to replay.
     """
     found = survey(run, selection)
     if found.writes:
@@ -224,9 +224,9 @@ def _survey(run: Run, selection: ReplaySelection) -> Survey:
 
 
 def add_attached(registry: InterfaceRegistry, run: Run, uids: Iterable[str]) -> None:
-    """Add to a registry the types that it does not know and that are attached to the run as ``<Type>.xml``.
+    """Add unknown interface types that are attached to the run as ``<Type>.xml`` to a registry.
 
-    :raises InterfaceDefinitionError: when such a file is wrong.
+    :raises InterfaceDefinitionError: if such a file is invalid.
     """
     missing = {kind for kind, _ in map(parse_uid, uids) if registry.path(kind) is None}
     if not missing:

@@ -1,7 +1,7 @@
-"""An executor for the skill board that has a Skiller execute its skills, of a Fawkes or a daemon.
+"""An executor for the skill board that uses a Skiller of a Fawkes or a daemon.
 
-With it the executive of the thesis drives a Fawkes' Skiller: the plugin for Fawkes that the thesis has for it
-(chapter 5.2) is not needed.
+With it the executive of the thesis can use a Fawkes' Skiller without the thesis' plugin for Fawkes (chapter
+5.2).
 """
 
 from __future__ import annotations
@@ -22,33 +22,32 @@ if TYPE_CHECKING:
 
 
 class SkillerExecutor(SkillExecutor):
-    """Sends the mapped skill string of an action to a Skiller, and has control of it during the skill.
+    """Sends the mapped skill string of an action to a Skiller, under exclusive control.
 
-    Only data is sent: calls of skills with literal arguments.
+    Only calls of skills with literal arguments are sent. Settings: ``url`` of the blackboard with the
+    Skiller, and ``skiller``, its id.
 
-    Settings: ``url`` of the blackboard with the Skiller, and ``skiller``, its id.
-
-    :raises ConfigError: on a virtual clock, which would not wait for a Skiller elsewhere.
+    :raises ConfigError: on a virtual clock, which would not wait for the Skiller.
     """
 
     known_settings: ClassVar[tuple[str, ...]] = ("url", "skiller")
     url: ClassVar[str] = "fawkes://localhost:1910"
-    """Where the Skiller is, unless the setting says otherwise."""
+    """The blackboard of the Skiller without the setting."""
 
     def start(self) -> None:
-        """Connect to the blackboard of the Skiller."""
         self._far: BlackBoard | None = None
         if self.clock.is_virtual:
             raise ConfigError("a Skiller elsewhere needs the real clock", hint="add --clock real")
         self._far = open_blackboard(self.setting("url", self.url), InterfaceRegistry(), self.clock)
 
     def execute(self, call: SkillCall) -> Steps:
-        """Take control, send the skill string, wait for the end; stop it when the skill is cancelled."""
+        """Acquire control, send the skill string and wait for its end; stop it if the skill is cancelled."""
         skill_string = str(call.get(MAPPED_ACTION, ""))
         if not skill_string:
             raise SkillFailedError(f"no skill is mapped to {call.skill}: see action-mapping")
         try:
-            parse_skill_string(skill_string)  # a client may have sent it, and a Fawkes would evaluate it
+            # the skill string may come from a client, and a Fawkes would evaluate any Lua code in it
+            parse_skill_string(skill_string)
         except SkillError as error:
             raise SkillFailedError(f"'{skill_string}' is not sent: {error.message}") from error
         assert self._far is not None
@@ -63,13 +62,12 @@ class SkillerExecutor(SkillExecutor):
         yield Progress(1.0, "completed")
 
     def close(self) -> None:
-        """Leave the blackboard."""
         if self._far is not None:
             self._far.shutdown()
             self._far = None
 
 
 class TalkExecutor(SkillerExecutor):
-    """Has the Skiller say the texts of the thesis' talking agents."""
+    """Lets the Skiller say the texts of the thesis' talking agents."""
 
     skills = ("say-hello", "say-hello-again", "say-goodbye", "say-cleanup")

@@ -18,7 +18,7 @@ class EngineFolder:
     """A folder that exists as long as the processes that use it.
 
     :attr:`files` must be inherited by these processes, because it holds the folder's lock. Making a folder
-        also removes the folders of killed processes.
+    also removes the folders of killed processes.
     """
 
     def __init__(self) -> None:

@@ -1,1 +1,1 @@
-"""Reads interface definitions: Fawkes' XML to schemas, with every mistake explained."""
+"""Reading of Fawkes' XML definitions into schemas."""

@@ -1,4 +1,4 @@
-"""Read the constants and enums of a definition."""
+"""Reading of constants and enums."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _INT32_LIMIT = 1 << 31
 
 
 def read_constant(element: Element, scope: NameScope, findings: Findings) -> ConstantSchema | None:
-    """Read a ``constant``; None when something is wrong with it."""
+    """Read a ``constant``, or return None after an error."""
     findings.only(element, ())
     findings.known_attributes(element, ("type", "name", "value"))
     name = findings.name(element, "a constant", RESERVED_IN_INTERFACES, "MAX_SPEED")
@@ -44,7 +44,7 @@ def read_constant(element: Element, scope: NameScope, findings: Findings) -> Con
 
 
 def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSchema | None:
-    """Read an ``enum``; None when its name cannot be used. Items that are wrong are left out."""
+    """Read an ``enum``, or return None if its name is invalid; invalid items are left out."""
     findings.only(element, ("comment", "item"))
     findings.known_attributes(element, ("name",))
     name = findings.name(element, "an enum", RESERVED_IN_INTERFACES, "StatusEnum")
@@ -71,7 +71,10 @@ def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSch
 
 
 def _read_item(element: Element, number: int, scope: NameScope, findings: Findings) -> EnumItem | None:
-    """Read an ``item``; its number is ``number`` unless the element has a value."""
+    """Read an ``item``.
+
+    :param number: its value unless the element has one.
+    """
     findings.only(element, ())
     findings.known_attributes(element, ("name", "value"))
     name = findings.name(element, "an enum item", RESERVED_IN_INTERFACES, "S_RUNNING")
@@ -91,7 +94,7 @@ def _read_item(element: Element, number: int, scope: NameScope, findings: Findin
 
 
 def _check_number(element: Element, item: EnumItem, names: dict[int, str], findings: Findings) -> None:
-    """Note a number that does not fit, or that another item of the enum has: ``names`` has those before."""
+    """Report a number that is out of range or used by an earlier item of the enum."""
     if not -_INT32_LIMIT <= item.value < _INT32_LIMIT:
         findings.error(
             element,
@@ -112,7 +115,7 @@ def _check_number(element: Element, item: EnumItem, names: dict[int, str], findi
 def check_type(
     element: Element, enums: dict[str, EnumSchema], reserved: frozenset[str], findings: Findings
 ) -> str | None:
-    """Return the type of a field when it may be used; note why when it may not."""
+    """Return the type of a field, or None after an error."""
     type_name = findings.attribute(element, "type", "uint32")
     if type_name is None or type_name in TYPES:
         return type_name

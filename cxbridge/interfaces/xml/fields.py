@@ -1,4 +1,4 @@
-"""Read the fields and pseudo maps of a definition."""
+"""Reading of fields and pseudo maps."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
 MAX_DATASIZE: Final = 2 << 20
-"""The largest block that is accepted, in bytes: all the memory that Fawkes' blackboard has by default."""
+"""The maximal size of a block in bytes, the default memory of Fawkes' blackboard."""
 
 Enums = dict[str, EnumSchema]
 DataFields = dict[str, FieldSchema | None]
-"""The data fields by name; None for one that is declared with a mistake."""
+"""The data fields by name; None for a field with an error."""
 
 _FLAG = "changed_indicator"
 _INTEGERS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
@@ -28,7 +28,7 @@ _FIELD_ATTRIBUTES = ("type", "name", "length", "validfor", "default", "flags", "
 def read_field(
     element: Element, enums: Enums, reserved: frozenset[str], scope: NameScope, findings: Findings
 ) -> FieldSchema | None:
-    """Read a ``field``, without its place in the block; None when something is wrong with it."""
+    """Read a ``field`` without its offset, or return None after an error."""
     noted = len(findings.errors)
     findings.only(element, ())
     findings.known_attributes(element, _FIELD_ATTRIBUTES)
@@ -73,7 +73,7 @@ def read_field(
 
 
 def _read_length(element: Element, findings: Findings) -> int | None:
-    """Return the length of an array or string; None when there is none, or a wrong one."""
+    """Return the length of an array or string; None without a valid one."""
     text = element.attributes.get("length")
     if not text:
         return None
@@ -90,7 +90,7 @@ def _read_length(element: Element, findings: Findings) -> int | None:
 
 
 def _check_default(element: Element, type_name: str, findings: Findings) -> None:
-    """Note a default that is not a value of the field's type."""
+    """Report an invalid default."""
     text = element.attributes.get("default")
     if text and parse_literal(type_name, text) is None:
         findings.error(
@@ -104,7 +104,7 @@ def _check_default(element: Element, type_name: str, findings: Findings) -> None
 def read_pseudomap(
     element: Element, fields: DataFields, enums: Enums, scope: NameScope, findings: Findings
 ) -> PseudoMapSchema | None:
-    """Read a ``pseudomap`` over data fields; None when something is wrong with it."""
+    """Read a ``pseudomap`` over data fields, or return None after an error."""
     noted = len(findings.errors)
     findings.only(element, ("comment", "mapref"))
     findings.known_attributes(element, ("type", "keytype", "name"))
@@ -142,7 +142,7 @@ def read_pseudomap(
 def _read_mapref(
     element: Element, keytype: str | None, fields: DataFields, findings: Findings
 ) -> tuple[int, MapRef] | None:
-    """Read one entry of a pseudo map: its key, and the field."""
+    """Read an entry of a pseudo map: its key and field."""
     findings.only(element, ())
     text = findings.attribute(element, "key", "1")
     key = parse_literal(keytype or "int64", text) if text is not None else None
@@ -162,7 +162,7 @@ def _read_mapref(
 
 
 def find_field(element: Element, fields: DataFields, findings: Findings) -> FieldSchema | None:
-    """Return the data field that a reference names; note it when none is declared."""
+    """Return the data field that an element names; report it if there is none."""
     name = element.text
     if name not in fields:
         if name.strip() in fields:

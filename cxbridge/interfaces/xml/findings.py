@@ -1,4 +1,4 @@
-"""The mistakes of a definition, collected while it is read: all of them, not only the first."""
+"""The errors and warnings of a definition, collected during one reading."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
 MAX_FINDINGS: Final = 100
-"""How many mistakes of a file are reported at most."""
+"""The maximal number of reported errors of a file."""
 
 _COMMENT_HINT = "begin it with <comment>What it is for</comment>"
 
 
 class TooManyFindings(Exception):  # noqa: N818 - ends the reading, is no error of its own
-    """The file has too many mistakes: the reader stops."""
+    """The file has too many errors; reading ends."""
 
 
 class Findings(Struct):
-    """The mistakes of one file.
+    """The errors and warnings of one file.
 
-    :param file: the file's name for messages, None when there is no file.
+    :param file: the name of the file for messages.
     """
 
     file: str | None
@@ -32,16 +32,16 @@ class Findings(Struct):
     warnings: list[InterfaceDefinitionError] = field(default_factory=list)
 
     def error(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
-        """Note a mistake at an element or at one of its attributes.
+        """Report an error at an element or one of its attributes.
 
-        :raises TooManyFindings: there are enough of them.
+        :raises TooManyFindings: if there are too many.
         """
         if len(self.errors) >= MAX_FINDINGS:
             raise TooManyFindings
         self.errors.append(self._make(element, message, hint, attribute))
 
     def warn(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
-        """Note something that Fawkes accepts and that is hardly meant."""
+        """Report a construct that Fawkes accepts but that is probably a mistake."""
         if len(self.warnings) < MAX_FINDINGS:
             self.warnings.append(self._make(element, message, hint, attribute))
 
@@ -52,7 +52,7 @@ class Findings(Struct):
         return InterfaceDefinitionError(message, file=self.file, line=line, column=column, hint=hint)
 
     def attribute(self, element: Element, name: str, example: str) -> str | None:
-        """Return a required attribute; note it when it is missing or empty."""
+        """Return a required attribute; report it if it is missing or empty."""
         value = element.attributes.get(name)
         if value is None:
             self.error(element, f"<{element.name}> has no attribute '{name}'", f'write {name}="{example}"')
@@ -61,7 +61,7 @@ class Findings(Struct):
         return value or None
 
     def name(self, element: Element, subject: str, reserved: frozenset[str], example: str) -> str | None:
-        """Return the attribute ``name`` when it is one that may be used; note why when it is not."""
+        """Return the attribute ``name``, or None after an error."""
         name = self.attribute(element, "name", example)
         if name is None:
             return None
@@ -84,7 +84,7 @@ class Findings(Struct):
         return name
 
     def comment(self, element: Element, subject: str) -> str:
-        """Return an element's own text; note it when there is none, for it is required."""
+        """Return the text of an element, which is required as its comment."""
         if not element.text:
             self.error(
                 element,
@@ -94,7 +94,7 @@ class Findings(Struct):
         return " ".join(element.text.split())
 
     def comment_child(self, element: Element, subject: str) -> str:
-        """Return the text of the element ``comment`` inside; note it when there is none."""
+        """Return the text of the ``comment`` child, which is required."""
         comments = element.find_all("comment")
         if not comments or not comments[0].text:
             place = comments[0] if comments else element
@@ -103,7 +103,7 @@ class Findings(Struct):
         return " ".join(comments[0].text.split())
 
     def loose_comment(self, element: Element, subject: str) -> str:
-        """Return the text of the element ``comment`` inside, where Fawkes is content with any text at all."""
+        """Return the text of the ``comment`` child; warn if there is only other text, as Fawkes accepts."""
         comments = element.find_all("comment")
         if element.text and not (comments and comments[0].text):
             self.warn(comments[0] if comments else element, f"{subject} has no comment", _COMMENT_HINT)
@@ -111,10 +111,10 @@ class Findings(Struct):
         return self.comment_child(element, subject)
 
     def only(self, element: Element, allowed: tuple[str, ...]) -> None:
-        """Note the children of an element that do not belong there.
+        """Report children that an element cannot have.
 
-        Fawkes ignores them. Here one that looks like a misspelt part of the definition is an error, since the
-        interface would lack that part; anything else makes a warning.
+        Fawkes ignores them. A name similar to an allowed one is an error, because the interface would lack
+        that part; other names cause a warning.
         """
         strangers = [child for child in element.children if child.name not in allowed]
         for child in strangers[:MAX_FINDINGS]:
@@ -125,7 +125,7 @@ class Findings(Struct):
             note(child, f"<{child.name}> does not belong into <{element.name}>", hint)
 
     def known_attributes(self, element: Element, known: tuple[str, ...]) -> None:
-        """Note attributes that mean nothing; Fawkes ignores them, so they do not make the file wrong."""
+        """Warn of attributes that Fawkes ignores."""
         for name in element.attributes:
             if name not in known:
                 self.warn(
@@ -137,16 +137,16 @@ class Findings(Struct):
 
 
 class NameScope(Struct):
-    """Names that must differ from each other.
+    """Names that must be unique.
 
-    :param findings: where a name that comes twice is noted.
+    :param findings: gets the errors of duplicate names.
     """
 
     findings: Findings
     _seen: dict[str, tuple[str, int]] = field(default_factory=dict)
 
     def add(self, element: Element, subject: str, name: str, shown: str | None = None) -> bool:
-        """Add a name; report a name that exists already and return False."""
+        """Add a name; report a duplicate and return False."""
         if name in self._seen:
             other, line = self._seen[name]
             self.findings.error(

@@ -1,9 +1,8 @@
-"""Read an interface definition: from XML to a schema, with every mistake explained.
+"""Parser of interface definitions, from XML to a schema.
 
-The rules are those of Fawkes' interface generator (its parser, not its DTD). Stricter than the generator in
-what could never have become a working C++ interface: names that are not identifiers or that clash within the
-class, enum items with equal numbers, the type ``char``, constants that do not parse (the generator drops
-them silently).
+The rules are those of Fawkes' interface generator (its parser, not its DTD). It is stricter where no working
+C++ interface could result: invalid identifiers, names that clash within the class, enum items with equal
+numbers, the type ``char``, and constants that do not parse, which the generator silently drops.
 """
 
 from __future__ import annotations
@@ -41,11 +40,11 @@ from cxbridge.interfaces.xml.tree import MAX_FILE_SIZE, Element, read_tree
 
 
 class CheckResult(Struct, frozen=True):
-    """The result of reading a definition.
+    """The result of checking a definition.
 
-    :param schema: the schema; None when there are errors.
-    :param errors: all mistakes, in the order of the file.
-    :param warnings: what Fawkes accepts and is hardly meant.
+    :param schema: None if there are errors.
+    :param errors: in the order of the file.
+    :param warnings: constructs that Fawkes accepts but that are probably mistakes.
     """
 
     schema: InterfaceSchema | None
@@ -56,33 +55,34 @@ class CheckResult(Struct, frozen=True):
 def parse_file(path: str | Path) -> InterfaceSchema:
     """Read a definition file.
 
-    :raises InterfaceDefinitionError: the first mistake of the file, and how many more there are.
+    :raises InterfaceDefinitionError: the first error of the file, with the number of further ones.
     """
     return _parse(_read(path), str(path))
 
 
 def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
-    """Read a definition from its bytes; the hash is the MD5 of all of them.
+    """Read a definition; its hash is the MD5 of the bytes.
 
-    :raises InterfaceDefinitionError: the first mistake, and how many more there are.
+    :raises InterfaceDefinitionError: the first error, with the number of further ones.
     """
     return _schema_of(check_bytes(data, file))
 
 
 @lru_cache(maxsize=128)
 def _parse(data: bytes, file: str) -> InterfaceSchema:
-    """Read a file once, however many runs of a process use it.
+    """Read a file once per process.
 
-    Errors are not cached. Definitions of recordings are not cached either: they are freed with the recording.
+    Errors are not cached; neither are definitions of recordings, which are freed with the recording.
     """
     return parse_bytes(data, file)
 
 
 def _read(path: str | Path) -> bytes:
-    """Return the bytes of a file; one more than the most that is allowed when there are too many.
+    """Return at most `MAX_FILE_SIZE` + 1 bytes of a file.
 
-    :raises InterfaceDefinitionError: when it cannot be read.
+    :raises InterfaceDefinitionError: if the file cannot be read.
     """
+    # the extra byte lets the parser detect files that are too large
     try:
         with Path(path).open("rb") as stream:
             return stream.read(MAX_FILE_SIZE + 1)
@@ -93,7 +93,7 @@ def _read(path: str | Path) -> bytes:
 
 
 def check_file(path: str | Path) -> CheckResult:
-    """Look for all mistakes of a definition file; one that cannot be read is one, too."""
+    """Return all errors of a definition file, including that it cannot be read."""
     try:
         return check_bytes(_read(path), path)
     except InterfaceDefinitionError as error:
@@ -101,7 +101,7 @@ def check_file(path: str | Path) -> CheckResult:
 
 
 def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:
-    """Look for all mistakes of a definition given as bytes. Never raises."""
+    """Return all errors of a definition; never raises."""
     name = None if file is None else str(file)
     try:
         root = read_tree(data, name)
@@ -133,12 +133,12 @@ def _schema_of(result: CheckResult) -> InterfaceSchema:
 
 
 class _Definition:
-    """One pass over the tree of a definition."""
+    """Reads the tree of one definition."""
 
     def __init__(self, root: Element, findings: Findings) -> None:
         self._root = root
         self._findings = findings
-        self._scope = NameScope(findings)  # everything that would be a member of the C++ class
+        self._scope = NameScope(findings)  # all names that become members of the C++ class
         self._constants: list[ConstantSchema] = []
         self._enums: dict[str, EnumSchema] = {}
         self._fields: DataFields = {}
@@ -146,7 +146,7 @@ class _Definition:
         self._data_comment = ""
 
     def read(self, digest: bytes, source: str) -> InterfaceSchema | None:
-        """Read everything; the result is of use only when nothing was found."""
+        """Read the whole definition; the result is only valid without errors."""
         root, findings = self._root, self._findings
         if root.name != "interface":
             findings.error(
@@ -183,7 +183,7 @@ class _Definition:
         )
 
     def _read_name(self) -> str:
-        """Return the type's name, with its suffix."""
+        """Return the name of the type with suffix."""
         name = self._findings.attribute(self._root, "name", "MyInterface") or ""
         type_name = interface_type_name(name)
         if name and not is_identifier(name):
@@ -203,7 +203,7 @@ class _Definition:
         return type_name
 
     def _one(self, name: str, *, required: bool) -> Element | None:
-        """Return the only element of that name below the root."""
+        """Return the single child of the root with a name."""
         found = self._root.find_all(name)
         for extra in found[1:]:
             self._findings.error(
@@ -218,7 +218,7 @@ class _Definition:
         return found[0] if found else None
 
     def _read_constants(self) -> None:
-        """Read the block of constants and enums, if there is one."""
+        """Read the optional block of constants and enums."""
         block = self._one("constants", required=False)
         if block is None:
             return
@@ -234,7 +234,8 @@ class _Definition:
                     self._enums[enum.name] = enum
 
     def _read_data(self) -> None:
-        """Read the data block: fields first, pseudo maps may name any of them."""
+        """Read the data block."""
+        # fields first, because pseudo maps may refer to any of them
         findings = self._findings
         block = self._one("data", required=True)
         if block is None:
@@ -255,7 +256,6 @@ class _Definition:
                 self._pseudomaps.append(pseudomap)
 
     def _read_messages(self) -> tuple[MessageSchema, ...]:
-        """Read all messages."""
         messages = []
         for element in self._root.find_all("message"):
             message = self._read_message(element)
@@ -264,7 +264,8 @@ class _Definition:
         return tuple(messages)
 
     def _read_message(self, element: Element) -> MessageSchema | None:
-        """Read a message: its own fields come first, then all references, however they are mixed."""
+        """Read a message."""
+        # fields first, then references, in the order in which Fawkes lays them out
         findings = self._findings
         findings.only(element, ("comment", "field", "ref"))
         findings.known_attributes(element, ("name",))
@@ -286,7 +287,7 @@ class _Definition:
         return MessageSchema(message_type_name(name), datasize, placed, comment)
 
     def _fits(self, element: Element, name: str) -> bool:
-        """Return whether a message's name is short enough and new."""
+        """Return whether a message's name is short enough and unique."""
         longest = MAX_MESSAGE_LENGTH - len(MESSAGE_SUFFIX)
         if len(name) > longest:
             self._findings.error(

@@ -1,8 +1,7 @@
-"""Read the XML of an interface definition into a small tree that knows where everything stands.
+"""Reading of XML into a tree that knows line and column of its elements.
 
-Built on the standard library's expat. Nothing is fetched and no entity is expanded: a document type that
-declares anything, or names another file than ``interface.dtd``, is refused at the spot, before the rest is
-looked at.
+The parser is expat of the standard library. Nothing is fetched and no entity is expanded: a document type
+with declarations, or with another file than ``interface.dtd``, is refused before the rest is read.
 """
 
 from __future__ import annotations
@@ -16,14 +15,15 @@ from msgspec import Struct, field
 
 from cxbridge.errors import InterfaceDefinitionError
 
+# those of Fawkes have less than 20 kB
 MAX_FILE_SIZE: Final = 1 << 20
-"""The largest definition that is read, in bytes. The largest that Fawkes has is below 20 kB."""
+"""The maximal size of a definition in bytes."""
 
 MAX_DEPTH: Final = 16
-"""How deep elements may be nested; a definition needs four levels."""
+"""The maximal depth of nested elements; definitions need four."""
 
 MAX_ELEMENTS: Final = 10_000
-"""How many elements a definition may have; those of Fawkes have below 200."""
+"""The maximal number of elements; those of Fawkes have less than 200."""
 
 _DOCTYPE_HINT = 'use exactly <!DOCTYPE interface SYSTEM "interface.dtd">, or leave it out'
 _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9A-Fa-f]+);)")
@@ -31,7 +31,7 @@ _START_TAG = re.compile(rb"""<[^\s>/"']++(?:[^>"']++|"[^"]*+"|'[^']*+')*+>""")
 
 
 class Element(Struct):
-    """An element, with the place of its start tag and of its attributes (line and column count from 1)."""
+    """An element with the position of its start tag and attributes; line and column count from 1."""
 
     name: str
     attributes: dict[str, str]
@@ -42,11 +42,11 @@ class Element(Struct):
     text: str = ""
 
     def find_all(self, name: str) -> list[Element]:
-        """Return the children of that name."""
+        """Return the children with a name."""
         return [child for child in self.children if child.name == name]
 
     def place_of(self, attribute: str) -> tuple[int, int]:
-        """Return line and column of an attribute's name; the element's when it has none of that name."""
+        """Return line and column of an attribute, or of the element if it has no such attribute."""
         pattern = rb"\s(" + re.escape(attribute.encode()) + rb")\s*="
         values_hidden = re.sub(rb""""[^"]*"|'[^']*'""", lambda found: b"." * len(found.group()), self.tag)
         found = re.search(pattern, values_hidden)
@@ -60,9 +60,9 @@ class Element(Struct):
 
 
 def read_tree(data: bytes, file: str | None = None) -> Element:
-    """Read a whole document.
+    """Read a document.
 
-    :raises InterfaceDefinitionError: it is too large, not well-formed, or declares or uses entities.
+    :raises InterfaceDefinitionError: if it is too large or not well-formed, or declares or uses entities.
     """
     if len(data) > MAX_FILE_SIZE:
         raise InterfaceDefinitionError(
@@ -72,12 +72,12 @@ def read_tree(data: bytes, file: str | None = None) -> Element:
             column=1,
             hint="split it: an interface definition is a few kilobytes",
         )
-    # A byte order mark is not a character: it would move the columns of the first line.
+    # a byte order mark would shift the columns of the first line
     return _TreeReader(data.removeprefix(codecs.BOM_UTF8), file).read()
 
 
 class _TreeReader:
-    """Expat's handlers, and the tree that they have built so far."""
+    """The handlers of expat, which build the tree."""
 
     def __init__(self, data: bytes, file: str | None) -> None:
         self._data = data
@@ -97,7 +97,7 @@ class _TreeReader:
         parser.CharacterDataHandler = self._characters
 
     def read(self) -> Element:
-        """Parse all of it."""
+        """Parse the document."""
         try:
             self._parser.Parse(self._data, True)
         except expat.ExpatError as error:
@@ -115,14 +115,14 @@ class _TreeReader:
         return self._root
 
     def _hint_for(self, code: int) -> str:
-        """Say what to do about an error of expat."""
+        """Return a hint for an error of expat."""
         index = self._parser.ErrorByteIndex
         if code == _INVALID_TOKEN and self._data[index : index + 1] >= b"\x80":
             return "save the file as UTF-8, or name its encoding in the first line"
         return _EXPAT_HINTS.get(expat.ErrorString(code), "look at this place and just before it")
 
     def _error(self, message: str, hint: str, start: bytes = b"") -> InterfaceDefinitionError:
-        """Return an error that stands where expat is, or where ``start`` was read last before that."""
+        """Return an error at the present position of expat, or at the last ``start`` before it."""
         line, column = self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
         before, found, _ = self._data[: self._parser.CurrentByteIndex].rpartition(start or b"\n")
         if start and found:
@@ -162,7 +162,7 @@ class _TreeReader:
         found = _START_TAG.match(self._data, parser.CurrentByteIndex)
         tag = found.group() if found else b""
         element = Element(name, attributes, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1, tag)
-        # Expat drops unknown entities in attributes without a word when there is a DOCTYPE.
+        # with a DOCTYPE, expat silently drops unknown entities in attributes
         if self._has_entities and _ENTITY.search(tag):
             self._entity_skipped(
                 tag[_entity_start(tag) :].partition(b";")[0].decode("utf-8", "replace"), False
@@ -181,12 +181,12 @@ class _TreeReader:
 
 
 def _is_local_dtd(system: str | None) -> bool:
-    """Return whether a document type names no file, or Fawkes' file, which is never fetched."""
+    """Return whether a document type names no file or ``interface.dtd``, which is never fetched."""
     return system is None or ("://" not in system and system.split("/")[-1] == "interface.dtd")
 
 
 def _entity_start(tag: bytes) -> int:
-    """Return where the name of the first unknown entity begins."""
+    """Return the position of the name of the first unknown entity."""
     found = _ENTITY.search(tag)
     return found.end() if found else 0
 

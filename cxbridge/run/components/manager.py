@@ -433,7 +433,7 @@ class ComponentManager:
             getattr(node, step)()
         except Exception as error:
             if self.policy is Policy.RAISE:
-                raise  # # the caller's close() closes the component
+                raise  # the caller's close() closes the component
             if node.state is State.UNCONFIGURED:
                 node.abort()
             words = _one_line(error)
@@ -458,6 +458,6 @@ def _attempt(step: Callable[[], object], failures: list[Exception]) -> None:
 def _one_line(error: Exception) -> str:
     """Return the text of an error in one line, with the class of an unexpected error."""
     if isinstance(error, BrokenAgentError):
-        return error.message  # # the client that starts the agent gets each mistake separately
+        return error.message  # the client that starts the agent gets each mistake separately
     text = str(error) if isinstance(error, CxbridgeError) else f"{type(error).__name__}: {error}"
     return "; ".join(line.strip() for line in text.splitlines())

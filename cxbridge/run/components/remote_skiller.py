@@ -100,7 +100,7 @@ class RemoteSkiller:
         while self._remote.connected and self._gateway.owes_release and time.monotonic() < end_s:
             time.sleep(_POLL_S)
         if not self._remote.connected:
-            # # else pending requests to the lost blackboard would run into their timeouts first
+            # else pending requests to the lost blackboard would run into their timeouts first
             self._remote.shutdown()
         self._gateway.close()
         self._remote.shutdown()

@@ -93,7 +93,7 @@ class SkillBoardComponent(Component):
     def __init__(self, context: Run, settings: BoardSettings | None = None) -> None:
         from_recording = settings is not None
         settings = settings or context.skill_board
-        assert settings is not None  # # the component's row is not needed without a skill board
+        assert settings is not None  # the component's row is not needed without a skill board
         policy = context.source.board_policy(context.config)
         self.service = SkillBoardService(
             context.board, context.clock, context.bus, settings, policy, _execution(context)
@@ -136,7 +136,7 @@ def _execution(context: Run) -> Execution:
     from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
     from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415
 
-    make_failures(context.config, "")  # # raises configuration errors now rather than at the first call
+    make_failures(context.config, "")  # raises configuration errors now rather than at the first call
     return DecidedExecution(
         lambda agent: Deciders([make_failures(context.config, agent), *make_deciders(context, agent)])
     )

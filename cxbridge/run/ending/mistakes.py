@@ -136,7 +136,7 @@ def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> It
         start = unclosed.get(each.file)
         if each.code != UNCLOSED:
             if start is not None and (each.line is None or each.line >= start):
-                continue  # # CLIPS' report of the same unclosed parenthesis
+                continue  # CLIPS' report of the same unclosed parenthesis
             if files_are_missing and each.code in _UNKNOWN_NAME:
                 continue
             if lost.intersection(_QUOTED.findall(each.message)) and each.code in _UNKNOWN_NAME:

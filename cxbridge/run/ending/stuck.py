@@ -70,7 +70,7 @@ def _read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
 def _may_change(agent: Run, kind: str, name: str) -> bool:
     """Return whether an interface has a writer outside of the agent."""
     if kind == "SkillerInterface":
-        return False  # # its Skiller is a component of this run, and idle
+        return False  # its Skiller is a component of this run, and idle
     infos = (info for info in agent.board.list_all() if (info.type, info.id) == (kind, name))
     return any(info.has_writer and not info.writer.startswith("CLIPS:") for info in infos)
 

@@ -77,7 +77,7 @@ def _literals(pattern: PatternCE) -> dict[str, frozenset[str]]:
     return {
         slot: words
         for slot, words in pattern.slots.items()
-        if all(word[0].isalpha() for word in words)  # # a number has several spellings
+        if all(word[0].isalpha() for word in words)  # a number has several spellings
     }
 
 

@@ -159,7 +159,7 @@ class Run:
         if row is None:
             return f"<pre>{escape(str(self))}</pre>"
         page = b64encode(VIEWS.load(row)(self.source).encode("utf-8")).decode()
-        return (  # # not srcdoc, which would resolve the page's links against the notebook
+        return (  # not srcdoc, which would resolve the page's links against the notebook
             f'<iframe src="data:text/html;base64,{page}" title="{escape(repr(self))}" sandbox="allow-scripts"'
             ' style="width:100%;height:36rem;border:0"></iframe>'
         )

@@ -60,7 +60,7 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
         def execute(self, call: SkillCall) -> Steps:
             arguments = _arguments(signature, call)
             if not inspect.isgeneratorfunction(function):
-                yield None  # # one loop as RUNNING: the rules must see this state of each skill
+                yield None  # one loop as RUNNING: the rules must see this state of each skill
             answer = function(*arguments)
             last = (yield from answer) if inspect.isgenerator(answer) else answer
             return Progress(1.0, last) if isinstance(last, str) else last

@@ -83,7 +83,7 @@ def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
             if kind is not CommandKind.CONTROL:
                 begun = command
         elif values["exclusive_controller"] != last["exclusive_controller"]:
-            pass  # # the end of control: the run's own ReleaseControl causes the same write
+            pass  # the end of control: the run's own ReleaseControl causes the same write
         elif begun is not None:
             begun.later.append((write.time_us - begun.time_us, values))
         else:
@@ -96,7 +96,7 @@ def _kind(last: Values, values: Values, *, first: bool) -> CommandKind | None:
     """Return the command behind a write; None if the Skiller wrote by itself or lost its controller."""
     skill, controller = values["skill_string"], values["exclusive_controller"]
     acquired = controller and controller != last["exclusive_controller"]
-    leftover = first and values["status"] in _ENDS  # # state of a skill from before the recording
+    leftover = first and values["status"] in _ENDS  # state of a skill from before the recording
     if skill and values["msgid"] and not leftover:
         again = values["status"] == "S_RUNNING" and last["status"] in _ENDS
         if values["msgid"] != last["msgid"] or skill != last["skill_string"] or again:

@@ -109,7 +109,7 @@ class RecordedSkiller(SkillerBackend):
         kind = CommandKind.EXEC if message.type == "ExecSkillMessage" else CommandKind.STOP
         text = message.skill_string if kind is CommandKind.EXEC else ""
         if kind is CommandKind.STOP and not self._interface.skill_string:
-            return  # # no skill to stop: the recorded Skiller did not write either
+            return  # no skill to stop: the recorded Skiller did not write either
         expected = self.expected.next
         if expected is None or not expected.is_for(kind, text):
             self.expected.refuse(f"{kind.value} '{text}'" if text else kind.value, now_us)

@@ -1,4 +1,4 @@
-"""Navigation graphs: named places, ways between them, and the shortest way. See ``docs/features.md``."""
+"""Navigation graphs: named places, edges between them and shortest paths. See ``docs/features.md``."""
 
 from cxbridge.space.navgraph.emitting import emit_navgraph
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode, NavGraphPath

@@ -1,4 +1,4 @@
-"""Reports a navigation graph on the event bus, for recordings and for clients that draw maps."""
+"""Events of navigation graphs, for recordings and for clients that draw maps."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cxbridge.space.navgraph.graph import NavGraph
 
 
 def emit_navgraph(bus: EventBus, graph: NavGraph) -> None:
-    """Emit :class:`NavGraphRead`, if a listener takes it."""
+    """Emit :class:`NavGraphRead` if it has a listener."""
     if not bus.wants(NavGraphRead):
         return
     nodes = {
@@ -33,9 +33,9 @@ def emit_navgraph(bus: EventBus, graph: NavGraph) -> None:
 
 
 class NavGraphs:
-    """Keeps the last event of each graph. The bus may call it in any thread.
+    """The last event of each graph. Thread-safe.
 
-    :param bus: reports the graphs.
+    :param bus: emits the graphs.
     """
 
     def __init__(self, bus: EventBus) -> None:
@@ -48,9 +48,8 @@ class NavGraphs:
             self._graphs = {**self._graphs, event.graph: event}
 
     def all(self) -> Iterable[NavGraphRead]:
-        """Return the graphs."""
         return self._graphs.values()
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._bus.unsubscribe(self._take)

@@ -1,7 +1,7 @@
-"""A navigation graph: nodes with a place and properties, edges that lead both ways or one.
+"""A navigation graph: nodes with position and properties, edges in one or both directions.
 
-The graph behaves like Fawkes' navgraph (``src/libs/navgraph``): the first of several
-nodes at one distance is the closest, the neighbours of a node come in the order of their names.
+It behaves like Fawkes' navgraph (``src/libs/navgraph``): of several nodes at the same distance the first one
+is the closest, and the neighbours of a node are sorted by name.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ _TRUE = frozenset(["true", "yes", "1"])
 
 
 def property_as_float(text: str) -> float:
-    """Return the number that a property's text begins with, 0 without one."""
+    """Return the number at the start of a property's text, or 0."""
     found = _FLOAT.match(text)
     return float(found[0]) if found else 0.0
 
 
 def property_as_int(text: str) -> int:
-    """Return the whole number that a property's text begins with, 0 without one."""
+    """Return the integer at the start of a property's text, or 0."""
     found = _INTEGER.match(text)
     return int(found[0]) if found else 0
 
@@ -41,9 +41,9 @@ def property_as_bool(text: str) -> bool:
 class NavGraphNode(Struct, frozen=True):
     """A place.
 
-    :param x: metres in the fixed frame, as y.
-    :param properties: texts by name; a property without a value is ``true``.
-    :param unconnected: no edge may lead to it: it only marks a place.
+    :param x: in metres in the fixed frame, like ``y``.
+    :param properties: texts by name; a property without value is ``true``.
+    :param unconnected: the node only marks a place and must not have edges.
     """
 
     name: str
@@ -53,12 +53,12 @@ class NavGraphNode(Struct, frozen=True):
     unconnected: bool = False
 
     def distance(self, x: float, y: float) -> float:
-        """Return the distance to a point, in metres."""
+        """Return the distance to a point in metres."""
         return math.hypot(self.x - x, self.y - y)
 
 
 class NavGraphEdge(Struct, frozen=True):
-    """A way from one node to another, and back unless it is directed."""
+    """A connection from one node to another, and back unless it is directed."""
 
     start: str
     end: str
@@ -66,17 +66,17 @@ class NavGraphEdge(Struct, frozen=True):
     properties: Mapping[str, str] = field(default_factory=dict)
 
     def joins(self, start: str, end: str) -> bool:
-        """Whether the edge leads from one node to another."""
+        """Return whether the edge leads from one node to another."""
         return (self.start, self.end) == (start, end) or (
             not self.directed and (self.end, self.start) == (start, end)
         )
 
 
 class NavGraphPath(Struct, frozen=True):
-    """A way through a graph.
+    """A path through a graph.
 
-    :param nodes: from the first to the last, both included.
-    :param cost: the sum of its edges' costs: metres unless costs were given otherwise.
+    :param nodes: including the first and the last.
+    :param cost: the sum of the edges' costs, by default metres.
     """
 
     nodes: tuple[NavGraphNode, ...]
@@ -84,9 +84,9 @@ class NavGraphPath(Struct, frozen=True):
 
 
 class NavGraph:
-    """A navigation graph that can be changed.
+    """A mutable navigation graph.
 
-    :param default_properties: the properties of nodes that lack them.
+    :param default_properties: the properties of nodes without them.
     """
 
     def __init__(self, name: str, default_properties: Mapping[str, str] | None = None) -> None:
@@ -97,45 +97,43 @@ class NavGraph:
         self._blocked: set[tuple[str, str]] = set()
         self._neighbours: dict[str, tuple[str, ...]] = {}
         self.revision = 0
-        """Grows with each change of nodes and edges."""
-
-    # -- nodes
+        """Increases with each change of nodes and edges."""
 
     @property
     def nodes(self) -> tuple[NavGraphNode, ...]:
-        """All nodes, in the order they were added."""
+        """All nodes in the order of addition."""
         return tuple(self._nodes.values())
 
     def node(self, name: str) -> NavGraphNode | None:
-        """Return a node by name, None when there is none."""
+        """Return a node by name, or None."""
         return self._nodes.get(name)
 
     def add_node(self, node: NavGraphNode) -> None:
         """Add a node.
 
-        :raises NavGraphError: when there is one of this name.
+        :raises NavGraphError: if the name is in use.
         """
         if node.name in self._nodes:
             raise NavGraphError(f"Node with name {node.name} already exists")
         self.replace_node(node)
 
     def replace_node(self, node: NavGraphNode) -> None:
-        """Put a node in the place of the one of its name."""
+        """Add a node, or replace the one with its name."""
         self._nodes[node.name] = node
         self.revision += 1
 
     def search_nodes(self, prop: str = "") -> list[NavGraphNode]:
-        """Return the nodes that have a property, all of them when none is named."""
+        """Return the nodes with a property; an empty name returns all."""
         return [node for node in self._nodes.values() if not prop or prop in node.properties]
 
     def closest_node(
         self, x: float, y: float, prop: str = "", *, unconnected: bool = False, other_than: str = ""
     ) -> NavGraphNode | None:
-        """Return the node that is closest to a point.
+        """Return the closest node to a point.
 
-        :param prop: consider only nodes with this property.
-        :param unconnected: consider also nodes that no edge leads to.
-        :param other_than: the name of a node not to consider.
+        :param prop: only consider nodes with this property.
+        :param unconnected: also consider unconnected nodes.
+        :param other_than: the name of a node to exclude.
         """
         candidates = [
             node
@@ -144,21 +142,19 @@ class NavGraph:
         ]
         return min(candidates, key=lambda node: node.distance(x, y), default=None)
 
-    # -- edges
-
     @property
     def edges(self) -> tuple[NavGraphEdge, ...]:
-        """All edges, in the order they were added."""
+        """All edges in the order of addition."""
         return tuple(self._edges)
 
     def edge(self, start: str, end: str) -> NavGraphEdge | None:
-        """Return the edge that leads from one node to another, None when there is none."""
+        """Return the edge from one node to another, or None."""
         return next((edge for edge in self._edges if edge.joins(start, end)), None)
 
     def add_edge(self, edge: NavGraphEdge) -> None:
         """Add an edge.
 
-        :raises NavGraphError: when a node is unknown or unconnected, or there is such an edge.
+        :raises NavGraphError: if a node is unknown or unconnected, or the edge exists.
         """
         for name in (edge.start, edge.end):
             node = self._nodes.get(name)
@@ -175,14 +171,14 @@ class NavGraph:
         self.revision += 1
 
     def remove_edge(self, edge: NavGraphEdge) -> None:
-        """Remove an edge and its block; no error when it does not exist."""
+        """Remove an edge and its block, if it exists."""
         self._edges = [other for other in self._edges if other is not edge]
         self._blocked = {ends for ends in self._blocked if self.edge(*ends) is not None}
         self._neighbours.clear()
         self.revision += 1
 
     def reachable_nodes(self, name: str) -> tuple[str, ...]:
-        """Return the names of the nodes that an edge leads to from a node, sorted."""
+        """Return the sorted names of a node's successors."""
         if name not in self._neighbours:
             ends = {edge.end for edge in self._edges if edge.start == name}
             ends |= {edge.start for edge in self._edges if edge.end == name and not edge.directed}
@@ -190,7 +186,7 @@ class NavGraph:
         return self._neighbours[name]
 
     def unreachable(self) -> list[str]:
-        """Return the nodes that cannot be reached from the first connected one, sorted."""
+        """Return the sorted names of the nodes that cannot be reached from the first connected one."""
         connected = [node.name for node in self._nodes.values() if not node.unconnected]
         seen, open_nodes = set(connected[:1]), connected[:1]
         while open_nodes:
@@ -199,34 +195,32 @@ class NavGraph:
             open_nodes.extend(new)
         return sorted(set(connected) - seen)
 
-    # -- ways
-
     def block(self, start: str, end: str) -> None:
-        """Let no way lead over the edge from one node to another, in this direction.
+        """Exclude the edge from one node to another, in this direction, from paths.
 
-        :raises NavGraphError: when there is no such edge.
+        :raises NavGraphError: if there is no such edge.
         """
         if self.edge(start, end) is None:
             raise NavGraphError(f"edge {start}--{end} does not exist in the graph")
         self._blocked.add((start, end))
 
     def unblock(self, start: str, end: str) -> None:
-        """Undo :meth:`block`; no error when it was not blocked."""
+        """Undo :meth:`block`, if necessary."""
         self._blocked.discard((start, end))
 
     def search_path(
         self, start: str, goal: str, cost: Callable[[NavGraphNode, NavGraphNode], float] | None = None
     ) -> NavGraphPath | None:
-        """Return the cheapest way (A*), None when there is none.
+        """Return the cheapest path (A*), or None.
 
-        :param cost: of an edge between two nodes; at least the distance in metres, which it is when None.
-        :raises NavGraphError: when a node is unknown.
+        :param cost: of an edge between two nodes, at least the distance in metres; None: the distance.
+        :raises NavGraphError: if a node is unknown.
         """
         for name in (start, goal):
             if name not in self._nodes:
                 raise NavGraphError(f"there is no node '{name}'", hint=_known(self._nodes))
         target = self._nodes[goal]
-        order = itertools.count()  # equal costs are taken in the order they were found
+        order = itertools.count()  # breaks ties of equal costs by the order of discovery
         queue = [(self._nodes[start].distance(target.x, target.y), next(order), 0.0, start, "")]
         came_from: dict[str, str] = {}
         while queue:

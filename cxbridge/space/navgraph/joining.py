@@ -1,4 +1,4 @@
-"""Edges that cross other edges, and nodes that are joined to near ones, as graph files may request."""
+"""Edges with intersections, and connection of nodes to close ones, as graph files may request."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from cxbridge.errors import NavGraphError
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
 SAME_PLACE: Final = 1e-4
-"""Points that are nearer to each other than this many metres are one."""
+"""The distance in metres below which two points are equal."""
 
 Point = tuple[float, float]
 
 
 def crossing(graph: NavGraph, edge: NavGraphEdge, start: NavGraphNode, end: NavGraphNode) -> Point | None:
-    """Return where an edge and the way between two nodes meet, ends included; None when they do not."""
+    """Return the intersection of an edge and the line between two nodes, ends included, or None."""
     a, b = graph.node(edge.start), graph.node(edge.end)
     assert a is not None
     assert b is not None
     ux, uy, vx, vy = b.x - a.x, b.y - a.y, end.x - start.x, end.y - start.y
     across = ux * vy - uy * vx
     if abs(across) < 1e-12 * max(1.0, math.hypot(ux, uy) * math.hypot(vx, vy)):
-        return None  # parallel: where they overlap there is no one point
+        return None  # parallel lines may overlap, but not in a single point
     wx, wy = start.x - a.x, start.y - a.y
     along_edge, along_way = (wx * vy - wy * vx) / across, (wx * uy - wy * ux) / across
     near = 1e-9
@@ -34,9 +34,9 @@ def crossing(graph: NavGraph, edge: NavGraphEdge, start: NavGraphNode, end: NavG
 
 
 def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
-    """Add an edge that crosses no other; edges with a node in common do not count.
+    """Add an edge that must not intersect edges without a common node.
 
-    :raises NavGraphError: when it crosses one, or cannot be added at all.
+    :raises NavGraphError: if it does, or cannot be added.
     """
     start, end = graph.node(edge.start), graph.node(edge.end)
     if start and end:
@@ -52,13 +52,13 @@ def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
 
 
 def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
-    """Add an edge; all edges that it crosses get a node.
+    """Add an edge, with a new node at each intersection.
 
-    :raises NavGraphError: when it cannot be added at all.
+    :raises NavGraphError: if the edge cannot be added.
     """
     start, end = graph.node(edge.start), graph.node(edge.end)
     if start is None or end is None:
-        graph.add_edge(edge)  # which raises the error
+        graph.add_edge(edge)  # raises the error
         return
     meetings = []
     for other in graph.edges:
@@ -79,9 +79,9 @@ def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
 
 
 def connect_to_closest_node(graph: NavGraph, node: NavGraphNode) -> None:
-    """Add an edge from a node to the one that is closest to it.
+    """Add an edge from a node to the closest node.
 
-    :raises NavGraphError: when there is none.
+    :raises NavGraphError: if there is none.
     """
     closest = graph.closest_node(node.x, node.y, other_than=node.name)
     if closest is None:
@@ -90,9 +90,9 @@ def connect_to_closest_node(graph: NavGraph, node: NavGraphNode) -> None:
 
 
 def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
-    """Add an edge from a node straight to the closest edge, which gets a node there.
+    """Add a perpendicular edge from a node to the closest edge, which is split there.
 
-    :raises NavGraphError: when no edge passes by.
+    :raises NavGraphError: if no edge has a perpendicular to the node.
     """
     best: tuple[float, Point, NavGraphEdge] | None = None
     for edge in graph.edges:
@@ -115,7 +115,7 @@ def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
 
 
 def _foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | None:
-    """Return the point of an edge that is straight across from a node; None when that is beyond its ends."""
+    """Return the foot of the perpendicular from a node to an edge, or None if it is beyond the ends."""
     a, b = graph.node(edge.start), graph.node(edge.end)
     assert a is not None
     assert b is not None
@@ -126,7 +126,7 @@ def _foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | No
 
 
 def _node_at(graph: NavGraph, point: Point) -> str:
-    """Return the name of the node at a point, a new one when there is none."""
+    """Return the name of the node at a point, adding one if necessary."""
     closest = graph.closest_node(*point)
     if closest is not None and closest.distance(*point) < SAME_PLACE:
         return closest.name

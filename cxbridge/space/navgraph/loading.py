@@ -1,4 +1,4 @@
-"""Graph files of Fawkes' navgraph (YAML) to graphs."""
+"""Loading of Fawkes' navigation graph files (YAML)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cxbridge.space.navgraph import joining
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
 TAG: Final = "tag:fawkesrobotics.org,navgraph/"
-"""What ``!`` stands for in graph files."""
+"""The prefix of ``!`` tags in graph files."""
 
 T = TypeVar("T")
 
@@ -23,10 +23,10 @@ _PAIR = 2
 
 
 def load_navgraph(file: str | FilePath, *, allow_multi_graph: bool = False) -> NavGraph:
-    """Read a graph file.
+    """Load a graph file.
 
-    :param allow_multi_graph: the graph may fall into parts that are not connected.
-    :raises NavGraphError: when it cannot be read or is invalid; with file and line.
+    :param allow_multi_graph: allow several unconnected parts.
+    :raises NavGraphError: with file and line, if the file cannot be read or is invalid.
     """
     try:
         data = FilePath(file).read_bytes()
@@ -36,10 +36,10 @@ def load_navgraph(file: str | FilePath, *, allow_multi_graph: bool = False) -> N
 
 
 def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = False) -> NavGraph:
-    """Read the text of a graph file.
+    """Parse the text of a graph file.
 
-    :param name: its name in errors.
-    :raises NavGraphError: when it is invalid; with line.
+    :param name: of the file, for errors.
+    :raises NavGraphError: with the line, if the text is invalid.
     """
     try:
         documents = parse_documents(text, name)
@@ -99,7 +99,7 @@ def _add_edge(graph: NavGraph, item: YamlNode) -> None:
 
 
 def _insert(graph: NavGraph, node: NavGraphNode, place: YamlNode) -> None:
-    """Carry out a node's property ``insert-mode``."""
+    """Connect a node by its property ``insert-mode``."""
     mode = node.properties.get("insert-mode", "").lower().replace("_", "-")
     if mode == "unconnected":
         graph.replace_node(structs.replace(node, unconnected=True))
@@ -152,7 +152,7 @@ def _number(place: YamlNode) -> float:
 
 
 def _placed(place: YamlNode, action: Callable[[T], None], value: T) -> None:
-    """Change a graph; an error gets the place in the file."""
+    """Change a graph, and add the place in the file to errors."""
     try:
         action(value)
     except NavGraphError as error:

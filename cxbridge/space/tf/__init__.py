@@ -1,4 +1,4 @@
-"""Coordinate frames: a tree of transforms over time, fed from TransformInterfaces (docs/features.md)."""
+"""Coordinate frames: a tree of transforms over time, from TransformInterfaces (docs/features.md)."""
 
 from cxbridge.space.tf.buffer import StampedTransform, TransformBuffer
 from cxbridge.space.tf.geometry import Quaternion, Transform, Vector

@@ -1,7 +1,7 @@
-"""The transforms between frames over the last seconds, and queries about them.
+"""Transforms between frames over the last seconds, and lookups.
 
-Times are microseconds since the epoch; 0 stands for the latest time that all transforms on the way have.
-The rules are those of Fawkes' (and ROS') tf: ``docs/features.md#tf``.
+Times are microseconds since the epoch; 0 is the latest time for which all needed transforms exist. The rules
+are those of tf in Fawkes and ROS: ``docs/features.md#tf``.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from cxbridge.space.tf.geometry import (
 )
 
 LATEST: Final = 0
-"""As a time: the latest that exists."""
+"""The time argument for the latest existing time."""
 
 MAX_DEPTH: Final = 1000
-"""A way from a frame to the root that is longer than this is a loop."""
+"""The length of a path to the root above which it counts as a loop."""
 
 
 class StampedTransform(Struct, frozen=True):
     """A transform at a time.
 
-    :param stamp_us: its time.
-    :param frame: the parent, in which the transform is given.
-    :param child_frame: the frame that it places in the parent.
+    :param stamp_us: the time.
+    :param frame: the parent frame.
+    :param child_frame: the frame positioned in the parent.
     """
 
     transform: Transform
@@ -47,7 +47,7 @@ class StampedTransform(Struct, frozen=True):
 
 
 class _History:
-    """The transforms of one frame to its parent, the oldest first."""
+    """The transforms of one frame to its parent, from the oldest."""
 
     __slots__ = ("entries", "stamps", "static")
 
@@ -57,7 +57,7 @@ class _History:
         self.entries: list[StampedTransform] = []
 
     def insert(self, entry: StampedTransform, keep_us: int) -> bool:
-        """Add a transform; return whether it is young enough to be kept."""
+        """Add a transform; return whether it was recent enough."""
         if self.static:
             self.stamps, self.entries = [LATEST], [entry]
             return True
@@ -71,9 +71,9 @@ class _History:
         return True
 
     def at(self, time_us: int) -> StampedTransform:
-        """Return the transform at a time; later than the last it is the last.
+        """Return the transform at a time; after the last one, the last.
 
-        :raises ExtrapolationError: when all that is known is younger.
+        :raises ExtrapolationError: if all transforms are later.
         """
         entries = self.entries
         if time_us == LATEST or self.static or time_us >= self.stamps[-1]:
@@ -96,11 +96,12 @@ class _History:
 
 
 class TransformBuffer:
-    """Remembers transforms and answers how frames lie to each other; threads may share it.
+    """Stores transforms and computes those between frames. Thread-safe.
 
-    A leading slash of a frame's name does not count.
+    Leading slashes of frame names are ignored.
 
-    :param keep_seconds: how long transforms are remembered, seen from the latest of the same frame.
+    :param keep_seconds: the age, relative to the latest transform of the same frame, at which transforms are
+        dropped.
     """
 
     def __init__(self, keep_seconds: float = 10.0) -> None:
@@ -109,15 +110,13 @@ class TransformBuffer:
         self._frames: set[str] = set()
         self._lock = threading.RLock()
 
-    # -- the transforms
-
     def set_transform(self, entry: StampedTransform, *, static: bool = False) -> bool:
-        """Remember a transform.
+        """Store a transform.
 
-        :param static: it holds for all times; decided by the first transform of a frame.
-        :returns: whether it was taken; it is not when a name is missing, a frame is to be in itself, a
-            number is NaN, or it is older than the kept ones.
-        :raises InvalidRotationError: when its rotation is none.
+        :param static: valid for all times; determined by the first transform of a frame.
+        :returns: False if a name is empty, parent and child are equal, a number is NaN, or the transform is
+            too old.
+        :raises InvalidRotationError: if the rotation is invalid.
         """
         frame, child = _strip(entry.frame), _strip(entry.child_frame)
         if not frame or not child or frame == child or any(map(math.isnan, entry.transform.translation)):
@@ -132,29 +131,27 @@ class TransformBuffer:
             return history.insert(StampedTransform(transform, entry.stamp_us, frame, child), self._keep_us)
 
     def clear(self) -> None:
-        """Forget all transforms that are not static; the frames stay known."""
+        """Drop all transforms that are not static; the frames remain known."""
         with self._lock:
             self._histories = {name: item for name, item in self._histories.items() if item.static}
 
     def frame_exists(self, frame: str) -> bool:
-        """Whether the frame is known."""
+        """Return whether the frame is known."""
         return _strip(frame) in self._frames
 
     @property
     def frames(self) -> dict[str, str | None]:
-        """The parent of each frame as of the latest transform, None for roots; by name."""
+        """The parent of each frame by its latest transform, None for roots."""
         with self._lock:
             return {
                 name: self._histories[name].entries[-1].frame if name in self._histories else None
                 for name in sorted(self._frames)
             }
 
-    # -- questions
-
     def lookup(self, target: str, source: str, time_us: int = LATEST) -> StampedTransform:
-        """Return where the frame ``source`` is in the frame ``target``.
+        """Return the transform from the frame ``source`` to the frame ``target``.
 
-        :raises TransformError: when that is not known: see :mod:`cxbridge.space.tf.errors`.
+        :raises TransformError: if it is unknown, see :mod:`cxbridge.space.tf.errors`.
         """
         target, source = _strip(target), _strip(source)
         with self._lock:
@@ -167,9 +164,9 @@ class TransformBuffer:
     def lookup_via(
         self, target: str, target_us: int, source: str, source_us: int, fixed: str
     ) -> StampedTransform:
-        """Return where ``source`` was at one time in ``target`` at another, while ``fixed`` did not move.
+        """Return the transform from ``source`` at one time to ``target`` at another, with ``fixed`` at rest.
 
-        :raises TransformError: when that is not known.
+        :raises TransformError: if it is unknown.
         """
         first = self.lookup(fixed, source, source_us)
         second = self.lookup(target, fixed, target_us)
@@ -178,7 +175,7 @@ class TransformBuffer:
         )
 
     def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
-        """Whether :meth:`lookup` would answer; a frame, even an unknown one, always is in itself."""
+        """Return whether :meth:`lookup` succeeds; True for equal frames, even unknown ones."""
         if _strip(target) == _strip(source):
             return True
         try:
@@ -190,9 +187,9 @@ class TransformBuffer:
     def transform_point(
         self, target: str, point: Vector, frame: str, time_us: int = LATEST
     ) -> tuple[Vector, int]:
-        """Return a point of ``frame`` as seen from ``target``, and the time for which that holds.
+        """Transform a point from ``frame`` to ``target``; return it with the time of the transform.
 
-        :raises TransformError: when that is not known.
+        :raises TransformError: if the transform is unknown.
         """
         found = self.lookup(target, frame, time_us)
         return found.transform.apply(point), found.stamp_us
@@ -200,9 +197,9 @@ class TransformBuffer:
     def transform_vector(
         self, target: str, vector: Vector, frame: str, time_us: int = LATEST
     ) -> tuple[Vector, int]:
-        """Return a direction in ``frame`` as seen from ``target``, and the time for which that holds.
+        """Transform a direction from ``frame`` to ``target``; return it with the time of the transform.
 
-        :raises TransformError: when that is not known.
+        :raises TransformError: if the transform is unknown.
         """
         found = self.lookup(target, frame, time_us)
         return rotate(found.transform.rotation, vector), found.stamp_us
@@ -210,9 +207,9 @@ class TransformBuffer:
     def transform_quaternion(
         self, target: str, rotation: Quaternion, frame: str, time_us: int = LATEST
     ) -> tuple[Quaternion, int]:
-        """Return a rotation in ``frame`` as seen from ``target``, and the time for which that holds.
+        """Transform a rotation from ``frame`` to ``target``; return it with the time of the transform.
 
-        :raises TransformError: when that is not known, or the quaternion is not a rotation.
+        :raises TransformError: if the transform is unknown, or the quaternion is not a rotation.
         """
         rotation = normalized(rotation)
         found = self.lookup(target, frame, time_us)
@@ -221,17 +218,15 @@ class TransformBuffer:
     def transform_pose(
         self, target: str, pose: Transform, frame: str, time_us: int = LATEST
     ) -> tuple[Transform, int]:
-        """Return a pose in ``frame`` as seen from ``target``, and the time for which that holds.
+        """Transform a pose from ``frame`` to ``target``; return it with the time of the transform.
 
-        :raises TransformError: when that is not known.
+        :raises TransformError: if the transform is unknown.
         """
         found = self.lookup(target, frame, time_us)
         return found.transform * pose, found.stamp_us
 
-    # -- ways through the tree
-
     def _latest_common(self, target: str, source: str) -> int:
-        """Return the latest time that all transforms between two frames have; 0 when all are static."""
+        """Return the latest common time of all transforms between two frames, 0 if all are static."""
         up = self._parents(source)
         down = self._parents(target)
         if target == source:
@@ -255,7 +250,7 @@ class TransformBuffer:
         return min(stamps, default=LATEST)
 
     def _parents(self, frame: str) -> list[StampedTransform]:
-        """Return the latest transforms on the way from a frame to its root."""
+        """Return the latest transforms from a frame to its root."""
         way: list[StampedTransform] = []
         while frame in self._histories:
             way.append(self._histories[frame].entries[-1])
@@ -265,7 +260,7 @@ class TransformBuffer:
         return way
 
     def _walk(self, target: str, source: str, time_us: int) -> Transform:
-        """Return where ``source`` is in ``target``: up to the first frame above both, and down again."""
+        """Return the transform from ``source`` to ``target`` via their first common ancestor."""
         up, missing = self._climb(source, target, time_us)
         if target in up:
             return up[target]
@@ -283,9 +278,10 @@ class TransformBuffer:
     def _climb(
         self, frame: str, goal: str, time_us: int, stop: dict[str, Transform] | None = None
     ) -> tuple[dict[str, Transform], ExtrapolationError | None]:
-        """Return the place of a frame in itself and in each frame above it, and the reason of the end.
+        """Return a frame relative to itself and its ancestors, and the error that ended the search.
 
-        It ends at the goal, at a frame in ``stop``, at the root, or where nothing is known for the time.
+        It ends at the goal, at a frame in ``stop``, at the root, or at a frame without a transform for the
+        time.
         """
         found = {frame: Transform()}
         while frame != goal and (stop is None or frame not in stop) and frame in self._histories:

@@ -1,4 +1,4 @@
-"""Why there is no transform."""
+"""Errors of lookups of transforms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class NotConnectedError(TransformError):
 
 
 class ExtrapolationError(TransformError):
-    """A time was requested from before the kept transforms."""
+    """The requested time precedes the stored transforms."""
 
 
 class InvalidRotationError(TransformError):

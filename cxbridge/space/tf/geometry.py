@@ -23,20 +23,20 @@ _ALMOST_PARALLEL = 0.9995
 
 
 def quaternion_from_yaw(yaw: float) -> Quaternion:
-    """Return the rotation about z by ``yaw``."""
+    """Return the rotation about z by an angle."""
     return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
 def yaw_of(q: Quaternion) -> float:
-    """Return the angle about z of a rotation, in [-pi, pi]; the quaternion's length does not matter."""
+    """Return the angle about z of a rotation, in [-pi, pi], for a quaternion of any length."""
     x, y, z, w = q
     return math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
 
 
 def normalized(q: Quaternion) -> Quaternion:
-    """Return a quaternion with its length made 1.
+    """Return a quaternion normalised to length 1.
 
-    :raises InvalidRotationError: when it has a NaN, or its length is off 1 by more than Fawkes accepts.
+    :raises InvalidRotationError: if it has a NaN, or its length differs from 1 by more than Fawkes accepts.
     """
     length2 = sum(part * part for part in q)
     if math.isnan(length2):
@@ -61,7 +61,7 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def conjugate(q: Quaternion) -> Quaternion:
-    """Return the rotation back, for a quaternion of length 1."""
+    """Return the inverse rotation of a quaternion of length 1."""
     return (-q[0], -q[1], -q[2], q[3])
 
 
@@ -77,13 +77,13 @@ def add(a: Vector, b: Vector) -> Vector:
 
 
 def lerp(a: Vector, b: Vector, ratio: float) -> Vector:
-    """Return the point at ``ratio`` (0 to 1) of the way from ``a`` to ``b``."""
+    """Interpolate linearly from ``a`` (ratio 0) to ``b`` (ratio 1)."""
     x, y, z = (p + (q - p) * ratio for p, q in zip(a, b, strict=True))
     return (x, y, z)
 
 
 def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
-    """Return the rotation at ``ratio`` (0 to 1) of the shorter way from ``a`` to ``b``."""
+    """Interpolate spherically from ``a`` (ratio 0) to ``b`` (ratio 1) on the shorter arc."""
     dot = sum(p * q for p, q in zip(a, b, strict=True))
     if dot < 0:
         b, dot = (-b[0], -b[1], -b[2], -b[3]), -dot
@@ -99,7 +99,7 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
 
 
 class Transform(Struct, frozen=True):
-    """The place of a frame in its parent, which converts coordinates of the frame to those of the parent.
+    """The pose of a frame in its parent, which converts coordinates of the frame to those of the parent.
 
     :param translation: the frame's origin.
     :param rotation: of length 1.
@@ -109,7 +109,7 @@ class Transform(Struct, frozen=True):
     rotation: Quaternion = NO_ROTATION
 
     def __mul__(self, other: Transform) -> Transform:
-        """Return ``other`` followed by this one."""
+        """Return ``other`` followed by this transform."""
         return Transform(self.apply(other.translation), multiply(self.rotation, other.rotation))
 
     def apply(self, point: Vector) -> Vector:
@@ -117,7 +117,7 @@ class Transform(Struct, frozen=True):
         return add(rotate(self.rotation, point), self.translation)
 
     def inverse(self) -> Transform:
-        """Return the way back."""
+        """Return the inverse transform."""
         back = conjugate(self.rotation)
         x, y, z = rotate(back, self.translation)
         return Transform((-x, -y, -z), back)

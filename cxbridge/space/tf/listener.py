@@ -1,4 +1,4 @@
-"""Feeds a buffer with the writes to the TransformInterfaces of a blackboard."""
+"""Reading of a blackboard's TransformInterfaces into a buffer."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 TYPE: Final = "TransformInterface"
 ID_GLOB: Final = "/tf*"
-"""Which interfaces hold transforms, as in Fawkes."""
+"""The pattern of interfaces with transforms, as in Fawkes."""
 
 
 class TransformListener(Listener, Observer):
-    """Listens to all TransformInterfaces whose id begins with ``/tf``, also to those that come later.
+    """Reads all present and future TransformInterfaces whose id starts with ``/tf``.
 
-    :param buffer: gets the transforms; a new one when None.
-    :param owner: who opens the interfaces.
+    :param buffer: gets the transforms; None makes one.
+    :param owner: the owner of the interfaces.
     """
 
     def __init__(
@@ -40,14 +40,15 @@ class TransformListener(Listener, Observer):
             self.interface_created(info.type, info.id)
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Listen to an interface that came into being."""
+        """Open a new interface."""
         with self._lock:
             if interface_id in self._opened:
                 return
-            self._opened[interface_id] = None  # opening may create it again, of which we are notified, too
+            # opening may create the interface, which would notify this method again
+            self._opened[interface_id] = None
             try:
                 instance = self._board.open_for_reading(interface_type, interface_id, owner=self._owner)
-            except BlackBoardError:  # of another version: unreadable here
+            except BlackBoardError:  # another version of the type, which cannot be read
                 del self._opened[interface_id]
                 return
             self._opened[interface_id] = instance
@@ -55,10 +56,10 @@ class TransformListener(Listener, Observer):
         self.data_refreshed(instance)
 
     def data_refreshed(self, interface: Any) -> None:
-        """Remember the transform that was written."""
+        """Store a written transform."""
         interface.read()
         if not interface.child_frame:
-            return  # not written yet
+            return  # never written
         entry = StampedTransform(
             Transform(tuple(interface.translation), tuple(interface.rotation)),
             interface.timestamp_us,
@@ -68,7 +69,7 @@ class TransformListener(Listener, Observer):
         try:
             self.buffer.set_transform(entry, static=interface.static_transform)
         except InvalidRotationError:
-            return  # as Fawkes does: it might just not be initialized yet
+            return  # as in Fawkes: the interface may not be initialised yet
 
     def writer_removed(self, interface: Interface, serial: object) -> None:  # noqa: ARG002 - a listener's signature
         """Close an interface that only this process has open."""

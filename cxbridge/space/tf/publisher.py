@@ -1,4 +1,4 @@
-"""Publishes a transform on a blackboard."""
+"""Publishing of a transform on a blackboard."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 class TransformPublisher:
     """Writes one TransformInterface.
 
-    :param name: the interface's id; without a leading slash it is put below ``/tf/``.
-    :raises BlackBoardError: when it has another writer.
+    :param name: the interface's id; without a leading slash, it is prefixed by ``/tf/``.
+    :raises BlackBoardError: if the interface has another writer.
     """
 
     def __init__(self, board: BlackBoard, name: str, *, owner: str = "tf") -> None:
         self._board = board
         interface_id = name if name.startswith("/") else f"/tf/{name}"
-        # The fields of the interface come from its XML definition: there is no static type for them here.
+        # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing("TransformInterface", interface_id, owner=owner)
         self._interface.auto_timestamping = False
 
     def send(self, entry: StampedTransform, *, static: bool = False) -> None:
         """Publish a transform.
 
-        :raises InterfaceError: when a frame's name does not fit.
+        :raises InterfaceError: if a frame's name is too long.
         """
         interface = self._interface
         interface.frame, interface.child_frame = entry.frame, entry.child_frame
@@ -37,5 +37,4 @@ class TransformPublisher:
         interface.write()
 
     def close(self) -> None:
-        """Close the interface."""
         self._board.close(self._interface)

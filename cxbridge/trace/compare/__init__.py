@@ -1,1 +1,1 @@
-"""Comparison of recorded runs; docs/comparing.md defines when two runs are the same."""
+"""Comparison of recorded runs; docs/comparing.md defines equality."""

@@ -1,8 +1,8 @@
-"""Alignment of two sequences: which item of the first is which of the second, in order.
+"""Alignment of two sequences: pairs of equal items in order.
 
-Short edits are found exactly (Myers' algorithm). Ranges that have little in common are cut at items, or short
-runs of items, that both have once (as "patience" diffs do), so the time grows with the length, not with its
-square.
+Short edits are found exactly by Myers' algorithm. Ranges with little in common are split at items, or short
+runs of items, that occur once in both (as in "patience" diffs). The time thus grows with the length instead
+of its square.
 """
 
 from __future__ import annotations
@@ -13,23 +13,24 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from typing import Any, Final, TypeAlias, TypeVar
 
 MAX_EDITS: Final = 64
-"""The most insertions and deletions of a range for which the exact alignment is searched."""
+"""The maximal number of insertions and deletions in a range for the exact algorithm."""
 
+# longer runs are more likely unique, but less likely common
 RUNS: Final = (1, 3, 8)
-"""Lengths of runs of items that are looked for as places to cut; longer ones are rarely there but unique."""
+"""The lengths of runs of items at which ranges are split."""
 
 NONE: Final = -1
 
 Item = TypeVar("Item", bound=Hashable)
 Range: TypeAlias = tuple[int, int, int, int]
-"""Begin and end in the first sequence, begin and end in the second."""
+"""Start and end in the first sequence, start and end in the second."""
 
 Chain: TypeAlias = tuple[Any, tuple[int, int, int]] | None
-"""Equal runs: the chain of those before the last one, and the last one: begin, begin, length."""
+"""A linked list of equal runs: the chain before the last run, and the last run as two starts and a length."""
 
 
 def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
-    """Return the indices of partners, in order; partners are equal, and both indices grow."""
+    """Return the pairs of indices of equal items; both indices increase."""
     pairs: list[tuple[int, int]] = []
     stack: list[Range] = [(0, len(a), 0, len(b))]
     while stack:
@@ -49,7 +50,8 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
             cuts = [(one + i, other + i) for one, other, length in _links(path) for i in range(length)]
             if end == (a_to, b_to):
                 pairs += cuts
-            elif 3 * len(cuts) > end[0] - a_from + end[1] - b_from:  # else the equal items are accidents
+            # otherwise the equal items are coincidences
+            elif 3 * len(cuts) > end[0] - a_from + end[1] - b_from:
                 pairs += cuts
                 stack.append((end[0], a_to, end[1], b_to))
             continue
@@ -61,7 +63,7 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
 
 
 def _furthest(a: Sequence[int], b: Sequence[int], among: Range) -> tuple[Chain, tuple[int, int]]:
-    """Return the equal runs on the path of fewest edits, and its end: that of the range, or the furthest."""
+    """Return the equal runs on the path with the fewest edits, and the end of the path."""
     a_from, a_to, b_from, b_to = among
     reach: dict[int, tuple[int, Chain]] = {1: (a_from, None)}
     inside: list[tuple[int, int, Chain]] = []
@@ -89,7 +91,7 @@ def _furthest(a: Sequence[int], b: Sequence[int], among: Range) -> tuple[Chain, 
 
 
 def _cuts(a: Sequence[int], b: Sequence[int], among: Range) -> list[tuple[int, int]]:
-    """Return items that belong together, in order: those that both have once, or begins of such runs."""
+    """Return pairs of items, or of starts of runs, that occur once in both ranges."""
     a_from, a_to, b_from, b_to = among
     for length in RUNS:
         ones, others = _once(a, a_from, a_to, length), _once(b, b_from, b_to, length)
@@ -100,15 +102,15 @@ def _cuts(a: Sequence[int], b: Sequence[int], among: Range) -> list[tuple[int, i
 
 
 def _once(items: Sequence[int], start: int, end: int, length: int) -> dict[tuple[int, ...], int]:
-    """Return where the runs of items begin that come only once in a range."""
+    """Return the starts of the runs that occur once in a range."""
     runs = [tuple(items[at : at + length]) for at in range(start, end - length + 1)]
     counts = Counter(runs)
     return {run: at for at, run in enumerate(runs, start) if counts[run] == 1}
 
 
 def rising(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return a longest part of the pairs whose second indices grow, as the first do."""
-    ends: list[int] = []  # the smallest last index of a rising part, by its length less one
+    """Return a longest subsequence of pairs whose second indices increase."""
+    ends: list[int] = []  # the smallest last index of an increasing subsequence, by its length minus one
     chains: list[Chain] = []
     for one, other in pairs:
         place = bisect_left(ends, other)
@@ -118,7 +120,7 @@ def rising(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def _links(chain: Chain) -> Iterator[tuple[int, int, int]]:
-    """Yield the runs of a chain, from the last to the first."""
+    """Yield the runs of a chain from the last to the first."""
     while chain is not None:
         chain, run = chain
         yield run
@@ -130,9 +132,9 @@ def take_equal(
     key: Callable[[Item], Hashable],
     other_key: Callable[[Item], Hashable] | None = None,
 ) -> list[tuple[Item, Item]]:
-    """Take the items with equal keys out of two lists, and return them as pairs, in order.
+    """Remove the items with equal keys from two lists and return them as pairs in order.
 
-    :param key: of an item; ``other_key``: of one of the second list, None for the same.
+    :param key: the key of an item; ``other_key``: of an item of the second list, None for the same function.
     """
     left: dict[Hashable, deque[Item]] = defaultdict(deque)
     for item in theirs:

@@ -1,4 +1,4 @@
-"""Checks message ids and times of events that are partners."""
+"""Checks of the message ids and times of paired events."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ID: Final = re.compile(r'\(id "?([^")]*)')
 
 
 class TimeFrom(Enum):
-    """The events that times are counted from."""
+    """The reference of compared times."""
 
     BEGIN = "begin"
     THREAD = "thread"
@@ -23,7 +23,7 @@ class TimeFrom(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How far the times of partners may be apart.
+    """The allowed difference between the times of paired events.
 
     :param seconds: the tolerance.
     """
@@ -33,13 +33,13 @@ class Tolerance:
 
 
 class MessageIds:
-    """Ids of messages count as the distance to earlier ones of their stream, whatever came before the run."""
+    """Compares message ids by their distance to earlier ids of their stream."""
 
     def __init__(self) -> None:
         self._offsets: dict[Hashable, tuple[int, int]] = {}
 
     def differ(self, stream: Hashable, one: int, other: int) -> bool:
-        """Whether two ids do not continue like those before them; 0, no message yet, stays apart."""
+        """Return whether the distance of two ids changed; 0 means no message and equals only 0."""
         if not one or not other:
             return bool(one or other)
         offset = other - one
@@ -50,14 +50,14 @@ class MessageIds:
         return True
 
     def gap(self, stream: Hashable) -> None:
-        """Note that only one run has an event of the stream: the ids of the two may differ then."""
+        """Note an event of a stream that only one run has, after which the distance may change."""
         self._offsets.pop(stream, None)
 
 
 class PartnerTimes:
-    """Times of partners, relative to earlier times.
+    """Compares times of paired events relative to earlier times.
 
-    :param begin: when both runs began, microseconds; None: with the first partners that are asked for.
+    :param begin: the start of both runs in microseconds; None: the first pair.
     """
 
     def __init__(self, tolerance: Tolerance, begin: tuple[int, int] | None = None) -> None:
@@ -67,7 +67,7 @@ class PartnerTimes:
         self._begin = begin
 
     def lag(self, thread: Hashable, one_us: int, other_us: int) -> float | None:
-        """Return by how many seconds the second run is late (early: less than 0), None within the limit."""
+        """Return the seconds by which the second run is late (negative: early); None within the tolerance."""
         now = (one_us, other_us)
         if self._by_thread:
             since = self._last.get(thread, now)
@@ -79,7 +79,7 @@ class PartnerTimes:
 
 
 def stream_of(key: Key) -> Hashable:
-    """Return the counter of the message ids in events of this key: a skiller, an interface."""
+    """Return the stream that numbers the message ids of a key: a Skiller or an interface."""
     if key[0] != "fact":
         return thread_key(key)
     match = _ID.search(key[-1])
@@ -87,5 +87,5 @@ def stream_of(key: Key) -> Hashable:
 
 
 def time_words(late: float) -> str:
-    """Return in words that an event of B is late, or early (less than 0), by a number of seconds."""
+    """Return the text for an event of B that is late, or early if negative, by some seconds."""
     return f"another time: {abs(late):.6g} s {'later' if late > 0 else 'earlier'} in B"

@@ -1,4 +1,4 @@
-"""The context of a difference: the events before it, the rules that fired, the goals at that point."""
+"""The context of a difference: preceding events, fired rules and present goals."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.listing import describe
 
 LINES_BEFORE = 6
-"""How many events are shown before the one at the difference."""
+"""The number of events shown before the one at the difference."""
 
 LINES_AFTER = 2
-"""How many are shown after it."""
+"""The number of events shown after it."""
 
 RULES_BEFORE = 5
-"""How many firings before it are shown."""
+"""The number of firings shown before it."""
 
 
 def context_of(
     run: Run, view: View, position: int | None, selection: Selection | None = None
 ) -> DifferenceContext:
-    """Read a run up to an event, and return the context of the event.
+    """Read a run up to an event and return the context of the event.
 
-    :param position: the event's number among those that are compared, from 0; None: nothing is found.
+    :param position: the number of the event among the compared ones, from 0; None returns an empty context.
     """
     return contexts_of(run, view, [position], selection)[position]
 
@@ -70,16 +70,16 @@ def contexts_of(
 
 
 def event_line(number: int, event: Event, start_us: int, *, here: bool = False) -> EventLine:
-    """Return an event of a run as a line.
+    """Return an event as a line.
 
-    :param number: its number among those that are compared, from 0.
-    :param start_us: when the run began, microseconds.
+    :param number: the number of the event among the compared ones, from 0.
+    :param start_us: the start of the run in microseconds.
     """
     return EventLine(number + 1, (event.time_us - start_us) / MICROSECONDS, describe(event), here)
 
 
 def goal_lines(goals: Mapping[str, GoalTransition]) -> Iterator[GoalAtDifference]:
-    """Yield goals as a tree; retracted roots, and the goals below them, are left out.
+    """Yield goals as a tree without retracted roots and their sub-goals.
 
     :param goals: the last transition of each goal.
     """

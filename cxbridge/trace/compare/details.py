@@ -1,4 +1,4 @@
-"""The details of goals and plan-actions, such as parameters: where they count, and when they cannot."""
+"""Details of goals and plan-actions, such as parameters: when they are compared."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from cxbridge.trace.compare.names import without_times, without_times_of_day
 from cxbridge.trace.formats.base import Run
 
 DETAILED: Final = (GoalTransition, PlanActionTransition)
-"""The events that have details."""
+"""The types of events with details."""
 
 Missing: TypeAlias = Mapping[type[Event], frozenset[str]]
-"""Fields that a run does not record, by the class of the event."""
+"""The details that a run does not record, by type of event."""
 
 
 class DetailNews:
-    """Shows the details of goals and plan-actions where they are new: one that differs then differs once."""
+    """Reports details only when they change, so that a differing detail is one difference."""
 
     def __init__(self) -> None:
         self._last: dict[tuple[str, ...], tuple[tuple[str, ...], tuple[str, ...]]] = {}
 
     def of(self, event: Event) -> tuple[str, ...]:
-        """Return the details of an event, with one name for all absolute times.
+        """Return the details of an event with absolute times replaced.
 
-        Each is empty when the event before it of its subject had it too.
+        Details that are equal to those of the subject's previous event are empty.
         """
         kind = event.KIND
         given = tuple(getattr(event, name) for name in kind.details)
@@ -43,7 +43,7 @@ class DetailNews:
 
 
 def with_common_details(runs: Sequence[Run]) -> list[Run]:
-    """Return runs that can be compared: without the details that one of them does not record."""
+    """Return the runs without details that one of them does not record."""
     missing: dict[type[Event], frozenset[str]] = {}
     for run in runs:
         for event_type, names in _missing(run).items():
@@ -52,7 +52,7 @@ def with_common_details(runs: Sequence[Run]) -> list[Run]:
 
 
 def _missing(run: Run) -> Missing:
-    """Return the details that a run does not record: those that the first event of each class lacks."""
+    """Return the details that the first event of each type lacks."""
     found: dict[type[Event], frozenset[str]] = {}
     for event in run.select(*DETAILED):
         if type(event) not in found:
@@ -65,7 +65,7 @@ def _missing(run: Run) -> Missing:
 class _WithoutDetails(Run):
     """A run without some details.
 
-    :param missing: those that are left out.
+    :param missing: the details to leave out.
     """
 
     def __init__(self, run: Run, missing: Missing) -> None:
@@ -78,7 +78,6 @@ class _WithoutDetails(Run):
         }
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield the events."""
         for event in self._run:
             blank = self._blank.get(type(event))
             yield event if blank is None else replace(event, **blank)

@@ -1,4 +1,4 @@
-"""Edits between two sequences of states: states that moved, changed, or are in one sequence only."""
+"""Edits between two sequences of states: moved, changed and additional states."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from cxbridge.trace.compare.align import NONE, align, rising, take_equal
 from cxbridge.trace.compare.model import AlignedRow, DifferenceKind, EventLine
 
 ROWS_BEFORE: Final = 6
-"""The number of rows that are shown before the first difference."""
+"""The number of rows shown before the first difference."""
 
 ROWS_AFTER: Final = 16
-"""The number of rows that are shown from the first difference on."""
+"""The number of rows shown from the first difference on."""
 
 At: TypeAlias = Callable[[int, int], Hashable]
-"""Returns a property of the state of a run (0 or 1) at an index."""
+"""Returns a property of the state at an index of run 0 or 1."""
 
 ALONE: Final = (DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)
 
@@ -30,10 +30,10 @@ ALONE: Final = (DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)
 class Edit:
     """A difference between two sequences.
 
-    :param at: the index in both; -1: that run has nothing.
-    :param place: where it comes, in an order of the states of both runs.
-    :param count: the number of states in a row.
-    :param whole: whether it is all that a goal did, in a row or not; the other run has no such goal.
+    :param at: the indices in both sequences; -1: the run has no such state.
+    :param place: the sort key in a common order of the states of both runs.
+    :param count: the number of consecutive states.
+    :param whole: whether the edit contains all states of a goal that only one run has.
     """
 
     kind: DifferenceKind
@@ -44,33 +44,33 @@ class Edit:
 
 
 class Alignment:
-    """Two sequences of states, and the partners in them: equal states, in order.
+    """Two sequences of states and the pairs of equal states, in order.
 
-    :ivar pairs: the indices of partners.
+    :ivar pairs: pairs of indices.
     """
 
     def __init__(self, a: Sequence[Hashable], b: Sequence[Hashable]) -> None:
         numbers: dict[Hashable, int] = {}
         self.pairs = align(*([numbers.setdefault(each, len(numbers)) for each in run] for run in (a, b)))
         self._ends = (len(a), len(b))
-        self._beside = self.pairs  # once the edits are known: with the states that changed
+        self._beside = self.pairs  # replaced by the pairs and the changed states once the edits are known
 
     def loose(self, run: int) -> list[int]:
-        """Return the indices of the states of a run that have no partner."""
+        """Return the indices of the states of a run without a partner."""
         paired = {pair[run] for pair in self.pairs}
         return [at for at in range(self._ends[run]) if at not in paired]
 
     def gap(self, run: int, at: int) -> int:
-        """Return how many partners come before a state."""
+        """Return the number of pairs before a state."""
         return bisect_left(self.pairs, at, key=itemgetter(run))
 
     def before(self, run: int, at: int) -> int:
-        """Return the index of the last state of the other run before a state without a partner, or -1."""
+        """Return the index of the other run's last state before a state without partner, or -1."""
         gap = bisect_left(self._beside, at, key=itemgetter(run))
         return self._beside[gap - 1][1 - run] if gap else NONE
 
     def ends(self, run: int, edit: Edit) -> bool:
-        """Whether a run without a state at an edit is over there, and the other run continues to its end."""
+        """Return whether a run has ended at an edit that continues to the end of the other run."""
         at = edit.at[1 - run]
         if edit.whole or at + edit.count < self._ends[1 - run]:
             return False
@@ -84,13 +84,13 @@ class Alignment:
         owner: At | None = None,
         joined: tuple[DifferenceKind, ...] = (*ALONE, DifferenceKind.ORDER),
     ) -> list[Edit]:
-        """Return the edits, in the order of the runs.
+        """Return the edits in the order of the runs.
 
-        :param content: the part of a state that is the same at another place.
-        :param thread: the goal, plan or Skiller of a state; a state has changed when the other
-            run has another state between the same steps.
-        :param owner: the goal of a state when the other run has no such goal: its states are one edit.
-        :param joined: the kinds of edits that are one edit when they are in a row.
+        :param content: the part of a state that identifies it at another index.
+        :param thread: the goal, plan or Skiller of a state. A state counts as changed if the other run has
+            another state of the thread between the same pairs.
+        :param owner: the goal of a state if only one run has the goal; its states become one edit.
+        :param joined: the kinds of edits that are joined if they are consecutive.
         """
         ours, theirs = self.loose(0), self.loose(1)
         steps = [self._steps(run, thread) for run in (0, 1)]
@@ -117,7 +117,7 @@ class Alignment:
         return list(_joined(sorted(found, key=lambda edit: edit.place), joined))
 
     def _steps(self, run: int, thread: At) -> list[Hashable]:
-        """Return, for each state of a run, its thread and how many partners of the thread come before it."""
+        """Return, for each state of a run, its thread and the number of the thread's pairs before it."""
         counts: Counter[Hashable] = Counter()
         paired = {pair[run] for pair in self.pairs}
         steps: list[Hashable] = []
@@ -128,14 +128,14 @@ class Alignment:
         return steps
 
     def _place(self, run: int, at: int) -> tuple[int, int, int]:
-        """Return where a state comes; one of B comes after those of A in the same gap."""
+        """Return the sort key of a state; in a gap, states of A precede those of B."""
         if run == 0:
             return (at, 0, at)
         gap = self.gap(1, at)
         return ((self.pairs[gap][0] if gap < len(self.pairs) else self._ends[0]) - 1, 1, at)
 
     def rows(self, line: Callable[[int, int], EventLine]) -> list[AlignedRow]:
-        """Return both runs next to each other around the first place where they differ.
+        """Return both runs side by side around the first difference.
 
         :param line: returns the state of a run at an index as a line.
         """
@@ -155,7 +155,7 @@ class Alignment:
         return AlignedRow(ours, theirs, same)
 
     def _places(self) -> Iterator[tuple[int, int, bool]]:
-        """Yield the indices that are next to each other, and whether they are partners; -1 is a gap."""
+        """Yield the indices of rows, with -1 for a gap, and whether they are pairs."""
         partners = set(self.pairs)
         next_a = next_b = 0
         for one, other in (*self._beside, self._ends):
@@ -167,7 +167,7 @@ class Alignment:
 
 
 def _joined(edits: Iterable[Edit], kinds: tuple[DifferenceKind, ...]) -> Iterator[Edit]:
-    """Yield edits, those of the same kind for states in a row as one."""
+    """Yield edits, joined if they have the same kind and consecutive states."""
     last: Edit | None = None
     for edit in edits:
         if last is not None and last.kind is edit.kind and edit.kind in kinds:

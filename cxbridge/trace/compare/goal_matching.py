@@ -1,4 +1,4 @@
-"""Matches the goals of two runs by structure, never by id or order alone."""
+"""Matching of the goals of two runs by structure instead of ids or order alone."""
 
 from __future__ import annotations
 
@@ -12,25 +12,26 @@ from cxbridge.trace.compare.goals import Goal, GoalForest, sign
 from cxbridge.trace.compare.names import anonymous
 
 LIKE: Final = 0.5
-"""The least likeness of goals that are a pair although their classes, or their parents, differ."""
+"""The minimal similarity of paired goals whose classes or parents differ."""
 
+# limits the quadratic time
 MAX_COMPARED: Final = 900
-"""The most pairs of siblings of which the likeness is compared; of more, the order decides."""
+"""The maximal number of pairs of siblings whose similarity is computed; above it the order decides."""
 
 MAX_STRAYS: Final = 50
-"""The most goals of its kind with which a goal is compared that is left over."""
+"""The maximal number of unpaired goals of the same kind to which a goal is compared."""
 
 Pair: TypeAlias = tuple[Goal, Goal]
 
 
 @dataclass(slots=True)
 class GoalMatch:
-    """The goals that belong together, parents before their children.
+    """The paired goals, parents before their children.
 
     :param pairs: goals of both runs.
-    :param only: goals of each run that the other run has nothing like.
-    :param adopted: pairs that have different parents; :param renamed: pairs of different class or id.
-    :param labels: a name for each goal that is the same for its partner.
+    :param only: the goals of each run without a partner.
+    :param adopted: pairs with different parents; :param renamed: pairs of different class or id.
+    :param labels: a name per goal, equal for both goals of a pair.
     """
 
     pairs: list[Pair] = field(default_factory=list)
@@ -43,10 +44,10 @@ class GoalMatch:
 def match_goals(a: GoalForest, b: GoalForest) -> GoalMatch:
     """Pair the goals of two runs, from the roots down.
 
-    Goals are a pair when their parents are, and environment, class, sub-type and id without its gensym number
-    are the same. Among several such siblings, those that did the same are paired first, then those that did
-    most alike. The remaining goals are paired with similar goals below another parent, or of another
-    class; such pairs are differences.
+    Goals form a pair if their parents do, and environment, class, sub-type and id without gensym number are
+    equal. Among several such siblings, those with equal behaviour are paired first, then the most similar
+    ones. The remaining goals are paired with similar goals of another parent or class, and such pairs are
+    differences.
     """
     matcher = _Matcher(a, b)
     matcher.descend("", a.roots, b.roots)
@@ -67,7 +68,7 @@ class _Matcher:
             self._signatures.append(signed[0] | signed[1])
 
     def descend(self, path: str, siblings_a: list[Goal], siblings_b: list[Goal]) -> None:
-        """Pair siblings and all below them."""
+        """Pair siblings and their descendants."""
         stack = [(path, siblings_a, siblings_b)]
         while stack:
             path, ours, theirs = stack.pop()
@@ -89,7 +90,7 @@ class _Matcher:
                 self.match.labels.update({goal: self._label(path, goal) for goal in left})
 
     def adopt(self) -> None:
-        """Pair the remaining goals with similar goals below another parent."""
+        """Pair the remaining goals with similar goals of other parents."""
         by_kind: dict[object, list[Goal]] = defaultdict(list)
         only_a, only_b = self.match.only
         for goal in only_b:
@@ -107,14 +108,14 @@ class _Matcher:
             self.descend(label, one.children, best.children)
 
     def _take(self, path: str, pair: Pair) -> str:
-        """Note a pair; return its name."""
+        """Add a pair; return its label."""
         self.match.pairs.append(pair)
         label = self._label(path, pair[0])
         self.match.labels.update(dict.fromkeys(pair, label))
         return label
 
     def _label(self, path: str, goal: Goal) -> str:
-        """Return a name for a goal that none of its siblings has: the id without its number, or the class."""
+        """Return a unique label for a goal: the id without its number, or the class."""
         name = anonymous(goal.key[1]).replace("gen#", "").strip("-") or goal.goal_class
         label = f"{path}/{name}"
         self._counts[label] += 1
@@ -122,7 +123,7 @@ class _Matcher:
 
 
 def _take_alike(ours: list[Goal], theirs: list[Goal]) -> list[Pair]:
-    """Take pairs of one kind out of siblings: those that did most alike first."""
+    """Remove pairs of the same kind from siblings, the most similar first."""
     kinds: dict[object, tuple[list[Goal], list[Goal]]] = defaultdict(lambda: ([], []))
     for run, goals in enumerate((ours, theirs)):
         for goal in goals:
@@ -136,7 +137,7 @@ def _take_alike(ours: list[Goal], theirs: list[Goal]) -> list[Pair]:
 
 
 def _take_renamed(ours: list[Goal], theirs: list[Goal]) -> list[Pair]:
-    """Take pairs of goals of different kind that did much the same out of siblings."""
+    """Remove pairs of different kinds but similar behaviour from siblings."""
     if len(ours) * len(theirs) > MAX_COMPARED:
         return []
     pairs = [pair for pair in _most_alike(ours, theirs, LIKE) if pair[0].key[0] == pair[1].key[0]]
@@ -145,7 +146,7 @@ def _take_renamed(ours: list[Goal], theirs: list[Goal]) -> list[Pair]:
 
 
 def _most_alike(ours: Sequence[Goal], theirs: Sequence[Goal], least: float) -> list[Pair]:
-    """Return pairs of goals, those most alike first; of those equally alike, the ones at the same place."""
+    """Return pairs of goals by decreasing similarity; equally similar ones by closeness of their indices."""
     scored = sorted(
         (-one.likeness(other), abs(i - k), i, k)
         for i, one in enumerate(ours)

@@ -1,4 +1,4 @@
-"""Reads the goals and plans of a run, each with the sequence of its transitions."""
+"""Reading of a run's goals and plans, with their sequences of transitions."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ from cxbridge.trace.compare.names import anonymous, anonymous_fact
 from cxbridge.trace.compare.sequences import State, Step, Steps, Streams, states_of
 
 UNKNOWN: Final = "?"
-"""Class of a goal of which only plan-actions are known."""
+"""The class of a goal of which only plan-actions are known."""
 
 GoalKey: TypeAlias = tuple[str, str]
-"""Environment and id of a goal."""
+"""The environment and id of a goal."""
 
 
 @dataclass(eq=False, slots=True)
 class Goal:
     """A goal and its plans.
 
-    :param parent: the parent it had last, None for none.
-    :param own: its transitions; one that only changes the parent is none.
-    :param plans: the transitions of its plan-actions, by plan id; once all is read, by ids of every run.
-    :param details: its parameters and other details, where they changed.
-    :param plan_details: the details of its plan-actions, by the same; each state begins with the action's id.
-    :param deeds: its states and those of its plans, once it is compared with other goals.
-    :param named_by: kind of each goal that names this one in an error, and at which of its transitions.
+    :param parent: the last parent, if any.
+    :param own: its transitions, without those that change only the parent.
+    :param plans: the transitions of its plan-actions, by plan id; after reading, by ids that are equal in all
+        runs.
+    :param details: its parameters and other details, when they changed.
+    :param plan_details: the details of its plan-actions by plan; each state starts with the action's id.
+    :param deeds: the states of the goal and its plans, computed for comparisons with other goals.
+    :param named_by: the kind of each goal whose error names this one, and the index of the transition.
     """
 
     key: GoalKey
@@ -49,26 +50,26 @@ class Goal:
 
     @property
     def kind(self) -> tuple[str, str, str, str]:
-        """What tells siblings apart: environment, class, sub-type, and the id without its number."""
+        """The properties that distinguish siblings: environment, class, sub-type, and id without number."""
         return (self.key[0], self.goal_class, self.sub_type, anonymous(self.key[1]))
 
     @property
     def start(self) -> int:
-        """The position of its first transition."""
+        """The position of the first transition."""
         return min(steps[0].position for steps in (self.own, *self.plans.values()) if steps)
 
     @property
     def size(self) -> int:
-        """How many goals there are from here down."""
+        """The number of goals in this subtree."""
         return sum(1 for _ in downwards([self]))
 
     def likeness(self, other: Goal) -> float:
-        """Return the equal part of the states of this goal and another, from 0 to 1, in any order."""
+        """Return the share of equal states of two goals, in any order, from 0 to 1."""
         ours, theirs = self._known_deeds(), other._known_deeds()
         return 2 * (ours & theirs).total() / max(1, ours.total() + theirs.total())
 
     def _known_deeds(self) -> Counter[State]:
-        """Return the states of the goal and its plans without names, and the classes of its children."""
+        """Return the states of goal and plans without names, and the classes of the children."""
         if not self.deeds:
             self.deeds.update((*step.state[:2], anonymous(step.state[2])) for step in self.own)
             for steps in (*self.plans.values(), self.details, *self.plan_details.values()):
@@ -77,14 +78,14 @@ class Goal:
         return self.deeds
 
     def before(self, inner: Steps) -> list[int]:
-        """Return, for each transition of a child or plan, how many of this goal's own came before it."""
+        """Return, for each transition of a child or plan, the number of this goal's earlier ones."""
         positions = [step.position for step in self.own]
         return [bisect_left(positions, step.position) for step in inner]
 
     def by_stem(self, steps: Mapping[str, list[Step]]) -> dict[str, list[Step]]:
-        """Return steps of plans, by ids that are the same in every run: without gensym numbers.
+        """Return steps of plans by ids without gensym numbers.
 
-        :param steps: by the plan's id.
+        :param steps: by plan id.
         """
         found: dict[str, list[Step]] = {}
         counts: Counter[str] = Counter()
@@ -98,7 +99,7 @@ class Goal:
 class GoalForest:
     """All goals of a run, and the statuses of its Skillers.
 
-    :param events: those of the run, read once, here.
+    :param events: read once, by the constructor.
     """
 
     def __init__(self, events: Iterable[Event]) -> None:
@@ -122,7 +123,7 @@ class GoalForest:
 
     @property
     def scopes(self) -> set[str]:
-        """The classes of its goals, and the skills."""
+        """The classes of the goals, and the skills."""
         return {f"goal class {goal.goal_class}" for goal in self.goals.values()} | self.skillers.scopes
 
     def _goal(self, env: str, name: str) -> Goal:
@@ -130,7 +131,7 @@ class GoalForest:
         return self.goals.get(key) or self.goals.setdefault(key, Goal(key))
 
     def _goal_transition(self, event: GoalTransition) -> None:
-        """Take a transition of a goal; one that only changes the parent does not count."""
+        """Process a transition of a goal; one that changes only the parent is ignored."""
         goal = self._goal(event.env, event.goal)
         goal.goal_class = _joined(goal.goal_class, event.goal_class)
         goal.sub_type = _joined(goal.sub_type, event.sub_type)
@@ -142,21 +143,21 @@ class GoalForest:
         self._take_details(goal.details, event, ())
 
     def _action_transition(self, event: PlanActionTransition) -> None:
-        """Take a transition of a plan-action."""
+        """Process a transition of a plan-action."""
         goal, plan = self._goal(event.env, event.goal), intern(event.plan)
         state = (event.action_id, event.action, event.state)
         goal.plans.setdefault(plan, []).append(Step(state, self.count, event.time_us))
         self._take_details(goal.plan_details.setdefault(plan, []), event, (event.action_id, event.action))
 
     def _take_details(self, steps: list[Step], event: Event, subject: State) -> None:
-        """Note the details of an event where they are new."""
+        """Store the details of an event that changed."""
         news = zip(event.KIND.details, self._news.of(event), strict=True)
         words = [f"{name}={anonymous_fact(value)}" for name, value in news if value]
         if words:
             steps.append(Step((*subject, *words), self.count, event.time_us))
 
     def _link(self) -> list[Goal]:
-        """Give the goals to their parents; return those without one that the run knows."""
+        """Link goals to their parents; return those without a known parent."""
         forest = Forest({key: goal.parent for key, goal in self.goals.items()})
         for key, goal in self.goals.items():
             goal.children = [self.goals[child] for child in forest.children.get(key, ())]
@@ -169,12 +170,12 @@ class GoalForest:
 
 
 def _joined(known: str, new: str) -> str:
-    """Return the class of a goal; one that says now this and now that has both."""
+    """Return the class of a goal; different classes are joined."""
     return known if known == new else intern(new if known == UNKNOWN else f"{known}|{new}")
 
 
 def downwards(roots: Iterable[Goal]) -> Iterator[Goal]:
-    """Yield goals and all below them, parents before their children."""
+    """Yield goals and their descendants, parents before their children."""
     stack = list(roots)[::-1]
     while stack:
         goal = stack.pop()
@@ -183,10 +184,10 @@ def downwards(roots: Iterable[Goal]) -> Iterator[Goal]:
 
 
 def sign(forest: GoalForest, numbers: dict[object, int], *, with_parent: bool) -> dict[Goal, int]:
-    """Return a number for each goal: goals with the same number did the same, they and all below them.
+    """Return a number per goal, equal for goals whose subtrees behaved equally.
 
-    :param numbers: the numbers so far, of any number of runs.
-    :param with_parent: whether the side of the parent's transitions counts too.
+    :param numbers: the numbers assigned so far, for any number of runs.
+    :param with_parent: include the position among the parent's transitions.
     """
     signed: dict[Goal, int] = {}
     for goal in reversed(list(downwards(forest.roots))):

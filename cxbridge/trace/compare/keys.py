@@ -1,4 +1,4 @@
-"""The keys of events: what counts of an event in every run, with the names in it kept apart."""
+"""Keys of events: the parts that are equal in all runs, separated from names."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from cxbridge.trace.compare.selection import Selection, with_kept
 from cxbridge.trace.formats.base import Run
 
 Key: TypeAlias = tuple[Any, ...]
-"""What counts of an event apart from names: its kind, then the parts of its :class:`KeyForm`."""
+"""The kind of an event, followed by the parts of its :class:`KeyForm`."""
 
 Said: TypeAlias = tuple[Key, Names]
-"""A key, and the names in it by numbers that are the same for partners."""
+"""A key and its names as numbers that are equal in both runs."""
 
 MAX_CHANGED: Final = 3
-"""Events that differ in more parts than this are not called changed, but different."""
+"""The maximal number of differing parts of an event that counts as changed."""
 
 DIFFERENT_SCENARIOS: Final = 0.5
-"""Runs that share less than this part of their goal classes, rules, skills are of different scenarios."""
+"""The share of common goal classes, rules and skills below which runs are of different scenarios."""
 
 MAX_SCOPES: Final = 5
-"""The number of classes, rules, skills of one run alone that are named."""
+"""The number of classes, rules and skills listed in the hint."""
 
 _PLACEHOLDER: Final = re.compile(r"(?:gen|uuid|fact)#")
 _ENDED: Final = ("S_FINAL", "S_FAILED")
@@ -49,12 +49,13 @@ class KeyForm:
     """The parts of the key of a kind of event.
 
     :param kind: the first part of the key.
-    :param parts: the other parts: what each is in words, and the attribute of the event that it is.
-    :param thread: the number of parts, the kind included, that name the thread of the event: a goal, a plan.
-    :param subject: the subject of the event, in words, with the event as ``{0}``.
-    :param scope: what tells scenarios apart, in words, and the number of the part that is it.
-    :param named: the attributes with names that differ from run to run.
-    :param details: the last parts, likewise; they may hold fact indices and absolute times, too.
+    :param parts: the other parts: a noun and the attribute of the event.
+    :param thread: the number of leading parts, with the kind, that identify the thread of the event: a goal
+        or plan.
+    :param subject: the subject as a format string, with the event as ``{0}``.
+    :param scope: the noun and index of the part that distinguishes scenarios.
+    :param named: the attributes with names that differ between runs.
+    :param details: the last parts, which may also contain fact indices and absolute times.
     """
 
     kind: str
@@ -145,18 +146,17 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
 
 _BY_KIND: Final = {form.kind: form for form in FORMS.values()}
 
+# The number of leading parts of a key, with the kind, that identify the subject of the event.
 _SUBJECTS: Final = {form.kind: len(event_type.KIND.subject) + 1 for event_type, form in FORMS.items()}
-"""The number of parts of a key, the kind included, that name the subject of the event."""
 
 
 class Token(NamedTuple):
-    """What counts of one event.
+    """The compared content of one event.
 
-    :param names: the names in the parts of the key, in their order.
-    :param thread_names: how many of them are in the parts that name the thread.
-    :param msgid: the id of a message, counts as the distance to earlier ones of its thread; None: it has
-        none.
-    :param number: the event's number among those that are compared, from 0.
+    :param names: the names in the parts of the key, in order.
+    :param thread_names: the number of names in the parts that identify the thread.
+    :param msgid: the message id, compared by its distance to earlier ones of the thread.
+    :param number: the number of the event among the compared ones, from 0.
     """
 
     key: Key
@@ -168,14 +168,14 @@ class Token(NamedTuple):
 
     @property
     def thread(self) -> tuple[Key, Names]:
-        """The thread of the event: one goal, plan or skiller of the run."""
+        """The thread of the event: a goal, plan or Skiller of the run."""
         return thread_key(self.key), self.names[: self.thread_names]
 
 
 class Tokens:
-    """Reads one run: iterate over it, once.
+    """Reads one run; can be iterated over once.
 
-    :ivar start_us: when the run began, microseconds; 0 before the first event is read.
+    :ivar start_us: the start of the run in microseconds, 0 before the first event.
     """
 
     def __init__(self, run: Run, view: View, selection: Selection | None = None) -> None:
@@ -198,7 +198,7 @@ class Tokens:
                 yield Token(*self._make(counts), kept, number)
 
     def _make(self, event: Event) -> tuple[Key, Names, int, int | None]:
-        """Return the key of an event, the names in it, how many name the thread, and the message id."""
+        """Return the key of an event, its names, the number of names in the thread, and the message id."""
         if isinstance(event, FactChange):
             bare, msgid = take_msgid(event.text)
             text, names = self.namer.split_fact(bare)
@@ -215,7 +215,7 @@ class Tokens:
 class _KeyMaker:
     """Makes the keys of one kind of event.
 
-    :param namer: splits the parts with names.
+    :param namer: separates the names from the parts.
     """
 
     def __init__(self, form: KeyForm, namer: Namer) -> None:
@@ -228,7 +228,7 @@ class _KeyMaker:
         self._split_detail = namer.split_fact
 
     def make(self, event: Event) -> tuple[Key, Names, int]:
-        """Return the key, the names in it, and how many of them name the thread."""
+        """Return the key, its names, and the number of names in the thread."""
         values = list(self._values(event))
         names: Names = ()
         thread_names = 0
@@ -244,17 +244,18 @@ class _KeyMaker:
 
 
 class SkillerBacklog:
-    """Shows the states of skillers as if none had worked before the run.
+    """Shows the states of Skillers as if they were fresh at the start of the run.
 
-    A skiller that was used before first shows the end of the last skill, also after control is
-    acquired, until it runs a skill. That is taken for the idle state of a fresh one; said again, for nothing.
+    A used Skiller first shows the end of its last skill, also after control is acquired, until it runs a
+    skill. That state is replaced by the idle state of a fresh Skiller; its repetitions are dropped.
     """
 
     def __init__(self) -> None:
-        self._old_skills: dict[tuple[str, str], str] = {}  # by skiller; empty when the run has begun
+        # the old skill by Skiller, empty after the first new one
+        self._old_skills: dict[tuple[str, str], str] = {}
 
     def fresh(self, event: SkillStatus) -> SkillStatus | None:
-        """Return a state as a fresh skiller would have reported it; None: it would not have."""
+        """Return the state that a fresh Skiller would report, or None."""
         skiller = (event.env, event.skiller)
         old = self._old_skills.get(skiller)
         ended = event.status in _ENDED and event.skill_string
@@ -268,31 +269,31 @@ class SkillerBacklog:
 
 
 def thread_key(key: Key) -> Key:
-    """Return the parts of a key that name the thread of the event; with the names in them it is one."""
+    """Return the parts of a key that, with their names, identify the thread of the event."""
     return key[: _BY_KIND[key[0]].thread]
 
 
 def subject_of(event: Event) -> str:
-    """Return the goal, plan, skiller, interface that an event is about."""
+    """Return the goal, plan, Skiller or interface of an event."""
     return FORMS[type(event)].subject.format(event)
 
 
 def scope_of(key: Key) -> str:
-    """Return what tells scenarios apart: the class of a goal, a rule, a skill, a template, an interface."""
+    """Return the part that distinguishes scenarios: goal class, rule, skill, template or interface."""
     name, part = _BY_KIND[key[0]].scope
     return skill_scope(key[part]) if key[0] == "skill" else f"{name} {key[part]}"
 
 
 def skill_scope(skill_string: str) -> str:
-    """Return which skill a skill string calls; empty for none."""
+    """Return the skill that a skill string calls, empty for none."""
     name = re.split(r"[({]", skill_string)[0].strip()
     return f"skill {name}" if name else ""
 
 
 def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
-    """Return a hint when two runs have too little in common to be of one scenario: what each has alone.
+    """Return a hint if two runs have too little in common to belong to one scenario.
 
-    :param scopes_a: the goal classes, rules, skills of one run; ``scopes_b``: of the other.
+    :param scopes_a: the goal classes, rules and skills of run A; ``scopes_b``: of run B.
     """
     every = (scopes_a | scopes_b) - {""}
     if len(scopes_a & scopes_b & every) >= DIFFERENT_SCENARIOS * len(every):
@@ -307,7 +308,7 @@ def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
 
 
 def changed_parts(one: Said, other: Said) -> str:
-    """Return in words in what two events differ."""
+    """Return a text with the parts in which two events differ."""
     if one[0][0] != other[0][0]:
         return "another event"
     form = _BY_KIND[one[0][0]]
@@ -319,9 +320,9 @@ def changed_parts(one: Said, other: Said) -> str:
 
 
 def detail_change(one: Said, other: Said) -> Key | None:
-    """Return what differs between two events when only details do; None when anything else does.
+    """Return the difference between two events if only details differ, else None.
 
-    :returns: the parts that name the goal or plan-action, and the details of both.
+    :returns: the parts that identify the goal or plan-action, and the details of both.
     """
     kind = one[0][0]
     form = _BY_KIND[kind]
@@ -334,7 +335,7 @@ def detail_change(one: Said, other: Said) -> Key | None:
 
 
 def _parts(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:
-    """Yield the parts of a key, each with the names in it."""
+    """Yield the parts of a key with their names."""
     at = 0
     for part in key[1:]:
         count = len(_PLACEHOLDER.findall(part))

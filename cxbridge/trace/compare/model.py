@@ -1,4 +1,4 @@
-"""The result of a comparison: differences, the events around them, and what does not count."""
+"""The result of a comparison: differences, events around them, and accepted differences."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from typing import Final
 from cxbridge.event_kinds import View
 
 MAX_DIFFERENCES: Final = 1000
-"""How many differences are kept."""
+"""The maximal number of kept differences."""
 
 
 class Order(Enum):
-    """What of the order of events must be the same; docs/comparing.md defines both."""
+    """The order in which events must be equal; docs/comparing.md defines both."""
 
     TOTAL = "total"
     PARTIAL = "partial"
 
 
 class DifferenceKind(Enum):
-    """The sorts of differences."""
+    """The kinds of differences."""
 
     CHANGED = "changed"
     ONLY_A = "only-a"
@@ -34,11 +34,11 @@ class DifferenceKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """The event of one of the two runs at a difference.
+    """The event of one run at a difference.
 
-    :param position: the number, among the events that are compared, from 0, of the event at the difference,
-        or of the last one before it when something is missing; None when there is none either.
-    :param text: what counts of it, or why there is nothing.
+    :param position: the number of the event among the compared ones, from 0. If the event is missing: the
+        number of the preceding one, or None without one.
+    :param text: the compared content, or the reason why the event is missing.
     """
 
     position: int | None
@@ -46,7 +46,7 @@ class Side:
 
     @property
     def number(self) -> int | None:
-        """The position as people count, from 1."""
+        """The position from 1."""
         return None if self.position is None else self.position + 1
 
 
@@ -54,9 +54,9 @@ class Side:
 class Difference:
     """One difference between two runs.
 
-    :param what: what differs, in words.
-    :param subject: the goal, plan, skiller or interface it is about; empty when it is about the whole run.
-    :param count: how many events in a row it is about.
+    :param what: the differing parts as text.
+    :param subject: the goal, plan, Skiller or interface; empty for the whole run.
+    :param count: the number of consecutive events.
     """
 
     what: str
@@ -68,9 +68,9 @@ class Difference:
 
     @property
     def position(self) -> int:
-        """Where it comes first, on either side: differences are sorted by it.
+        """The first position on either side, by which differences are sorted.
 
-        The surplus of one run comes up where that run has it.
+        A surplus of one run has its position in that run.
         """
         if self.kind in {DifferenceKind.ONLY_A, DifferenceKind.ONLY_B}:
             side = self.a if self.kind is DifferenceKind.ONLY_A else self.b
@@ -80,11 +80,11 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class EventLine:
-    """An event that is shown.
+    """A displayed event.
 
-    :param number: its number among those that are compared, from 1.
-    :param seconds: time since the first event of the run.
-    :param here: whether it is the one at the difference.
+    :param number: its number among the compared events, from 1.
+    :param seconds: since the first event of the run.
+    :param here: whether it is at the difference.
     """
 
     number: int
@@ -97,7 +97,7 @@ class EventLine:
 class GoalAtDifference:
     """A goal at the difference.
 
-    :param depth: how many goals are above it.
+    :param depth: the number of its ancestors.
     """
 
     depth: int
@@ -109,7 +109,7 @@ class GoalAtDifference:
 
     @property
     def text(self) -> str:
-        """The goal on one line, indented."""
+        """The goal as an indented line."""
         outcome = "" if self.outcome == "UNKNOWN" else f" {self.outcome}"
         error = f" ({self.error})" if self.error else ""
         return f"{'  ' * self.depth}{self.goal} {self.goal_class} {self.mode}{outcome}{error}"
@@ -117,11 +117,11 @@ class GoalAtDifference:
 
 @dataclass(frozen=True, slots=True)
 class DifferenceContext:
-    """What led to a difference on one side.
+    """The causes of a difference on one side.
 
     :param lines: the events around it.
-    :param rules: the firings just before it, when the run has firings.
-    :param goals: the goals that are not retracted at that point, parents before their children.
+    :param rules: the preceding firings, if the run records them.
+    :param goals: the goals that are not retracted, parents before their children.
     """
 
     lines: list[EventLine] = field(default_factory=list)
@@ -131,7 +131,7 @@ class DifferenceContext:
 
 @dataclass(frozen=True, slots=True)
 class AlignedRow:
-    """Two events next to each other: partners, or one that has none.
+    """Two paired events, or one without a partner.
 
     :param same: whether both exist and are equal.
     """
@@ -143,7 +143,7 @@ class AlignedRow:
 
 @dataclass(slots=True)
 class Comparison:
-    """The outcome of a comparison.
+    """The result of a comparison.
 
     :param count_a: how many events of the view the first run has; ``count_b``: the second.
     :param differences: those found, the first in the runs first; empty when the runs are the same.
@@ -166,7 +166,7 @@ class Comparison:
     hints: list[str] = field(default_factory=list)
 
     def keep(self, found: list[Difference]) -> None:
-        """Take the differences that were found, in order; count those that are too many to keep."""
+        """Store found differences up to the maximum and count the rest."""
         self.differences = found[:MAX_DIFFERENCES]
         self.dropped += len(found) - len(self.differences)
 
@@ -177,12 +177,12 @@ class Comparison:
 
     @property
     def total(self) -> int:
-        """How many differences there are."""
+        """The number of differences."""
         return len(self.differences) + self.dropped
 
 
 def ends_early(differences: Sequence[Difference], count_a: int, count_b: int) -> list[str]:
-    """Return a hint when one run has all events of the other up to its end, and the other continues."""
+    """Return a hint if one run equals the start of the other."""
     for kind, count, short, long in (
         (DifferenceKind.ONLY_A, count_b, "B", "A"),
         (DifferenceKind.ONLY_B, count_a, "A", "B"),

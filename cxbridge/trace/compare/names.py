@@ -1,7 +1,7 @@
-"""The names that differ from run to run, and what stands for them in a comparison.
+"""Names that differ between runs, and their replacements in a comparison.
 
-Ids made by ``gensym*`` (``gen12``), UUIDs, fact indices and absolute times do not describe a run.
-docs/comparing.md, section "Names", has the rules.
+Ids of ``gensym*`` (``gen12``), UUIDs, fact indices and absolute times do not characterize a run. The rules
+are in docs/comparing.md, section "Names".
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from typing import Any, Final, TypeAlias
 from cxbridge.clock import MICROSECONDS
 from cxbridge.trace.codec import dump, plain_values
 
-_GENSYM = re.compile(r"gen\d+(?![A-Za-z0-9])")  # what precedes it is looked at apart: so it is found fast
+# without a lookbehind the search is fast; the preceding character is checked separately
+_GENSYM = re.compile(r"gen\d+(?![A-Za-z0-9])")
 _UUID = re.compile(r"(?<![0-9A-Za-z])[0-9a-fA-F]{8}(?:-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}(?![0-9A-Za-z])")
 _UUID_WITHIN = re.compile(r"-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-")
 _INDEX = re.compile(r"(?<=<Fact-)\d+(?=>)|(?<=-idx )[1-9]\d*(?=\))|(?<=\(meta-fact )[1-9]\d*(?=\))")
@@ -26,32 +27,32 @@ _TIME_WITHIN = re.compile(r"\d{10}")
 _MSGID = re.compile(r"\(msgid (\d{1,18})\)")
 
 MSGID: Final = "msgid"
-"""The field, and the slot, with the id of the message that a writer took last."""
+"""The field or slot with the id of the message that a writer took last."""
 
 MAX_CACHED: Final = 50_000
-"""The number of texts that are remembered with their names; then all are forgotten."""
+"""The number of cached texts at which the cache is cleared."""
 
 Names: TypeAlias = tuple[int, ...]
-"""The names in a text, in their order, each as a number: the how-manieth name of the run it is."""
+"""The names in a text, in order, as numbers by first appearance in the run."""
 
 
 def anonymous(text: str) -> str:
-    """Return ``text`` with one and the same name for every gensym id and for every UUID."""
+    """Replace all gensym ids in a text by one name, and all UUIDs by another."""
     return _split(text, None)
 
 
 def anonymous_fact(text: str) -> str:
-    """Return ``text`` with one name for all gensym ids, UUIDs, fact indices, message ids and times each."""
+    """Replace gensym ids, UUIDs, fact indices, message ids and times in a text by one name each."""
     return _MSGID.sub("(msgid #)", _split(without_times(text), None, indices=True))
 
 
 def interface_text(values: Mapping[str, Any]) -> str:
-    """Return the values of an interface write as text, without the id of the message that was taken last."""
+    """Return the values of an interface write as text, without the message id."""
     return dump({name: value for name, value in plain_values(values).items() if name != MSGID})
 
 
 def take_msgid(text: str) -> tuple[str, int | None]:
-    """Return the text of a fact without the id of a message, and the id; None when it has none."""
+    """Return the text of a fact without its message id, and the id or None."""
     match = _MSGID.search(text) if MSGID in text else None
     if match is None:
         return text, None
@@ -59,14 +60,14 @@ def take_msgid(text: str) -> tuple[str, int | None]:
 
 
 def without_times(text: str) -> str:
-    """Return ``text`` with one name for all absolute times."""
+    """Replace all absolute times in a text."""
     return text if _TIME_WITHIN.search(text) is None else _TIMES.sub("time#", text)
 
 
 def without_times_of_day(text: str, now_us: int) -> str:
-    """Return ``text`` with one name for all times of a log without dates: seconds since midnight.
+    """Replace seconds since midnight in a text of a log without dates.
 
-    :param now_us: the run's clock; the text of a run with dates is not changed.
+    :param now_us: the run's clock; the text of a run with dates is unchanged.
     """
     if now_us >= _DATED_US or _PAIR.search(text) is None:
         return text
@@ -78,7 +79,7 @@ def without_times_of_day(text: str, now_us: int) -> str:
 
 
 def _split(text: str, found: Callable[[str], object] | None, *, indices: bool = False) -> str:
-    """Return ``text`` with one name for all names of a kind.
+    """Replace all names of a kind in a text by one name.
 
     :param found: called with the names: first gensym ids, then UUIDs, then fact indices.
     """
@@ -113,7 +114,7 @@ def _ignore(_name: str) -> None:
 
 
 class Namer:
-    """Splits the texts of one run into what counts of them and the names in them, numbered by appearance."""
+    """Separates the texts of a run from their names, which are numbered by first appearance."""
 
     def __init__(self) -> None:
         self._numbers: dict[str, int] = {}
@@ -121,18 +122,18 @@ class Namer:
         self._split_fact: dict[str, tuple[str, Names]] = {}
 
     def __len__(self) -> int:
-        """Return how many names there were so far."""
+        """Return the number of names so far."""
         return len(self._numbers)
 
     def split(self, text: str) -> tuple[str, Names]:
-        """Return ``text`` with one name for all gensym ids and one for all UUIDs, and the names' numbers."""
+        """Return a text with gensym ids and UUIDs replaced, and the numbers of the names."""
         found = self._split.get(text)
         if found is None:
             found = self._remember(self._split, text, text, indices=False)
         return found
 
     def split_fact(self, text: str) -> tuple[str, Names]:
-        """Likewise, for gensym ids, UUIDs and fact indices; absolute times have one name and no number."""
+        """Return a text with ids, fact indices and times replaced, and the numbers of the names."""
         found = self._split_fact.get(text)
         if found is None:
             found = self._remember(self._split_fact, text, without_times(text), indices=True)
@@ -141,7 +142,7 @@ class Namer:
     def _remember(
         self, cache: dict[str, tuple[str, Names]], text: str, bare: str, *, indices: bool
     ) -> tuple[str, Names]:
-        """Split a text, and remember how."""
+        """Split a text and cache the result."""
         if len(cache) >= MAX_CACHED:
             cache.clear()
         found: list[int] = []

@@ -1,6 +1,6 @@
-"""Compares in partial order: only events that depend on each other must be in the same order.
+"""Comparison in partial order: only dependent events must have the same order.
 
-docs/comparing.md, section "Partial order", is the definition that this module implements.
+The definition is in docs/comparing.md, section "Partial order".
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cxbridge.trace.compare.names import anonymous, anonymous_fact
 from cxbridge.trace.compare.sequences import StepPair, Steps, compare_steps, text_of
 
 Relation: TypeAlias = tuple[Goal, str]
-"""A goal of the first run and its plan; empty: the goal's own transitions, and those of its parent."""
+"""A goal of the first run and its plan; an empty plan means the goal's own transitions."""
 
 
 def compare_partial(
@@ -30,8 +30,8 @@ def compare_partial(
 ) -> Comparison:
     """Compare the transitions of a run with those of other runs, each read once.
 
-    With several other runs, the run must have the same goals, plans, statuses as each of them; of the
-    relations between a goal and its parent only those count that all the other runs agree on.
+    The run must have the same goals, plans and statuses as each of the other runs. Of the relations between a
+    goal and its parent only those are compared on which all other runs agree.
     """
     ours = GoalForest(a)
     relations: dict[Relation, _AgreedRelation] = {}
@@ -52,7 +52,7 @@ def compare_partial(
 
 
 def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
-    """Yield the goals that are in one run only, or have another parent or class."""
+    """Yield the goals that only one run has, or that differ in parent or class."""
     missing = Side(None, "(no such goal)")
     for run, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
         for goal in match.only[run]:
@@ -69,23 +69,23 @@ def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
 
 
 def _below(goal: Goal) -> str:
-    """Return which parent a goal has."""
+    """Return the text for the parent of a goal."""
     return f"goal {goal.key[1]} below {goal.parent[1] if goal.parent else 'no parent'}"
 
 
 def _named(goal: Goal) -> str:
-    """Return id, class and sub-type of a goal."""
+    """Return id, class and sub-type of a goal as text."""
     return f"goal {goal.key[1]} of class {goal.goal_class}, sub-type {goal.sub_type}"
 
 
 def _goal_text(goal: Goal) -> str:
-    """Return the description of a goal that one run has alone."""
+    """Return the text for a goal that only one run has."""
     more = f", with {goal.size - 1} below it" if goal.size > 1 else ""
     return f"goal {goal.key[1]} of class {goal.goal_class}{more}"
 
 
 def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
-    """Yield the transitions of all goals and plans, those of partners together, and their details."""
+    """Yield the transitions of all goals and plans, paired, and their details."""
     for pair in match.pairs:
         one, other = pair
         subject = f"goal {match.labels[one]}"
@@ -97,7 +97,7 @@ def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Ite
             yield StepPair(name, "transition", (one.plans.get(plan, ()), other.plans.get(plan, ())))
             said = [goal.plan_details.get(plan, []) for goal in pair]
             actions = set.intersection(*({step.state[0] for step in steps} for steps in said))
-            # an action that one run has alone is a difference already
+            # an action that only one run has is a difference already
             ours, theirs = ([step for step in steps if step.state[0] in actions] for steps in said)
             details.append((name, ours, theirs))
         for name, *said_of in details:
@@ -111,7 +111,7 @@ def _plan_subject(match: GoalMatch, goal: Goal, plan: str) -> str:
 
 
 def _renamed(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
-    """Return the steps of a goal with the goals in its errors called by their labels."""
+    """Return the steps of a goal with the labels of goals in its errors."""
 
     def label(word: str) -> str:
         named = forest.goals.get((goal.key[0], word))
@@ -127,10 +127,10 @@ def _renamed(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
 
 @dataclass(slots=True)
 class _AgreedRelation:
-    """How many transitions of its goal, or parent goal, come before each transition of a plan or goal.
+    """The numbers of a goal's transitions before those of a plan or sub-goal.
 
     :param outer: the goal whose transitions are counted; ``inner``: the transitions after them.
-    :param counts: the counts of each of the other runs.
+    :param counts: the numbers in each of the other runs.
     :param theirs: the transitions in the first of the other runs.
     """
 
@@ -143,7 +143,7 @@ class _AgreedRelation:
 
 
 def _agree(agreed: dict[Relation, _AgreedRelation], match: GoalMatch) -> None:
-    """Take the relations of one more run."""
+    """Add the relations of another run."""
     partners = dict(match.pairs)
     for one, other in match.pairs:
         for child in one.children:
@@ -161,10 +161,10 @@ def _relate(
     ours: tuple[Goal, Steps],
     theirs: tuple[Goal, Steps],
 ) -> None:
-    """Take the relations between the transitions of a goal and those of a child or plan."""
+    """Add the relations between the transitions of a goal and those of a child or plan."""
     counts = [outer.before(inner) for outer, inner in (ours, theirs)]
     if not place[1]:
-        # which of parent and child is formulated first is up to how the tree is built
+        # the way the tree is built decides whether parent or child is formulated first
         for each in counts:
             each[:1] = [max(1, first) for first in each[:1]]
     known = agreed.setdefault(place, _AgreedRelation(subject, *ours, counts[0], theirs[1], []))
@@ -172,7 +172,7 @@ def _relate(
 
 
 def _broken(agreed: dict[Relation, _AgreedRelation]) -> Iterator[Difference]:
-    """Yield the relations that the other runs agree on and the first run has not."""
+    """Yield the relations on which the other runs agree and which the first run breaks."""
     for relation in agreed.values():
         for at, ours in enumerate(relation.ours):
             theirs = [counts[at] for counts in relation.counts]
@@ -189,16 +189,16 @@ def _broken(agreed: dict[Relation, _AgreedRelation]) -> Iterator[Difference]:
 
 
 def _after(goal: Goal, count: int) -> str:
-    """Return in words where a transition is among those of a goal."""
+    """Return the text for a position among the transitions of a goal."""
     if count == 0:
         return "before its first transition"
     return f"after its transition number {count}, '{text_of(goal.own[count - 1].state)}'"
 
 
 def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Comparison:
-    """Compare how often each rule fired, or each fact was asserted and retracted.
+    """Compare the numbers of firings of each rule, or of assertions and retractions of each fact.
 
-    Firings and facts have no goals that tell their dependencies, so their order does not count.
+    Their order is not compared, because without goals their dependencies are unknown.
     """
     runs = _EventCounts(a), _EventCounts(b)
     found = []
@@ -217,7 +217,7 @@ def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Compar
 
 
 class _EventCounts:
-    """How often each firing or change of a fact came, and where it came last."""
+    """The number and last position of each firing or change of a fact."""
 
     def __init__(self, events: Iterable[Event]) -> None:
         self.counts: Counter[str] = Counter()

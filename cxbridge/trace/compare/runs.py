@@ -1,4 +1,4 @@
-"""Compares recorded runs at a level and in an order: the entry point of this package."""
+"""The entry point of comparisons: runs, level and order."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def compare_runs(
     selection: Selection | None = None,
     tolerance: Tolerance | None = None,
 ) -> Comparison:
-    """Compare a run with several runs; it is the same when it is the same as each of them.
+    """Compare a run with several runs; it must equal each of them.
 
     :param others: at least one.
-    :param selection: the events that count; None: all.
-    :param tolerance: how far the times of partners may be apart; None: times do not count.
-    :raises TraceError: when a run cannot be read, or was not recorded at this level.
+    :param selection: the compared events; None: all.
+    :param tolerance: the allowed difference between times; None: times are not compared.
+    :raises TraceError: if a run cannot be read, or was not recorded at this level.
     """
     if not others:
         raise ValueError("nothing to compare with")
@@ -68,7 +68,7 @@ def compare_runs(
 
 
 def _need_events(run: Run, count: int, view: View) -> None:
-    """Refuse a run that holds nothing of the view: two such runs are not the same, they are unknown."""
+    """Check that a run has events of the level, because two empty runs prove nothing."""
     if not count:
         raise TraceError(
             f"holds no events of level {view.value}",

@@ -1,4 +1,4 @@
-"""Selects what of runs is compared: the patterns of ``--only`` and ``--ignore``; see docs/comparing.md."""
+"""Selection of the compared events by the patterns of ``--only`` and ``--ignore``; see docs/comparing.md."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from cxbridge.events import (
 )
 
 EventReader: TypeAlias = Callable[[Event], Event | None]
-"""Takes the events of one run in order; returns what counts of each, None for nothing."""
+"""Takes the events of one run in order; returns the compared content of each, or None."""
 
 _WHOLE_GOAL: Final = frozenset({"id", "env", "class", "sub-type"})
 
 
 def selectable() -> Mapping[str, Mapping[str, str]]:
-    """Return the fields that patterns can name by kind of event, those that views compare first."""
+    """Return the fields that patterns can name, by kind of event; compared kinds first."""
     compared = [event_type for view in View for event_type in view.event_types]
     kinds = (event_type.KIND for event_type in (*compared, *EVENT_TYPES.values()))
     return {kind.name: kind.patterns for kind in kinds if kind.patterns}
@@ -36,11 +36,11 @@ def selectable() -> Mapping[str, Mapping[str, str]]:
 
 @dataclass(frozen=True)
 class EventPattern:
-    """A pattern that chooses events, or fields of events.
+    """A pattern that selects events, or fields of events.
 
-    :param text: as the user wrote it.
-    :param field: a glob for the field that is meant; empty: the event is.
-    :param tests: fields of the event and what each must match.
+    :param text: the user's text.
+    :param field: a glob for fields; empty selects the event.
+    :param tests: globs for fields of the event.
     """
 
     text: str
@@ -50,11 +50,11 @@ class EventPattern:
 
     @property
     def whole_goal(self) -> bool:
-        """Whether goals are meant with all that belongs to them, not some of their transitions."""
+        """Whether the pattern selects goals with everything that belongs to them."""
         return self.kind == "goal" and not self.field and self.tests.keys() <= _WHOLE_GOAL
 
     def matches(self, kind: str, values: Mapping[str, str]) -> bool:
-        """Whether an event of this kind is meant.
+        """Return whether the pattern selects an event of this kind.
 
         :param values: the fields of the event by their names in patterns.
         """
@@ -64,9 +64,9 @@ class EventPattern:
 
 
 def parse_pattern(text: str) -> EventPattern:
-    """Read ``KIND[.FIELD][:GLOB]`` or ``KIND[.FIELD]:NAME=GLOB[,NAME=GLOB...]``.
+    """Parse ``KIND[.FIELD][:GLOB]`` or ``KIND[.FIELD]:NAME=GLOB[,NAME=GLOB...]``.
 
-    :raises TraceError: when it is neither, or has unknown names.
+    :raises TraceError: if the form is different, or a name is unknown.
     """
     head, _, rest = text.partition(":")
     kind, _, field = head.partition(".")
@@ -105,11 +105,11 @@ def _hint(known: Mapping[str, str]) -> str:
 
 
 class Selection:
-    """The selected events; the same for all runs. Remembers which patterns matched.
+    """The selected events of all runs, and the patterns that matched.
 
-    :param only: events that match none of these do not count; empty: all count.
-    :param ignore: events, or fields of events, that match one of these do not count.
-    :raises TraceError: when a pattern is none.
+    :param only: events that match no pattern are left out; empty selects all.
+    :param ignore: matching events, or fields of events, are left out.
+    :raises TraceError: if a pattern is invalid.
     """
 
     def __init__(self, only: Sequence[str] = (), ignore: Sequence[str] = ()) -> None:
@@ -127,9 +127,9 @@ class Selection:
         return bool(self.only or self.ignore)
 
     def check(self, view: View) -> None:
-        """Refuse ``--only`` with an event that this level does not compare: nothing would be left.
+        """Check that ``--only`` selects events that this level compares.
 
-        :raises TraceError: when no pattern is of a kind that is compared.
+        :raises TraceError: if it does not.
         """
         compared = [event_type.KIND.name for event_type in view.event_types]
         if self.only and not any(pattern.kind in compared for pattern in self.only):
@@ -140,18 +140,18 @@ class Selection:
 
     @property
     def unused(self) -> list[str]:
-        """The patterns that met nothing, in any run that was read."""
+        """The patterns that matched no event of the runs read so far."""
         return [each.text for each in (*self.only, *self.ignore) if each.text not in self._used]
 
     def reader(self) -> EventReader:
-        """Return what reads one run, from its begin."""
+        """Return a function for the events of one run, from its start."""
         return _SelectionReader(self, self._used).take
 
 
 def with_kept(
     run: Iterable[Event], view: View, selection: Selection | None = None
 ) -> Iterator[tuple[Event, Event | None]]:
-    """Yield all events of a run, each with what of it is compared; None: nothing."""
+    """Yield all events of a run with their compared content, or None."""
     types = frozenset(view.event_types)
     take = selection.reader() if selection else None
     for event in run:
@@ -160,12 +160,12 @@ def with_kept(
 
 
 def compared(run: Iterable[Event], view: View, selection: Selection | None = None) -> Iterator[Event]:
-    """Yield the events of a run that are compared, as they count."""
+    """Yield the compared content of a run's events."""
     return (kept for _, kept in with_kept(run, view, selection) if kept is not None)
 
 
 class _SelectionReader:
-    """Reads one run: knows the goals it saw, and what their events said last."""
+    """Selects the events of one run; it stores goals and last events for patterns that need them."""
 
     def __init__(self, selection: Selection, used: set[str]) -> None:
         self._only, self._ignore, self._used = selection.only, selection.ignore, used
@@ -173,7 +173,7 @@ class _SelectionReader:
         self._last: dict[object, Event] = {}
 
     def take(self, event: Event) -> Event | None:
-        """Return what counts of the next event."""
+        """Return the compared content of the next event, or None."""
         kind = event.KIND.name
         if not event.KIND.patterns:
             return event
@@ -190,7 +190,7 @@ class _SelectionReader:
         return kept if kept is None or kept is event else self._unless_said(kept)
 
     def _matches(self, pattern: EventPattern, kind: str, event: Event, values: Mapping[str, str]) -> bool:
-        """Whether a pattern means the event, or the goal that it belongs to."""
+        """Return whether a pattern selects the event, or the goal to which it belongs."""
         found = pattern.matches(kind, values)
         if not found and pattern.whole_goal and isinstance(event, PlanActionTransition):
             goal = self._goals.get((event.env, event.goal))
@@ -208,7 +208,7 @@ class _SelectionReader:
         return values
 
     def _unless_said(self, event: Event) -> Event | None:
-        """Return the event, None when it repeats the last one of its subject."""
+        """Return the event, or None if it repeats the last one of its subject."""
         if not event.KIND.subject:
             return event
         subject = event.KIND.name, *(getattr(event, field) for field in event.KIND.subject)
@@ -220,7 +220,7 @@ class _SelectionReader:
 
 
 def _chosen_fields(event: Event, chosen: Sequence[EventPattern]) -> Event:
-    """Return an interface write with the chosen fields; any other event unchanged."""
+    """Return an interface write with only the selected fields; other events are unchanged."""
     if not isinstance(event, InterfaceWrite) or any(not pattern.field for pattern in chosen):
         return event
     globs = [re.compile(translate(pattern.field)) for pattern in chosen]
@@ -240,7 +240,7 @@ def _without(event: Event, field: str) -> Event:
 
 
 def _without_slot(text: str, field: str) -> str:
-    """Return the text of a fact without the slots that a glob names."""
+    """Return the text of a fact without the slots that match a glob."""
     glob = re.compile(translate(field))
     try:
         template, slots = parse_fact(text)

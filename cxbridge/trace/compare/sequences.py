@@ -1,4 +1,4 @@
-"""Compares sequences of steps: those of a goal, plan, skiller or interface in two runs."""
+"""Comparison of sequences of steps of a goal, plan, Skiller or interface."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from cxbridge.trace.compare.model import (
 from cxbridge.trace.compare.names import anonymous, anonymous_fact, interface_text
 
 State: TypeAlias = tuple[str, ...]
-"""What counts of a step."""
+"""The compared content of a step."""
 
 
 class Step(NamedTuple):
-    """A step of a goal, plan, skiller or interface.
+    """A step of a goal, plan, Skiller or interface.
 
-    :param position: the number of its event among all that are compared, from 0.
-    :param time_us: when it came, microseconds.
+    :param position: the number of its event among the compared ones, from 0.
+    :param time_us: in microseconds.
     """
 
     state: State
@@ -44,7 +44,7 @@ class Step(NamedTuple):
 
 Steps: TypeAlias = Sequence[Step]
 Rows: TypeAlias = dict[str, Callable[[], list[AlignedRow]]]
-"""Makes the rows of a difference, by its subject."""
+"""Functions that make the rows of a difference, by subject."""
 
 
 def states_of(steps: Steps) -> tuple[State, ...]:
@@ -54,12 +54,12 @@ def states_of(steps: Steps) -> tuple[State, ...]:
 
 @dataclass(frozen=True)
 class StepPair:
-    """The steps of one goal, plan, Skiller or interface in both runs, with the same names in both.
+    """The steps of one goal, plan, Skiller or interface in both runs, with equal names.
 
     :param subject: the goal, plan, Skiller or interface.
-    :param noun: the word for a step.
-    :param steps: those of both runs.
-    :param timed: whether their times count; else other steps have these times too.
+    :param noun: the noun for a step.
+    :param steps: of both runs.
+    :param timed: whether to compare times; False if other steps have the same times.
     """
 
     subject: str
@@ -68,10 +68,10 @@ class StepPair:
     timed: bool = True
 
     def differences(self, times: PartnerTimes | None, begin: tuple[int, int], rows: Rows) -> list[Difference]:
-        """Return the differences, in the order of the first run.
+        """Return the differences in the order of the first run.
 
-        :param begin: when each run began, microseconds.
-        :param rows: takes the rows of the differences, by their subject.
+        :param begin: the start of each run in microseconds.
+        :param rows: gets the rows of the differences, by subject.
         """
         states = [states_of(steps) for steps in self.steps]
         times = times if self.timed else None
@@ -87,7 +87,7 @@ class StepPair:
         return found
 
     def _late(self, alignment: Alignment, times: PartnerTimes) -> Iterator[Difference]:
-        """Yield the steps that did not come at the same time."""
+        """Yield the steps whose times differ."""
         for pair in alignment.pairs:
             ours, theirs = (steps[at] for steps, at in zip(self.steps, pair, strict=True))
             late = times.lag(self.subject, ours.time_us, theirs.time_us)
@@ -96,7 +96,7 @@ class StepPair:
                 yield Difference(position, self.subject, _side(ours), _side(theirs), DifferenceKind.TIME)
 
     def _difference(self, alignment: Alignment, edit: Edit) -> Difference:
-        """Return an edit in words."""
+        """Describe an edit."""
         one, other = edit.at
         first, name = (other, "B") if one == NONE else (one, "A")
         position = f"its {self.noun} number {first + 1}"
@@ -113,7 +113,7 @@ class StepPair:
         return Difference(position, self.subject, ours, theirs, edit.kind, edit.count)
 
     def _missing(self, run: int, last: int) -> Side:
-        """Return the side of a run without a step here; ``last`` is the index of its last step before."""
+        """Return the side of a run without a step; ``last`` is the index of the preceding step."""
         steps = self.steps[run]
         if not steps:
             return Side(None, f"(no {self.noun})")
@@ -134,9 +134,9 @@ def compare_steps(
     tolerance: Tolerance | None,
     others: Iterable[Difference] = (),
 ) -> None:
-    """Put the differences between steps into a comparison, sorted by where they come up.
+    """Add the differences between steps to a comparison, sorted by position.
 
-    :param begin: when each run began, microseconds.
+    :param begin: the start of each run in microseconds.
     :param others: differences between goals.
     """
     times = PartnerTimes(tolerance, begin) if tolerance else None
@@ -164,9 +164,9 @@ def text_of(state: State) -> str:
 def compare_streams(
     a: Iterable[Event], b: Iterable[Event], view: View, tolerance: Tolerance | None = None
 ) -> Comparison:
-    """Compare, for each interface or skiller, the sequence of its values; repetitions do not count.
+    """Compare the sequence of values of each interface or Skiller, without repetitions.
 
-    :param a: the events of a run that are compared; ``b``: those of the other.
+    :param a: the compared events of one run; ``b``: of the other.
     """
     runs = Streams(a), Streams(b)
     comparison = Comparison(view, Order.PARTIAL, runs[0].count, runs[1].count)
@@ -177,7 +177,7 @@ def compare_streams(
 
 
 class Streams:
-    """The sequences of values of interfaces or of statuses of skillers, without repetitions."""
+    """The sequences of values of interfaces, or of statuses of Skillers, without repetitions."""
 
     def __init__(self, events: Iterable[Event] = ()) -> None:
         self.scopes: set[str] = set()
@@ -191,7 +191,7 @@ class Streams:
             self.count += 1
 
     def add(self, event: Event, position: int) -> None:
-        """Take the next event of the run; an event that repeats the last state does not count."""
+        """Add the next event of the run unless it repeats the last state."""
         if isinstance(event, InterfaceWrite):
             name, text = event.uid, anonymous_fact(interface_text(event.values))
             self.scopes.add(f"interface {name}")
@@ -209,6 +209,6 @@ class Streams:
             stream.append(Step((text,), position, event.time_us))
 
     def pairs(self, other: Streams) -> Iterator[StepPair]:
-        """Yield the streams of both runs, those of the same interface or skiller together."""
+        """Yield the streams of both runs, paired by name."""
         for name in {**self._streams, **other._streams}:
             yield StepPair(name, "state", (self._streams.get(name, ()), other._streams.get(name, ())))

@@ -1,4 +1,4 @@
-"""Compares in total order: every event must have its like at the same place in the other run."""
+"""Comparison in total order: the runs must have equal events at equal positions."""
 
 from __future__ import annotations
 
@@ -40,17 +40,19 @@ NOTHING = "(nothing here)"
 OVER = "(the run is over)"
 
 WINDOW: Final = 2000
-"""The number of events before the first difference that are aligned again: of equal goals that are new there,
-later events say which is which."""
+"""The number of events before the first difference that are aligned again.
+
+If several equal goals are new there, only later events show which ones are partners.
+"""
 
 
 def compare_total(
     a: Run, b: Run, view: View, selection: Selection | None = None, tolerance: Tolerance | None = None
 ) -> Comparison:
-    """Compare two runs event by event, names by first appearance, up to the first place where they differ.
+    """Compare two runs event by event up to the first difference, with names by first appearance.
 
-    Memory does not grow with runs that are the same. From that place on they are aligned, so that
-    events which follow in both runs do not count as different.
+    The rest is aligned, so that only events without a partner count as different. For equal runs the memory
+    stays constant.
     """
     runs = (Tokens(a, view, selection), Tokens(b, view, selection))
     checks = _PartnerChecks(tolerance)
@@ -87,14 +89,14 @@ def compare_total(
 
 
 class _PartnerChecks:
-    """Finds differences between partners, which are equal events: ids of messages, and times."""
+    """Finds differences between paired equal events: message ids and times."""
 
     def __init__(self, tolerance: Tolerance | None) -> None:
         self._msgids = MessageIds()
         self._times = PartnerTimes(tolerance) if tolerance else None
 
     def differences(self, one: Token, other: Token) -> Iterator[Difference]:
-        """Yield the differences between the next partners."""
+        """Yield the differences between the next pair."""
         if self._msgids.differ(stream_of(one.key), one.msgid or 0, other.msgid or 0):
             yield _between(one, other, DifferenceKind.MSGID, "another message id")
         if self._times:
@@ -103,30 +105,30 @@ class _PartnerChecks:
                 yield _between(one, other, DifferenceKind.TIME, time_words(late))
 
     def gap(self, token: Token) -> None:
-        """Take an event without a partner."""
+        """Note an event without a partner."""
         if token.msgid is not None:
             self._msgids.gap(stream_of(token.key))
 
 
 def _between(one: Token, other: Token, kind: DifferenceKind, text: str) -> Difference:
-    """Return a difference between partners."""
+    """Return a difference between paired events."""
     ours, theirs = (Side(token.number, describe(token.event)) for token in (one, other))
     return Difference(text, subject_of(one.event), ours, theirs, kind)
 
 
 class Divergence:
-    """The tails of two runs that differ, with the same name for the same goal in both.
+    """The rest of two runs from the first difference on, with equal names for paired goals.
 
     :param tails: the events of both runs.
-    :param known: the number of names that are the same in both runs, number by number.
-    :param start_us: when each run began, microseconds.
+    :param known: the number of names that are equal in both runs.
+    :param start_us: the start of each run in microseconds.
     """
 
     def __init__(self, tails: list[list[Token]], known: int, start_us: tuple[int, int]) -> None:
         self._tails = tails
         self._known = known
         self._start_us = start_us
-        self._partner: dict[int, int] = {}  # names of B to those of A
+        self._partner: dict[int, int] = {}  # names of B to names of A
         self._taken: set[int] = set()  # names of A that have a partner
         self._alignment = Alignment(*([token.key for token in tail] for tail in tails))
         if any(token.names for tail in tails for token in tail):
@@ -137,13 +139,13 @@ class Divergence:
 
     @property
     def unpaired(self) -> int:
-        """How many events of the longer tail have no partner."""
+        """The number of events of the longer rest without a partner."""
         return max(map(len, self._tails)) - len(self._alignment.pairs)
 
     def differences(self, checks: _PartnerChecks, same: int) -> list[Difference]:
         """Return all differences in the order of the runs.
 
-        :param same: the number of partners at the start that were checked when they were read.
+        :param same: the number of leading pairs that were checked while reading.
         """
         edits = self._alignment.edits(self._content, self._thread, owner=self._owner)
         found = [(edit.place, self._difference(edit)) for edit in self._without_repeated_details(edits)]
@@ -157,20 +159,18 @@ class Divergence:
         return [difference for _, difference in sorted(found, key=lambda each: each[0])]
 
     def rows(self) -> list[AlignedRow]:
-        """Return both runs next to each other around the first place where they differ."""
+        """Return both runs side by side around the first difference."""
         return self._alignment.rows(self._line)
 
     def hints(self, differences: list[Difference]) -> list[str]:
-        """Return hints for people who read the differences."""
+        """Return hints for the user."""
         if all(difference.kind is DifferenceKind.ORDER for difference in differences):
             return ["only the order differs: compare with --order partial if the order is no matter"]
         scopes = [{scope_of(key) for key in {token.key for token in tail}} for tail in self._tails]
         return scenario_hints(*scopes)
 
-    # ---- names
-
     def _learn_names(self) -> None:
-        """Let partners vote on which name of A is which of B; the most votes win."""
+        """Pair the names of both runs by the votes of paired events; the most votes win."""
         votes = Counter(
             pair
             for one, other in self._alignment.pairs
@@ -180,7 +180,7 @@ class Divergence:
             self._adopt(*pair)
 
     def _adopt_names(self) -> None:
-        """Take goals that are in one run only, in the same gap, for the same when they can be."""
+        """Pair goals that only one run has and that are in the same gap, if their kinds allow it."""
         gaps: dict[Hashable, tuple[dict[int, None], dict[int, None]]] = defaultdict(lambda: ({}, {}))
         for run in (0, 1):
             for at in self._alignment.loose(run):
@@ -192,42 +192,38 @@ class Divergence:
                 self._adopt(*pair)
 
     def _adopt(self, one: int, other: int) -> None:
-        """Take two names for the same, unless one of them is known already."""
+        """Pair two names unless one of them is paired."""
         if min(one, other) >= self._known and other not in self._partner and one not in self._taken:
             self._partner[other] = one
             self._taken.add(one)
 
     def _labels(self, run: int, names: Iterable[int]) -> Names:
-        """Return the names of A, and for names of B those of their partners; below 0: it has none."""
+        """Return the names of A, or those of the partners for names of B; negative without a partner."""
         if run == 0:
             return tuple(names)
         return tuple(name if name < self._known else self._partner.get(name, -1 - name) for name in names)
 
     def _open(self, labels: Names) -> Names:
-        """Return labels with -1 for the names that one run has alone."""
+        """Return the names with -1 for those of one run only."""
         return tuple(name if name in self._taken or 0 <= name < self._known else -1 for name in labels)
 
-    # ---- the parts of an event that are compared
-
     def _content(self, run: int, at: int) -> Hashable:
-        """Return the key of an event and its names; all names that one run has alone are equal."""
+        """Return the key of an event and its names, with all unpaired names equal."""
         key, labels = self._said(run, at)
         return key, self._open(labels)
 
     def _thread(self, run: int, at: int) -> Hashable:
-        """Return the goal, plan or Skiller of an event, the same for both runs."""
+        """Return the goal, plan or Skiller of an event, equal for both runs."""
         key, names = self._tails[run][at].thread
         return key, self._labels(run, names)
 
     def _owner(self, run: int, at: int) -> Hashable:
-        """Return the goal of an event when one run has it alone."""
+        """Return the goal of an event if only one run has the goal."""
         names = self._labels(run, self._tails[run][at].thread[1][:1])
         return names if names and self._open(names) == (NONE,) else None
 
-    # ---- differences in words
-
     def _without_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
-        """Yield edits; a parameter that differs in all events of a goal or plan-action is one of them."""
+        """Yield edits without repetitions of a detail that differs in all events of a goal or plan-action."""
         seen: set[Hashable] = set()
         for edit in edits:
             change = self._detail_change(edit)
@@ -236,18 +232,18 @@ class Divergence:
                 yield edit
 
     def _detail_change(self, edit: Edit) -> Hashable:
-        """Return how partners differ when they do in details only, which their texts do not show."""
+        """Return the differing details of a changed event, which its text does not show, or None."""
         if edit.kind is not DifferenceKind.CHANGED:
             return None
         return detail_change(self._said(0, edit.at[0]), self._said(1, edit.at[1]))
 
     def _said(self, run: int, at: int) -> Said:
-        """Return the key of an event and its names, the same for both runs."""
+        """Return the key of an event and its names, equal for both runs."""
         token = self._tails[run][at]
         return token.key, self._labels(run, token.names)
 
     def _difference(self, edit: Edit) -> Difference:
-        """Return an edit in words."""
+        """Describe an edit."""
         tokens = [self._tails[run][at] for run, at in enumerate(edit.at) if at != NONE]
         ours, theirs = self._side(0, edit), self._side(1, edit)
         return Difference(self._what(edit), subject_of(tokens[0].event), ours, theirs, edit.kind, edit.count)
@@ -264,7 +260,7 @@ class Divergence:
         return Side(number, OVER if self._alignment.ends(run, edit) else NOTHING)
 
     def _what(self, edit: Edit) -> str:
-        """Return the difference in words."""
+        """Return the text for an edit."""
         if edit.kind is DifferenceKind.CHANGED:
             return changed_parts(self._said(0, edit.at[0]), self._said(1, edit.at[1]))
         events = "an event" if edit.count == 1 else f"{edit.count} events"

@@ -1,1 +1,1 @@
-"""One module or package for each format of recorded runs; :mod:`.registry` finds them."""
+"""Formats of recorded runs, one module or package each; :mod:`.registry` finds them."""

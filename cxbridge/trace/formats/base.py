@@ -1,4 +1,4 @@
-"""The types of recorded runs: the events of a run, the writer of a file, and the format that opens both."""
+"""The base of formats: recorded runs, writers and descriptions of formats."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from cxbridge.trace.formats.files import writing
 
 _MOST_DIGITS = 18
 MAX_NOTES = 100
-"""The number of notes that are kept of a run; a mistake on every line is known by then."""
+"""The maximal number of notes about a run."""
 
 
 class Attachment(Struct, frozen=True):
-    """A file that travels with a run: a configuration, a .clp, a PDDL, an interface definition.
+    """A file of a run: a configuration, a .clp, a PDDL, an interface definition.
 
-    :param name: its path, relative to where the run found it.
+    :param name: the path relative to the place where the run found it.
     :param media_type: e.g. ``text/plain``.
-    :param time_us: when it was read, microseconds since the epoch; 0 when that is not known.
+    :param time_us: the time of reading in microseconds since the epoch, 0 if unknown.
     """
 
     name: str
@@ -36,10 +36,10 @@ class Attachment(Struct, frozen=True):
 
 
 class StoredFile(Struct, frozen=True):
-    """An attachment of a recorded run that is not read yet.
+    """An attachment of a recorded run that has not been read.
 
     :param size: in bytes.
-    :param read: returns its bytes; raises TraceError when they are damaged.
+    :param read: returns the bytes; raises TraceError if they are damaged.
     """
 
     name: str
@@ -50,17 +50,17 @@ class StoredFile(Struct, frozen=True):
 
 
 class Run(ABC):
-    """A recorded run: iterate over it for its events, as often as you like.
+    """A recorded run; iterating over it yields its events, any number of times.
 
-    Reading streams: memory does not grow with the file. A run that was cut off reads up to there, and says
-    so in :attr:`notes` when the iteration is over.
+    Reading is streamed, so memory does not grow with the file. A truncated run is read up to its end, and
+    `notes` mentions it after the iteration.
 
-    :param path: the file, or the folder, that holds the run.
-    :param registry: who knows the types of interfaces, where the format needs it; by default our definitions.
+    :param path: the file or folder of the run.
+    :param registry: the interface types for formats that need them; None: the shipped ones.
     """
 
     format: str
-    """Name of the format, as ``trace info`` shows it."""
+    """The name of the format, as in ``trace info``."""
 
     def __init__(self, path: Path, registry: InterfaceRegistry | None = None) -> None:
         self.path = path
@@ -71,13 +71,13 @@ class Run(ABC):
     def __iter__(self) -> Iterator[Event]:
         """Yield the events in recorded order.
 
-        :raises TraceError: when the file cannot be read (any more).
+        :raises TraceError: if the file cannot be read.
         """
 
     def select(self, *types: type[Event]) -> Iterator[Event]:
-        """Yield the events of some types in recorded order; formats that can skip further types do.
+        """Yield the events of some types in recorded order; some formats need not decode the rest.
 
-        :raises TraceError: when the file cannot be read (any more).
+        :raises TraceError: if the file cannot be read.
         """
         return (event for event in self if type(event) in types)
 
@@ -87,45 +87,44 @@ class Run(ABC):
 
     @property
     def start_us(self) -> int | None:
-        """The run's clock at the start, microseconds since the epoch; None: not recorded."""
+        """The clock at the start of the run, in microseconds since the epoch, if it was recorded."""
         text = self.metadata().get("start_us", "")
         return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else None
 
     def attachments(self) -> Iterator[Attachment]:
-        """Yield the files that were recorded with the run, one after the other in memory."""
+        """Yield the recorded files with their data, one at a time."""
         for file in self.files():
             yield Attachment(file.name, file.media_type, file.read(), file.time_us)
 
     def files(self) -> Iterator[StoredFile]:
-        """Yield the files that were recorded with the run, without reading them."""
+        """Yield the recorded files without reading their data."""
         return iter(())
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        """Yield the records of the run's sources, unchanged; see :mod:`cxbridge.trace.sources`."""
+        """Yield the unchanged records of the run's sources; see :mod:`cxbridge.trace.sources`."""
         return iter(())
 
     def description(self) -> Iterator[str]:
-        """Yield lines that describe more of the file than all formats have, for ``trace info``."""
+        """Yield lines for ``trace info`` that are specific to the format."""
         return iter(())
 
     def note(self, text: str) -> None:
-        """Keep ``text`` as a note on this file for the user, once; see :data:`MAX_NOTES`."""
+        """Add a note for the user unless it exists; at most `MAX_NOTES` are kept."""
         if len(self.notes) <= MAX_NOTES and text not in self.notes:
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
 
 
 class FolderRun(Run):
-    """A folder of files with one interface each: their events in the order of time."""
+    """A folder with a file per interface, whose events are merged by time."""
 
     @abstractmethod
     def runs(self) -> Sequence[Run]:
         """Return the files as runs, by name.
 
-        :raises TraceError: when none of them can be read.
+        :raises TraceError: if none can be read.
         """
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield the events of all files."""
         runs = self.runs()
         yield from merge(*runs, key=lambda event: event.time_us)
         for run in runs:
@@ -134,26 +133,26 @@ class FolderRun(Run):
 
 
 class RunWriter(Closing):
-    """Writes the events of a run to a file. A context manager: leaving it closes the file."""
+    """Writes the events of a run to a file; a context manager that closes it."""
 
     @abstractmethod
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
-        """Return the types of events that this format keeps of a run recorded at ``level``."""
+        """Return the types of events that the format stores of a run recorded at ``level``."""
 
     @abstractmethod
     def write(self, event: Event) -> None:
-        """Write one event, of one of :meth:`event_types`.
+        """Write an event of the :meth:`event_types`.
 
-        :raises TraceError: when the file cannot be written.
+        :raises TraceError: if the file cannot be written.
         """
 
     @abstractmethod
     def flush(self) -> None:
-        """Bring everything written so far into the file, so that a killed run can be read up to here."""
+        """Write buffered events to the file, so that a killed run can be read up to here."""
 
     @abstractmethod
     def close(self) -> None:
-        """Finish the file; a second call does nothing."""
+        """Complete and close the file; further calls do nothing."""
 
     @property
     def notes(self) -> list[str]:
@@ -161,24 +160,24 @@ class RunWriter(Closing):
         return []
 
     def settle(self) -> None:
-        """Bring the file into the state that it would be closed in, as nothing may come for a while."""
+        """Flush, and bring the file into a complete state, because no event may come for a while."""
         self.flush()
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Write the run's metadata: version, command, spec, clock, result.
+        """Write or extend the run's metadata: version, command, spec, clock, result.
 
-        Later calls add to it. Formats without a place for it ignore it.
+        Formats without metadata ignore it.
         """
 
     def attach(self, attachment: Attachment) -> None:
-        """Write a file of the run along with it. Formats without a place for it ignore it."""
+        """Write a file of the run; formats without attachments ignore it."""
 
 
 class StreamWriter(RunWriter):
-    """Writes the events of a run as lines to a file that is open.
+    """Writes events as lines to an open file.
 
-    :param path: the file's path, for errors.
-    :param file: the file to write; closed with the writer.
+    :param path: for error messages.
+    :param file: closed with the writer.
     """
 
     def __init__(self, path: Path, file: IO[Any]) -> None:
@@ -186,24 +185,22 @@ class StreamWriter(RunWriter):
         self._file = file
 
     def flush(self) -> None:
-        """Bring the lines into the file."""
         with writing(self.path):
             self._file.flush()
 
     def close(self) -> None:
-        """Close the file."""
         if not self._file.closed:
             with writing(self.path):
                 self._file.close()
 
 
 class Format(Struct, frozen=True):
-    """A format of recorded runs that can be read. The class is named, not imported, until a file needs it.
+    """A readable format of recorded runs; its class is imported when a file needs it.
 
-    :param name: as ``trace info`` shows it.
-    :param rank: formats are asked in this order whether a file is theirs, the surest to recognise first.
-    :param recognises: whether a file or folder is of this format, by its path and its first
-        :data:`HEAD_SIZE` bytes (none for a folder).
+    :param name: as in ``trace info``.
+    :param rank: the order in which formats are tried, the most reliably recognised first.
+    :param recognises: returns whether a file or folder has this format, by its path and first
+        :data:`HEAD_SIZE` bytes (empty for a folder).
     :param reader: ``module:class`` of the :class:`Run`, or a function that returns one or refuses the file;
         called with the path and the registry of interfaces.
     """
@@ -215,14 +212,15 @@ class Format(Struct, frozen=True):
 
 
 class CopyFormat(Struct, frozen=True):
-    """A format that runs can be copied to.
+    """A format to which runs can be copied.
 
-    :param name: as ``trace convert --to`` takes it.
-    :param rank: its place in lists.
+    :param name: as in ``trace convert --to``.
+    :param rank: the position in lists.
     :param writer: ``module:function`` that opens a file as a :class:`RunWriter`; called with the path and the
         registry of interfaces.
     :param exact: ``module:function`` that copies some runs without their events; called with the run and the
-        path. It returns notes on the copy, or None for a run that it does not know. Empty: there is none.
+        path. It returns notes on the copy, or None for a run that it cannot copy. Empty: there is no such
+        function.
     """
 
     name: str
@@ -232,4 +230,4 @@ class CopyFormat(Struct, frozen=True):
 
 
 HEAD_SIZE: Final = 64 * 1024
-"""How many bytes of a file the formats get to see when they are asked whether it is theirs."""
+"""The bytes of a file that are shown to formats for recognition."""

@@ -1,4 +1,4 @@
-"""Decodes the bytes of an interface into the events of its write."""
+"""Decoding of interface blocks into events."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from cxbridge.events import InterfaceWrite, SkillStatus
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 
 ENV: Final = "executive"
-"""The environment that the states of skillers are said to be read by; a block does not tell."""
+"""The environment of decoded Skiller states, which blocks do not contain."""
 
 STAMP_SIZE: Final = 16
-"""Bytes of the time stamp that every block begins with."""
+"""The bytes of the time stamp at the start of a block."""
 
 _SKILLER = "SkillerInterface"
 _Convert: TypeAlias = Callable[[tuple[Any, ...]], Any]
 
 
 class BlockDecoder:
-    """Reads the values of the blocks of an interface type, little endian."""
+    """Decodes the little endian blocks of an interface type."""
 
     def __init__(self, schema: InterfaceSchema) -> None:
         self.schema = schema
@@ -36,11 +36,11 @@ class BlockDecoder:
         self._unpack = struct.Struct(code).unpack_from
 
     def raw(self, block: bytes | memoryview) -> tuple[Any, ...]:
-        """Return the numbers and texts (padded bytes) of a block, the elements of arrays one by one."""
+        """Return the numbers and zero-padded texts of a block, with arrays flattened."""
         return self._unpack(block)
 
     def values(self, block: bytes | memoryview) -> dict[str, Any]:
-        """Return the values by field: text, numbers, names of enum items, lists."""
+        """Return the values by field: texts, numbers, names of enum items, lists."""
         raw = self._unpack(block)
         return {
             name: raw[index] if convert is None else convert(raw) for name, index, convert in self._fields
@@ -50,10 +50,10 @@ class BlockDecoder:
 def block_events(
     schema: InterfaceSchema, uid: str, time_us: int, block: bytes | memoryview
 ) -> Iterator[InterfaceWrite | SkillStatus]:
-    """Yield the write of a block of this machine, and the state of the skiller if it is one's.
+    """Yield the write of a block, and the state of the Skiller for a SkillerInterface.
 
     :param uid: ``Type::id``.
-    :param block: as large as the schema says.
+    :param block: of the size in the schema, in this machine's byte order.
     """
     return write_events(schema.name, uid, time_us, _decoder(schema).values(block))
 
@@ -61,7 +61,7 @@ def block_events(
 def write_events(
     kind: str, uid: str, time_us: int, values: Mapping[str, Any]
 ) -> Iterator[InterfaceWrite | SkillStatus]:
-    """Yield the write of these values, and the state of the skiller if it is one's.
+    """Yield the write of values, and the state of the Skiller for a SkillerInterface.
 
     :param kind: the type of the interface.
     :param uid: ``Type::id``.
@@ -74,17 +74,17 @@ def write_events(
 
 
 def padded_text(data: bytes) -> str:
-    """Return a text that is padded with zeros."""
+    """Decode a zero-padded text."""
     return data.split(b"\0", 1)[0].decode("utf-8", "backslashreplace")
 
 
 def item_names(field: FieldSchema) -> dict[int, str]:
-    """Return the names of an enum's items by their values; none for another field."""
+    """Return the names of an enum's items by value, empty for other fields."""
     return {item.value: item.name for item in field.enum.items} if field.enum else {}
 
 
 def _converter(field: FieldSchema, start: int, end: int) -> _Convert | None:
-    """Return what makes a value of the elements from ``start`` to ``end``; None: it is the element itself."""
+    """Return a function for the value of a field from its elements, or None if it is the element itself."""
     if field.is_string:
         return lambda raw: padded_text(raw[start])
     names = item_names(field)
@@ -95,8 +95,8 @@ def _converter(field: FieldSchema, start: int, end: int) -> _Convert | None:
     return lambda raw: list(raw[start:end])
 
 
+# By the identity of their schemas, which they keep alive: comparing schemas takes longer than decoding.
 _decoders: dict[int, BlockDecoder] = {}
-"""By the identity of their schemas, which they keep alive: comparing schemas takes longer than decoding."""
 
 
 def _decoder(schema: InterfaceSchema) -> BlockDecoder:

@@ -1,4 +1,4 @@
-"""Reads what CLIPS 6.30 and 6.4 print when facts and rules are watched; see docs/formats.md."""
+"""Reader of the output of CLIPS 6.30 and 6.4 with watched facts and rules; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from cxbridge.trace.formats.fawkes_log import clips_event
 from cxbridge.trace.formats.files import MAX_LINE, read_lines
 
 ENV = "executive"
-"""The environment that the events are said to be of; the text does not tell."""
+"""The environment of the events, which the text does not contain."""
 
 MAX_FACTS = 100_000
-"""The number of remembered facts; then the oldest is forgotten."""
+"""The maximal number of remembered facts; the oldest is dropped."""
 
 _STARTS = rb"(?:==>|<==) (?:f-\d+ +\(|Activation -?\d|Focus \S)|FIRE +\d+ [^: ]+:"
 _HEAD = re.compile(rb"^(?:" + _STARTS + rb")", re.MULTILINE)
@@ -30,15 +30,15 @@ _MAX_TRIES = 200
 
 
 class ClipsWatch(Run):
-    """What CLIPS printed while ``(watch facts)`` and ``(watch rules)`` were on.
+    """The output of CLIPS with ``(watch facts)`` and ``(watch rules)``.
 
-    It has no times: they are the numbers of the lines. Other output becomes lines of a log.
+    It has no times, so the numbers of lines are used. Other output becomes log lines.
     """
 
     format = "clips-watch"
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield firings and fact changes, after a fact the transition that it means, and lines of a log."""
+        """Yield firings, fact changes with their transitions, and log lines."""
         facts = _WatchedFacts()
         for line, text, whole in self._entries():
             if not whole:
@@ -59,7 +59,7 @@ class ClipsWatch(Run):
                 yield event
 
     def _entries(self) -> Iterator[tuple[int, str, bool]]:
-        """Yield the line that an entry begins in, the entry, and False for a last one without its end."""
+        """Yield the first line number of each entry, the entry, and whether it is complete."""
         first, lines, size, whole = 0, list[str](), 0, True
         for number, line, ends in read_lines(self.path):
             text = line
@@ -67,7 +67,7 @@ class ClipsWatch(Run):
                 yield first, "\n".join(lines), True
                 lines = []
             if not lines and (glued := _GLUED.search(text)) and not _START.match(text):
-                yield number, text[: glued.start()], True  # the program printed no line feed
+                yield number, text[: glued.start()], True  # the program printed no line feed before it
                 text = text[glued.start() :]
             if not lines:
                 first, size = number, 0
@@ -84,16 +84,17 @@ class ClipsWatch(Run):
 
 
 class _WatchedFacts:
-    """The facts there are: CLIPS 6.4 shows of a modified one only the slots that changed."""
+    """The present facts."""
 
+    # of a modified fact, CLIPS 6.4 prints only the changed slots
     def __init__(self) -> None:
         self._texts: dict[int, str] = {}
         self._tracker = TransitionTracker(ENV)
 
     def change(self, event: FactChange) -> tuple[FactChange, Transition | None]:
-        """Return the change with the text of the whole fact, and the transition that it means.
+        """Return the change with the text of the whole fact, and its transition.
 
-        :raises FactSyntaxError: when the fact cannot be read.
+        :raises FactSyntaxError: if the fact cannot be parsed.
         """
         text = self._whole(event)
         modified = text != event.text
@@ -107,20 +108,20 @@ class _WatchedFacts:
         return event, transition
 
     def _remember(self, index: int, text: str) -> None:
-        """Keep the text of a fact, and forget the oldest when there are too many."""
+        """Store the text of a fact and drop the oldest of too many."""
         self._texts.pop(index, None)
         self._texts[index] = text
         if len(self._texts) > MAX_FACTS:
             del self._texts[next(iter(self._texts))]
 
     def _whole(self, event: FactChange) -> str:
-        """Return the text of a fact of which not all slots may be shown, with those that it had before."""
+        """Return the text of a fact, completed by slots of its previous text."""
         if _LEFT_OUT not in event.text:
             return event.text
         try:
             template, shown, whole = parse_slots(event.text)
         except FactSyntaxError:
-            return event.text  # an ordered fact; if it is not, readers of its slots will report it
+            return event.text  # an ordered fact; otherwise readers of its slots report the error
         if whole:
             return event.text
         before = self._texts.get(event.index)
@@ -132,7 +133,7 @@ class _WatchedFacts:
 
 
 def _goes_on(lines: list[str]) -> bool:
-    """Whether these lines begin a fact whose end is still to come, as a string in it holds a line feed."""
+    """Return whether lines start a fact that continues after a line feed in a string."""
     match = (
         _FACT.match("\n".join(lines))
         if lines[0].startswith(("==> f-", "<== f-")) and len(lines) < _MAX_TRIES

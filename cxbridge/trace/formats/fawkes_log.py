@@ -1,4 +1,4 @@
-"""Reads and writes the text log of Fawkes; docs/formats.md has its layout."""
+"""Reader and writer of the text log of Fawkes; docs/formats.md has its layout."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _DAY_US = 24 * 3600 * MICROSECONDS
 
 @dataclass(slots=True)
 class _LogEntry:
-    """One entry of the log: its first line, and those that follow without a stamp."""
+    """An entry of the log: its first line and the following lines without time."""
 
     line: int
     first: str
@@ -48,7 +48,7 @@ class _LogEntry:
     whole: bool
 
     def groups(self) -> tuple[str, ...] | None:
-        """Return letter, time of day, fraction, component and text; None when it is not an entry of a log."""
+        """Return letter, time of day, fraction, component and text, or None if the entry is invalid."""
         if self.match is None:
             whole = _ENTRY.match("\n".join([self.first, *self.more]))
             return None if whole is None else whole.groups()
@@ -61,14 +61,14 @@ class _LogEntry:
 class FawkesLog(Run):
     """A text log of Fawkes.
 
-    The log gives the time of day only, in the zone of the machine that wrote it: times here count from
-    midnight of 1970-01-01 as if that were UTC, and continue over midnight.
+    The log has only times of day in the zone of its machine. The times of the run count from midnight of
+    1970-01-01, as if that zone were UTC, and continue past midnight.
     """
 
     format = "fawkes-log"
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield log lines, firings and fact changes, and after a fact the transition that it means."""
+        """Yield log lines, firings, and fact changes with their transitions."""
         trackers: dict[str, TransitionTracker] = {}
         days = _Days()
         for line, (letter, clock, fraction, component, text) in self._whole_facts():
@@ -91,10 +91,10 @@ class FawkesLog(Run):
                 yield transition
 
     def _whole_facts(self) -> Iterator[tuple[int, tuple[str, ...]]]:
-        """Yield the number of the line and the groups of each entry.
+        """Yield the line number and groups of each entry.
 
-        Fawkes ends an entry when CLIPS prints nothing but a line feed, also when that is a string of a fact:
-        the rest of the fact is the next entry, and belongs to the one before.
+        Fawkes ends an entry when CLIPS prints a single line feed, even within a string of a fact. The rest of
+        the fact is then the next entry and is appended to the previous one.
         """
         kept: tuple[int, tuple[str, ...]] | None = None
         for entry in self._entries():
@@ -118,7 +118,7 @@ class FawkesLog(Run):
             yield kept
 
     def _entries(self) -> Iterator[_LogEntry]:
-        """Join lines to entries: a line without a stamp continues the entry before it."""
+        """Join lines to entries: a line without a time continues the previous entry."""
         entry: _LogEntry | None = None
         match_entry, match_stamp = _ENTRY.match, _STAMP.match
         for number, text, whole in read_lines(self.path):
@@ -144,7 +144,7 @@ class FawkesLog(Run):
 
 
 class _Days:
-    """Times of day to continuing times: a step back by more than half a day is midnight."""
+    """Converts times of day to continuous times; a step back of more than half a day means midnight."""
 
     def __init__(self) -> None:
         self._last = 0
@@ -156,7 +156,7 @@ class _Days:
         """Return microseconds since the midnight before the first entry.
 
         :param clock: ``HH:MM:SS``.
-        :param fraction: microseconds, six digits.
+        :param fraction: six digits, microseconds.
         """
         if clock != self._clock:
             hour, minute, second = clock.split(":")
@@ -171,13 +171,13 @@ class _Days:
 
 @lru_cache(maxsize=256)
 def _environment(component: str) -> str | None:
-    """Return the CLIPS environment that a component stands for, None when it is something else."""
+    """Return the CLIPS environment of a component, or None."""
     match = _ENV.fullmatch(component)
     return from_record(match.group(1)) if match else None
 
 
 def clips_event(time_us: int, env: str, text: str) -> Event | None:
-    """Return the event in a debug line of a CLIPS environment, None when it is just text."""
+    """Return the event in a debug line of a CLIPS environment, or None for other text."""
     if text.startswith(_CHANGES):
         match = _FACT.match(text)
         if match:
@@ -193,14 +193,14 @@ def clips_event(time_us: int, env: str, text: str) -> Event | None:
 
 
 class FawkesLogWriter(StreamWriter):
-    """A text log as a Fawkes with CLIPS debugging writes it: log lines, facts and firings, at any level.
+    """A text log as of a Fawkes with CLIPS debugging: log lines, facts and firings.
 
-    Whatever was written more than half a second of real time before the last entry is safe in the file.
+    Entries that are older than half a second of real time at the next write are in the file.
 
-    :param path: the file; one that is there is replaced.
-    :param utc: write times of day in UTC; else in the machine's zone, as Fawkes does. A run on a virtual
-        clock wants UTC: its file is then the same on every machine.
-    :raises TraceError: when the file cannot be made.
+    :param path: replaced if it exists.
+    :param utc: use UTC for times of day instead of the machine's zone, which Fawkes uses. With it, the log of
+        a run on the virtual clock is the same on every machine.
+    :raises TraceError: if the file cannot be created.
     """
 
     def __init__(self, path: str | Path, *, utc: bool = False) -> None:
@@ -213,11 +213,10 @@ class FawkesLogWriter(StreamWriter):
         self._clock = ""
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
-        """Return log lines, firings and facts: a log without them could not be read as a run."""
+        """Return log lines, firings and facts, without which the log could not be read as a run."""
         return frozenset({LogLine, RuleFired, FactChange})
 
     def write(self, event: Event) -> None:
-        """Write one entry."""
         if isinstance(event, LogLine):
             head = f"{event.level.value} {self._time(event.time_us)} {to_record(event.component)}"
             entry = f"{head}: {to_entry(event.text)}\n"
@@ -240,12 +239,11 @@ class FawkesLogWriter(StreamWriter):
             self.flush()
 
     def flush(self) -> None:
-        """Bring the entries into the file."""
         self._flushed = time.monotonic()
         super().flush()
 
     def _time(self, time_us: int) -> str:
-        """Return the time of day, ``HH:MM:SS.uuuuuu``; the seconds are worked out once each."""
+        """Return the time of day, ``HH:MM:SS.uuuuuu``; the text of a second is cached."""
         second, fraction = split_us(time_us)
         if second != self._second:
             parts = self._broken_down(second)
@@ -255,7 +253,7 @@ class FawkesLogWriter(StreamWriter):
 
 
 def _encode(text: str) -> bytes:
-    """Return the text in UTF-8; bytes of other encodings go out unchanged."""
+    """Encode a text in UTF-8; bytes of other encodings are preserved."""
     try:
         return text.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:
@@ -263,7 +261,7 @@ def _encode(text: str) -> bytes:
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> FawkesLogWriter:
-    """Open a file for a copy of a run: times of day are in UTC, so that a converted log keeps its own."""
+    """Open a file for a copy of a run, in UTC, so that a converted log keeps its times of day."""
     return FawkesLogWriter(path, utc=True)
 
 

@@ -1,4 +1,4 @@
-"""Opens the files of recorded runs: lines of text in bounded memory, one writer at a time, clear errors."""
+"""Files of recorded runs: lines in bounded memory, exclusive writing and clear errors."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from typing import BinaryIO
 
 from cxbridge.errors import TraceError
 
+# far above any fact, far below any machine's memory
 MAX_LINE = 4 * 1024 * 1024
-"""Longest line, and longest entry of several lines, in bytes: far above any fact, far below any memory."""
+"""The maximal bytes of a line or an entry of several lines."""
 
 
 def files_starting(folder: Path, pattern: str, size: int, starts_well: Callable[[bytes], bool]) -> list[Path]:
-    """Return the files in a folder that begin as those of a format do, by name; none when it is not a folder.
+    """Return the files in a folder whose start has a format, by name; empty if it is not a folder.
 
-    :param pattern: of their names.
-    :param size: how many bytes ``starts_well`` needs to see.
+    :param pattern: of the file names.
+    :param size: the number of bytes that ``starts_well`` needs.
     """
     found = []
     for path in sorted(folder.glob(pattern)) if folder.is_dir() else ():
@@ -34,9 +35,9 @@ def files_starting(folder: Path, pattern: str, size: int, starts_well: Callable[
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn errors of the operating system into one that says that the file cannot be read.
+    """Raise `TraceError` with the file instead of an OSError while reading.
 
-    :raises TraceError: instead of an OSError.
+    :raises TraceError: if the file cannot be read.
     """
     try:
         yield
@@ -46,9 +47,9 @@ def reading(path: Path) -> Iterator[None]:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turn errors of the operating system into one that says that the file cannot be written.
+    """Raise `TraceError` with the file instead of an OSError while writing.
 
-    :raises TraceError: instead of an OSError.
+    :raises TraceError: if the file cannot be written.
     """
     try:
         yield
@@ -57,11 +58,11 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
-    r"""Yield ``(number, text, whole)`` for each line; ``whole`` is False for a last line without its end.
+    r"""Yield ``(number, text, whole)`` per line; ``whole`` is False for a last line without line feed.
 
-    Only line feeds end lines. Bytes that are not UTF-8 appear as ``\xNN``.
+    Only line feeds end lines. Bytes that are not UTF-8 become ``\xNN``.
 
-    :raises TraceError: when the file cannot be read, or a line is longer than :data:`MAX_LINE`.
+    :raises TraceError: if the file cannot be read, or a line is longer than :data:`MAX_LINE`.
     """
     number = 0
     with reading(path), path.open("rb") as file:
@@ -79,13 +80,13 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
 
 
 def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
-    """Open a file for writing, empty, unless another process writes it in this way.
+    """Open an empty file for writing unless another process writes it in this way.
 
-    Without locks (Windows, some network file systems), and for anything but a file, the path is opened as
-    usual.
+    Without locks (Windows, some network file systems), and for paths other than regular files, it is opened
+    normally.
 
-    :raises TraceError: when another process writes it; the file is unchanged then.
-    :raises OSError: when it cannot be opened.
+    :raises TraceError: if another process writes the file, which is then unchanged.
+    :raises OSError: if the file cannot be opened.
     """
     if sys.platform == "win32":
         return path.open("wb", buffering)
@@ -112,9 +113,9 @@ def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
 
 
 def refuse_locked(path: Path) -> None:
-    """Refuse a file that another process has opened by :func:`open_alone`.
+    """Raise `TraceError` if another process has opened a file by :func:`open_alone`.
 
-    :raises TraceError: when it has.
+    :raises TraceError: if it is locked.
     """
     if path.is_file() and _is_locked(path):
         raise _locked(path)
@@ -127,13 +128,12 @@ def _locked(path: Path) -> TraceError:
 
 
 def keep_previous(path: Path) -> Path | None:
-    """Give a file that is about to be replaced another name: the time of its last change is added to it.
+    """Rename a file that is about to be replaced, with the time of its last change in the name.
 
-    Empty files, other things than files, and files of another writing process stay; so does the target of a
-    link.
+    Empty files, paths other than regular files, links, and files that another process writes are not renamed.
 
-    :return: the new name; None: nothing was renamed.
-    :raises TraceError: when it cannot be renamed.
+    :return: the new name, or None.
+    :raises TraceError: if it cannot be renamed.
     """
     if path.is_symlink() or not path.is_file() or not path.stat().st_size or _is_locked(path):
         return None

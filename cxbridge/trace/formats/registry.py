@@ -1,7 +1,7 @@
-"""Finds the formats of recorded runs, and opens a run by its content, not by its name.
+"""The formats of recorded runs, and opening of a run by its content.
 
-A module or package of this folder is a format: it has ``FORMATS``, a tuple of :class:`.base.Format`, or
-``COPIES``, a tuple of :class:`.base.CopyFormat`. Its presence in the folder is enough.
+A module or package of this folder is a format if it has ``FORMATS``, a tuple of :class:`.base.Format`, or
+``COPIES``, a tuple of :class:`.base.CopyFormat`. No registration is needed.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ FORMAT_MODULES: Final[Table[ModuleType]] = Table(
 
 
 def formats() -> tuple[Format, ...]:
-    """Return the formats that can be read, the surest to recognise first."""
+    """Return the readable formats, the most reliably recognised first."""
     return _found(FORMAT_MODULES.rows, "FORMATS")
 
 
 def copy_formats() -> dict[str, CopyFormat]:
-    """Return the formats that runs can be copied to, by name."""
+    """Return the formats to which runs can be copied, by name."""
     return {each.name: each for each in _found(FORMAT_MODULES.rows, "COPIES")}
 
 
 @lru_cache(maxsize=8)
 def _found(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
-    """Return the entries of the modules' tables of a name, sorted by rank."""
+    """Return the entries of a table of all modules, sorted by rank."""
     modules = [FORMAT_MODULES.load(row) for row in rows]
     found = [each for module in modules for each in getattr(module, table, ())]
     return tuple(sorted(found, key=lambda each: each.rank))
@@ -53,8 +53,8 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     """Open a recorded run of any format.
 
     :param path: a file, or a folder of bblogger files.
-    :param registry: who knows the types of interfaces; by default our own definitions.
-    :raises TraceError: when there is nothing at ``path``, or nothing that is a recorded run.
+    :param registry: the interface types; None: the shipped ones.
+    :raises TraceError: if ``path`` does not exist or is not a recorded run.
     """
     path = Path(path)
     with reading(path):
@@ -72,10 +72,10 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
 
 
 def _head(path: Path) -> bytes:
-    """Return the start of a file, nothing for a folder."""
+    """Return the start of a file, empty for a folder."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        with os.scandir(path) as entries:  # raises when the folder may not be read, or not be searched
+        with os.scandir(path) as entries:  # raises an error if the folder must not be read or searched
             for entry in entries:
                 entry.stat(follow_symlinks=False)
                 break

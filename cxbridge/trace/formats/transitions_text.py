@@ -1,8 +1,7 @@
-"""Reads and writes transitions as text, one a line: what ``trace transitions`` prints.
+"""Reader and writer of transitions as lines of text, the output of ``trace transitions``.
 
-The environment ``executive`` and the skiller ``Skiller`` go without saying, as in the recordings of Fawkes;
-all further ones are named. A golden run has more: lines with the time, and, indented below a transition,
-lines with the details that are new.
+The environment ``executive`` and the Skiller ``Skiller`` are omitted, as in the recordings of Fawkes. A
+golden run has also lines with times, and, indented below a transition, lines with changed details.
 """
 
 from __future__ import annotations
@@ -25,10 +24,10 @@ from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
 from cxbridge.trace.formats.files import read_lines, writing
 
 ENV = "executive"
-"""The environment of the lines that name none."""
+"""The environment of lines without one."""
 
 SKILLER = "Skiller"
-"""The skiller of the lines that name none."""
+"""The Skiller of lines without one."""
 
 _GOAL = re.compile(
     r"goal (\S+) class=(\S+) sub-type=(\S+) parent=(\S+) mode=(\S+) outcome=(\S+) error=(.*)", re.DOTALL
@@ -47,7 +46,7 @@ _HEAD = re.compile(
 
 
 DEFAULTS: Final = {"params": "()", "meta": "()", "priority": "0.0", "resources": "()"}
-"""What details are that a text does not show: ``params`` it shows whenever there are any."""
+"""The values of details that a text does not show; ``params`` are shown unless they are empty."""
 
 
 def format_transition(event: Transition) -> str:
@@ -72,7 +71,7 @@ def _line(event: Transition) -> str:
 
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
-    """Return the transition in a line, None when it has none."""
+    """Return the transition in a line, or None."""
     env, line = ENV, from_record(line)
     if match := _ENV.fullmatch(line):
         env, line = match.groups()
@@ -89,14 +88,14 @@ def parse_transition(line: str, time_us: int = 0) -> Transition | None:
 
 
 class TransitionsText(Run):
-    """A file of transitions as text. Where it has no times, line numbers stand for microseconds."""
+    """A file of transitions; without times, line numbers replace microseconds."""
 
     format = "transitions"
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield one transition a line, with its details where there are any.
+        """Yield a transition per line, with details if there are any.
 
-        :raises TraceError: for a line that is none; a cut-off last line is left out.
+        :raises TraceError: for an invalid line; a truncated last line is left out.
         """
         details = _Details()
         last: Transition | None = None
@@ -124,7 +123,7 @@ class TransitionsText(Run):
             yield details.known(last)
 
     def has_times(self) -> bool:
-        """Return whether the file has times, as its first line shows."""
+        """Return whether the file has times, according to its first line."""
         first = next((line for _, line, _ in read_lines(self.path)), "")
         return _AT.fullmatch(first) is not None
 
@@ -140,7 +139,7 @@ class _Details:
         return (event.KIND.name, *(getattr(event, name) for name in event.KIND.subject))
 
     def learn(self, event: Event, name: str, value: str) -> None:
-        """Take a detail that is new."""
+        """Store a changed detail."""
         start = {name: DEFAULTS[name] for name in event.KIND.details}
         self._last.setdefault(self._subject(event), start)[name] = value
 
@@ -153,7 +152,7 @@ class _Details:
         return replace(event, **fields) if known else event
 
     def news(self, event: Event) -> Iterator[str]:
-        """Yield a line for each detail of an event that is new."""
+        """Yield a line for each changed detail of an event."""
         now = {name: getattr(event, name) or DEFAULTS[name] for name in event.KIND.details}
         if not any(getattr(event, name) for name in event.KIND.details):
             return
@@ -167,12 +166,13 @@ class _Details:
 
 
 class TransitionsWriter(StreamWriter):
-    """Writes the transitions of a run as text, one a line.
+    """Writes the transitions of a run as lines of text.
 
-    :param path: the file; one that is there is replaced.
-    :param details: whether to write parameters and the like, as golden runs have them.
-    :param start_us: when the run began, microseconds: write times, seconds since then; None: without them.
-    :raises TraceError: when the file cannot be made.
+    :param path: replaced if it exists.
+    :param details: write parameters and other details, as in golden runs.
+    :param start_us: the start of the run in microseconds, to write times in seconds since then; None omits
+        times.
+    :raises TraceError: if the file cannot be created.
     """
 
     def __init__(self, path: str | Path, *, details: bool = False, start_us: int | None = None) -> None:
@@ -184,17 +184,15 @@ class TransitionsWriter(StreamWriter):
             super().__init__(path, path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n"))
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same
-        """Return the types of transitions."""
         return frozenset(TRANSITION_TYPES)
 
     def write(self, event: Event) -> None:
-        """Write one line."""
         if isinstance(event, TRANSITION_TYPES):
             with writing(self.path):
                 self._file.writelines(f"{line}\n" for line in self._lines(event))
 
     def _lines(self, event: Transition) -> Iterator[str]:
-        """Yield the line of a transition, and those around it."""
+        """Yield the line of a transition with the lines before and after it."""
         if self._start_us is not None:
             at = f"at {(event.time_us - self._start_us) / MICROSECONDS:.6f}"
             if at != self._at:

@@ -1,1 +1,1 @@
-"""Plays the interface writes of a recorded run onto a blackboard; docs/recording.md."""
+"""Replay of a recorded run's interface writes on a blackboard; docs/recording.md."""

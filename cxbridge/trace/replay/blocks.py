@@ -1,4 +1,4 @@
-"""From the recorded values of an interface, or of a message to it, back to what can be written or sent."""
+"""Conversion of recorded values to blocks of interfaces, and to messages."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class BlockMaker:
 
     def __init__(self, interface_class: type[Interface]) -> None:
         self._names = {field.name for field in interface_class.fields()}
-        # an instance on no blackboard: its setters check and lay out the values
+        # this instance is on no blackboard; its setters check the values and place them in the block
         port = ClosedPort(interface_class.SCHEMA.name, _NOBODY)
         self._scratch = interface_class(port, id="", owner="", serial=_NOBODY, writer=True)
 
     def check(self, values: Mapping[str, Any], uid: str) -> None:
-        """Raise when a write does not have the fields that the type has.
+        """Check that a write has the fields of the type.
 
-        :param uid: ``Type::id`` that was written.
-        :raises TraceError: with their names.
+        :param uid: the written interface, ``Type::id``.
+        :raises TraceError: with the names of the differing fields.
         """
         other = [
             f"{problem} {', '.join(sorted(names))}"
@@ -47,8 +47,8 @@ class BlockMaker:
     def make(self, values: Mapping[str, Any], time_us: int, uid: str) -> bytes:
         """Return the block with these values.
 
-        :param time_us: its time stamp, microseconds since the epoch.
-        :raises TraceError: when a value does not fit.
+        :param time_us: its time stamp in microseconds since the epoch.
+        :raises TraceError: if a value does not fit.
         """
         try:
             for name, value in values.items():
@@ -62,9 +62,9 @@ class BlockMaker:
 
 
 def make_message(reader: Interface, kind: str, values: Mapping[str, Any]) -> Message:
-    """Return a recorded message, to be sent by ``reader``.
+    """Return a recorded message for ``reader`` to send.
 
-    :raises InterfaceError: when the interface has no such message, or a value does not fit.
+    :raises InterfaceError: if the interface has no such message, or a value does not fit.
     """
     message = reader.create_message(kind)
     for name, value in values.items():

@@ -1,4 +1,4 @@
-"""Plans a replay: what of a recorded run is played, and when; docs/recording.md, section "Time"."""
+"""The plan of a replay: events and their times; docs/recording.md, section "Time"."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from cxbridge.events import InterfaceMessage, InterfaceWrite
 from cxbridge.trace.formats.base import Run
 
 OUT_OF_ORDER_US: Final = MICROSECONDS
-"""How far a time may lie before an earlier one; more is a clock that was set."""
+"""The maximal step back of a time that counts as out of order; a larger one means that the clock was set."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReplaySelection:
     """The selection of a replay.
 
-    :param patterns: which interfaces; none: all.
+    :param patterns: match the interfaces; empty: all.
     :param start_s: seconds since the first event of the run; None: from the start.
-    :param end_s: the same; None: to the end.
-    :param messages: whether messages to other interfaces are sent, too.
+    :param end_s: likewise; None: to the end.
+    :param messages: whether to send messages to other interfaces.
     """
 
     patterns: tuple[Pattern, ...] = ()
@@ -32,14 +32,14 @@ class ReplaySelection:
     messages: bool = False
 
     def has(self, uid: str) -> bool:
-        """Whether an interface is to be replayed."""
+        """Return whether an interface is to be replayed."""
         return not self.patterns or any(pattern.matches(parse_uid(uid)) for pattern in self.patterns)
 
 
 class ReplayMove(NamedTuple):
-    """One thing to do.
+    """One event of a replay.
 
-    :param at_us: when, microseconds since the first event of the run.
+    :param at_us: microseconds since the first event of the run.
     """
 
     at_us: int
@@ -47,9 +47,9 @@ class ReplayMove(NamedTuple):
 
 
 class ReplayPositions:
-    """From recorded times to a time that does not go back by more than :data:`OUT_OF_ORDER_US`.
+    """Converts recorded times to positions that decrease by at most :data:`OUT_OF_ORDER_US`.
 
-    :param start_us: what positions count from.
+    :param start_us: the reference of the positions.
     """
 
     def __init__(self, start_us: int) -> None:
@@ -58,11 +58,11 @@ class ReplayPositions:
         self._stamps: dict[str, int] = {}
 
     def of(self, event: InterfaceWrite | InterfaceMessage) -> int:
-        """Return where an event is: the next one of the run."""
+        """Return the position of the next event of the run."""
         time_us = event.time_us
         if isinstance(event, InterfaceWrite):
             if self._stamps.get(event.uid) == time_us:
-                # it was written again with its old stamp, which does not show when
+                # a write without a new time stamp does not show its time
                 return self._high_us + self._offset_us
             self._stamps[event.uid] = time_us
         if time_us < self._high_us - OUT_OF_ORDER_US:
@@ -74,12 +74,12 @@ class ReplayPositions:
 
 @dataclass(slots=True)
 class Survey:
-    """The moves of a recording.
+    """An overview of a replay.
 
-    :ivar writes: how many of each interface, by ``Type::id``.
-    :ivar messages: how many to each other interface.
+    :ivar writes: the number of writes by ``Type::id``.
+    :ivar messages: the number of messages by interface.
     :ivar samples: the first write of each interface.
-    :ivar first_us: where the first move is; ``last_us``: the last.
+    :ivar first_us: the position of the first event; ``last_us``: of the last.
     :ivar others: the number of writes of unselected interfaces.
     """
 
@@ -92,9 +92,9 @@ class Survey:
 
 
 def survey(run: Run, selection: ReplaySelection) -> Survey:
-    """Read a run, and return its moves.
+    """Read a run and return the overview of its replay.
 
-    :raises TraceError: when it cannot be read.
+    :raises TraceError: if the run cannot be read.
     """
     found = Survey()
     for number, (at_us, event) in enumerate(moves(run, selection)):
@@ -112,9 +112,9 @@ def survey(run: Run, selection: ReplaySelection) -> Survey:
 
 
 def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
-    """Yield the moves, in the order of the file; first, the values of the interfaces at the start.
+    """Yield the events in the order of the file, preceded by the values of the interfaces at the start.
 
-    :raises TraceError: when the run cannot be read.
+    :raises TraceError: if the run cannot be read.
     """
     start_us = round((selection.start_s or 0.0) * MICROSECONDS)
     end_us = None if selection.end_s is None else round(selection.end_s * MICROSECONDS)
@@ -131,7 +131,7 @@ def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
             continue
         at_us = positions.of(event)
         if end_us is not None and at_us > end_us:
-            continue  # later events may be out of order, and still belong to it
+            continue  # later events may be out of order and precede the end
         if selection.start_s is not None and at_us < start_us and not began:
             if isinstance(event, InterfaceWrite):
                 held[event.uid] = event

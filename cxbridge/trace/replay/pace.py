@@ -1,4 +1,4 @@
-"""Times the moves of a replay: as recorded, or one for each key."""
+"""The pace of a replay: as recorded, or one event per key."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ _SLICE_S: Final = 0.2
 
 
 class Pace(Protocol):
-    """Decides when a move is made."""
+    """Determines the times of a replay."""
 
     def begin(self, at_us: int) -> None:
-        """Start a round with a move at this position."""
+        """Start a round with an event at a position."""
 
     def wait(self, at_us: int) -> bool:
-        """Return when the move at this position is due: True; False when the replay is to end."""
+        """Wait for the time of a position; return False if the replay is to end."""
 
 
 class TimedPace:
-    """As recorded, faster or slower.
+    """The recorded pace, accelerated or slowed down.
 
-    :param speed: N seconds of the recording in one.
+    :param speed: seconds of the recording per second.
     :param stop: set when the replay is to end.
-    :param on_wait: called about five times a second while it waits.
+    :param on_wait: called about five times a second during a wait.
     """
 
     def __init__(
@@ -40,12 +40,10 @@ class TimedPace:
         self._first_us = 0
 
     def begin(self, at_us: int) -> None:
-        """Start a round."""
         self._start_s = time.monotonic()
         self._first_us = at_us
 
     def wait(self, at_us: int) -> bool:
-        """Sleep until the move is due."""
         due_s = self._start_s + (at_us - self._first_us) / MICROSECONDS / self._speed
         while (rest_s := due_s - time.monotonic()) > 0:
             self._on_wait()
@@ -55,17 +53,16 @@ class TimedPace:
 
 
 class SteppedPace:
-    """One move a key.
+    """One event per key.
 
-    :param next_key: waits for a key; False when there will be none any more.
+    :param next_key: waits for a key; returns False at the end of input.
     """
 
     def __init__(self, next_key: Callable[[], bool]) -> None:
         self._next_key = next_key
 
     def begin(self, at_us: int) -> None:
-        """Start a round."""
+        """Do nothing."""
 
     def wait(self, at_us: int) -> bool:  # noqa: ARG002 - the key decides
-        """Wait for a key."""
         return self._next_key()

@@ -1,4 +1,4 @@
-"""Writes the recorded interfaces of a run to a blackboard."""
+"""Writer of a run's recorded interfaces on a blackboard."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from cxbridge.trace.replay.moves import ReplayMove, Survey
 from cxbridge.trace.replay.pace import Pace
 
 OWNER: Final = "cxbridge replay"
-"""Who opens the interfaces."""
+"""The owner of the opened interfaces."""
 
 
 class ReplayPlayer:
-    """The writer of recorded interfaces. Everything happens in the thread that calls.
+    """Writes recorded interfaces, in the thread of the caller.
 
-    :param board: not closed with the player.
-    :param restamp: writes carry the time of now, not the recorded one.
+    :param board: not closed by the player.
+    :param restamp: give writes the present time instead of the recorded one.
     """
 
     def __init__(self, board: BlackBoard, log: Logger, *, restamp: bool = False) -> None:
         self.writes: dict[str, int] = {}
-        """Writes that were made, by ``Type::id``."""
+        """The numbers of writes by ``Type::id``."""
         self.messages = 0
-        """Messages that were sent."""
+        """The number of sent messages."""
         self.undelivered = 0
-        """Messages that were not taken."""
+        """The number of messages that were not delivered."""
         self._board = board
         self._log = log
         self._restamp = restamp
@@ -43,10 +43,10 @@ class ReplayPlayer:
         self._complained: set[str] = set()
 
     def open(self, survey: Survey) -> None:
-        """Open all interfaces that will be written; all or none.
+        """Open all interfaces to write, or none.
 
-        :raises TraceError: when a type is different from the recorded.
-        :raises BlackBoardError: when one has another writer, or its type is unknown.
+        :raises TraceError: if a type differs from the recorded one.
+        :raises BlackBoardError: if an interface has a writer, or its type is unknown.
         """
         try:
             for uid, sample in survey.samples.items():
@@ -78,11 +78,11 @@ class ReplayPlayer:
         pace: Pace,
         announce: Callable[[ReplayMove], None] = lambda _move: None,
     ) -> bool:
-        """Make all moves; return whether it came to the end of them.
+        """Replay all events; return whether the end was reached.
 
-        :param announce: called for each move before it is waited for.
-        :raises BlackBoardError: when the blackboard is gone.
-        :raises TraceError: when a recorded value does not fit.
+        :param announce: called for each event before the wait for it.
+        :raises BlackBoardError: if the blackboard was shut down.
+        :raises TraceError: if a recorded value does not fit.
         """
         begun = False
         for move in moves:
@@ -108,7 +108,7 @@ class ReplayPlayer:
         self._readers.clear()
 
     def drop_messages(self) -> None:
-        """Drop the messages of other programs to the interfaces."""
+        """Drop messages of other programs to the interfaces."""
         for writer, _ in self._writers.values():
             if writer.valid:
                 writer.msgq_flush()
@@ -146,7 +146,7 @@ class ReplayPlayer:
         self.undelivered += 1
 
     def _reader(self, uid: str) -> Interface | None:
-        """Return what messages to an interface are sent with; None when it cannot be opened."""
+        """Return the reading instance that sends messages to an interface, or None if it cannot be opened."""
         if uid not in self._readers:
             self._readers[uid] = None
             self._readers[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)

@@ -1,8 +1,8 @@
-"""The client's side of Fawkes' network protocol.
+"""The client side of Fawkes' network protocol.
 
-Four kinds of threads: callers; the receiver of :mod:`.connection`, which ends with its connection and runs
-:mod:`.receiver`; the dispatcher, which calls listeners; and that of :mod:`.reconnecting`, which is at work
-when a connection is lost or silent.
+There are four kinds of threads: callers; the receiver of :mod:`.connection`, which runs :mod:`.receiver` and
+ends with its connection; the dispatcher, which calls listeners; and the thread of :mod:`.reconnecting`, which
+handles a lost or silent connection.
 """
 
 from cxbridge.blackboard.fawkesnet.client.board import FawkesBlackBoard

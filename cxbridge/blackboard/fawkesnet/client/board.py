@@ -1,4 +1,4 @@
-"""A blackboard at a Fawkes, reached by its own network protocol."""
+"""The blackboard of a Fawkes, accessed by its network protocol."""
 
 from __future__ import annotations
 
@@ -42,29 +42,29 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface, Message
 
 DEFAULT_TIMEOUT: Final = 5.0
-"""Seconds to connect, and to wait for an answer."""
+"""Seconds for connecting and for replies."""
 
 DEFAULT_SILENCE: Final = 5.0
-"""Seconds of silence after which the remote is asked for a sign of life."""
+"""Seconds of silence before the server is probed."""
 
+# Seconds for the server to receive the last messages at shutdown.
 _LAST_WORDS_S: Final = 1.0
-"""Seconds that the remote has at a shutdown to take the last messages."""
 
 
 class FawkesBlackBoard(RemoteBlackBoard):
-    """The blackboard of a Fawkes, or of anything that speaks its protocol (docs/evidence/protocol-fawkes.md).
+    """The blackboard of a Fawkes, or of another server with its protocol (docs/evidence/protocol-fawkes.md).
 
-    Listeners and observers are called in a thread of the blackboard's. A lost connection is made again, and
-    everything is opened again.
+    A separate thread calls listeners and observers. After a lost connection, it reconnects and opens all
+    interfaces again.
 
-    :param url: ``fawkes://host:port``; port 1910 unless given.
-    :param registry: gives the classes of types that are named by a string.
-    :param clock: gives the time stamps of local writes.
-    :param bus: gets log lines, and the writes of interfaces that are open here.
-    :param timeout: seconds to connect, and to wait for an answer.
-    :param silence: seconds of silence after which the remote is asked for a sign of life, 0: never. Without
-        an answer for ``timeout`` then, the connection is lost.
-    :raises UnreachableError: when no server answers.
+    :param url: ``fawkes://host:port``, by default port 1910.
+    :param registry: the classes of types given by name.
+    :param clock: the source of time stamps of local writes.
+    :param bus: gets log lines and the writes of open interfaces.
+    :param timeout: seconds for connecting and for replies.
+    :param silence: seconds of silence before the server is probed; 0: never. Without a reply within
+        ``timeout``, the connection is lost.
+    :raises UnreachableError: if no server replies.
     """
 
     def __init__(
@@ -108,14 +108,12 @@ class FawkesBlackBoard(RemoteBlackBoard):
             self._dispatcher.stop(timeout)
             raise
 
-    # -- opening and closing
-
     def _open(self, request: OpenRequest) -> Interface:
         port: RemotePort | None = None
 
         def opened(
             answer: OpenSuccess,
-        ) -> None:  # in the receiving thread: what follows may be for the instance
+        ) -> None:  # runs in the receiving thread: the next frames may be for this instance
             nonlocal port
             port = RemotePort(self, self, request, self._number(request.key), answer)
             with self._lock:
@@ -123,7 +121,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
                 self._all_ports[port] = None
 
         self._opener.open(request, opened)
-        if port is None:  # shut down in between
+        if port is None:  # the blackboard was shut down during the request
             raise BlackBoardGoneError
         return port.instance
 
@@ -134,20 +132,19 @@ class FawkesBlackBoard(RemoteBlackBoard):
             return self._mem_serials[key]
 
     def close(self, instance: Interface) -> None:
-        """Close an instance; see the base class."""
         if not instance.valid:
             return
         port = self._port_of(instance)
         with self._lock:
             if self._all_ports.pop(port, self) is self:
-                return  # another thread was quicker
+                return  # another thread was faster
             serial = port.serial
             if serial is not None:
                 self._ports.pop(serial.bytes, None)
         instance.invalidate()
         with self._endings.closing(port.type, port.id):
             if serial is not None:
-                with contextlib.suppress(BlackBoardError):  # it is closed by that
+                with contextlib.suppress(BlackBoardError):  # the lost connection has closed it
                     self._requests.send(Close(serial).to_bytes())
             kind = EventKind.WRITER_REMOVED if instance.is_writer else EventKind.READER_REMOVED
             port.listeners.notify(kind, instance.serial)
@@ -163,7 +160,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             port.listeners.unregister(None, port.instance)
         connection = self._requests.connection
         if connection is not None and self._said and self._reconnector.settled:
-            # Fawkes forgets the unprocessed messages of a disconnected client
+            # Fawkes drops the unprocessed messages of a disconnected client
             with contextlib.suppress(BlackBoardError):
                 self._requests.ask(NOTHING, timeout=min(self._timeout, _LAST_WORDS_S))
         self._requests.shut_down()
@@ -172,37 +169,35 @@ class FawkesBlackBoard(RemoteBlackBoard):
             connection.finish(self._timeout)
         self._dispatcher.stop(self._timeout)
 
-    # -- looking around
-
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        """Ask the remote for its interfaces; see the base class.
+        """Return the server's interfaces.
 
-        :raises ConnectionLostError: when it does not answer.
+        :raises ConnectionLostError: if the server does not reply.
         """
         return self._opener.list(self.registry, type_glob, id_glob)
 
     def sync(self) -> None:
-        """Wait until the remote has got all that was sent, and listeners have got all that it sent before.
+        """Wait until all sent frames have arrived and all received events are handled.
 
-        In a listener it waits for the remote only.
+        Within a listener, it waits only for the server.
 
-        :raises ConnectionLostError: when the remote does not answer.
+        :raises ConnectionLostError: if the server does not reply.
         """
         self._requests.ask(NOTHING)
         if not self._dispatcher.drain(self._timeout):
             raise BlackBoardError(f"listeners have been busy for {self._timeout:g} s")
 
-    def flush(self, timeout: float | None = None) -> None:  # noqa: ARG002 - requests have their own
-        """Wait as :meth:`sync` does; see the base class."""
+    def flush(self, timeout: float | None = None) -> None:  # noqa: ARG002 - requests have a separate timeout
+        """Wait as :meth:`sync` does."""
         self.sync()
 
     @property
     def connected(self) -> bool:
-        """Whether there is a connection now, and everything is open again."""
+        """Whether the client is connected and all interfaces are open."""
         return self._reconnector.settled
 
     def wait_connected(self, timeout: float) -> bool:
-        """Wait until :attr:`connected`; return whether it is."""
+        """Wait for :attr:`connected`; return it."""
         return self._reconnector.wait_settled(timeout)
 
     def _listeners_of(self, instance: Interface) -> ListenerTable:
@@ -220,41 +215,35 @@ class FawkesBlackBoard(RemoteBlackBoard):
         notify = self._observers.created if created else self._observers.destroyed
         self._endings.deliver(event.type, event.id, partial(notify, event.type, event.id))
 
-    # -- for ports
-
     def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
-        """Send a write."""
         self._said = True
         self._requests.send(data_frame(serial.bytes, block, changed=changed))
 
     def send_message(self, message: WireMessage) -> None:
-        """Send a message."""
         self._said = True
         self._requests.send(message.to_bytes())
 
     def unavailable(self) -> BlackBoardError:
-        """Return the error for what needs a connection while there is none."""
+        """Return the error of a call without connection."""
         return self._requests.unavailable()
 
     def emit_message(self, port: RemotePort, message: Message, outcome: str) -> None:
-        """Emit on the event bus what became of a message."""
+        """Emit the outcome of a message on the event bus."""
         self._emitter.emit_message(port, message, outcome)
 
     def emit_write(self, port: RemotePort, block: bytes) -> None:
         """Emit a write on the event bus."""
         self._emitter.emit_write(port, block)
 
-    # -- the connection, for the thread that connects again
-
     def _connect(self) -> FawkesConnection:
         return FawkesConnection(self.address, self._timeout, self._receiver.handle, self._reconnector.lost)
 
     def attach(self, connection: FawkesConnection) -> None:
-        """Use this connection."""
+        """Use a new connection."""
         self._requests.attach(connection)
 
     def detach(self, reason: str) -> None:
-        """Notify all instances that the connection is lost."""
+        """Notify all instances of the lost connection."""
         with self._lock:
             self._ports.clear()
             ports = tuple(self._all_ports)
@@ -264,20 +253,20 @@ class FawkesBlackBoard(RemoteBlackBoard):
                 self._dispatcher.put(port.listeners.notify, EventKind.WRITER_REMOVED, NOBODY)
 
     def probe(self) -> None:
-        """Ask the other end something, and end the connection when nothing comes.
+        """Probe the server, and end the connection without any reply.
 
-        :raises ConnectionLostError: when the connection is lost.
+        :raises ConnectionLostError: if the connection is lost.
         """
         self._requests.ask(NOTHING, any_sign=True)
 
     def lost_ports(self) -> Sequence[RemotePort]:
-        """Return the ports of the instances that have to be opened again, the oldest first."""
+        """Return the ports to reopen, oldest first."""
         return [port for port in self._open_ports() if port.serial is None]
 
     def reopen(self, port: RemotePort) -> None:
-        """Open an instance again; a writer writes its last block again.
+        """Open an instance again; a writer repeats its last block.
 
-        :raises BlackBoardError: when the remote refuses.
+        :raises BlackBoardError: if the server refuses.
         """
 
         def opened(answer: OpenSuccess) -> None:
@@ -294,7 +283,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             self.send_data(port.serial, port.written, changed=True)
 
     def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
-        """Make an instance invalid that cannot be opened again."""
+        """Invalidate an instance that cannot be reopened."""
         with self._lock:
             self._all_ports.pop(port, None)
         port.instance.invalidate()

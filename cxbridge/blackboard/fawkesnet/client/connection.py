@@ -1,6 +1,6 @@
-"""The TCP connection of a client to a Fawkes: sends frames, receives them in a thread.
+"""A client's TCP connection to a Fawkes.
 
-Any thread sends, one at a time, by a lock; the receiving thread alone reads, and ends with the connection.
+Any thread may send, under a lock. Only the receiving thread reads.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ _CHUNK: Final = 256 * 1024
 
 
 class FawkesConnection:
-    """One connection, from being made to being lost; it is never made again.
+    """One connection, which is never reestablished.
 
     :param address: host and port.
-    :param timeout: seconds to connect, and for the other end to take a frame.
-    :param on_frame: called with each frame, in the receiving thread.
-    :param on_lost: called once with the reason when the connection ends, in the receiving thread.
-    :raises UnreachableError: when no server answers.
+    :param timeout: seconds for connecting, and for the server to accept a frame.
+    :param on_frame: called with each frame in the receiving thread.
+    :param on_lost: called once with the reason at the end, in the receiving thread.
+    :raises UnreachableError: if no server replies.
     """
 
     def __init__(
@@ -43,14 +43,15 @@ class FawkesConnection:
         self._on_frame: Final = on_frame
         self._on_lost: Final = on_lost
         self.last_received_s = time.monotonic()
-        """When something came from the other end, by the monotonic clock."""
+        """The time of the last received data, by the monotonic clock."""
         self._sending = threading.Lock()
         self._reason = ""
         try:
             self._sock = socket.create_connection(address, timeout)
         except OSError as error:
             raise UnreachableError(self.address, error.strerror or str(error)) from None
-        if self._sock.getsockname() == self._sock.getpeername():  # TCP does that without a listener
+        # TCP may connect a socket to itself if no server listens on the port
+        if self._sock.getsockname() == self._sock.getpeername():
             self._sock.close()
             raise UnreachableError(self.address, "connected to itself")
         tune(self._sock)
@@ -63,17 +64,17 @@ class FawkesConnection:
 
     @property
     def ended(self) -> bool:
-        """Whether it is at its end, even if that has not been reported yet."""
+        """Whether the connection has ended, perhaps not reported yet."""
         return bool(self._reason)
 
     def start(self) -> None:
-        """Begin to receive."""
+        """Start the receiving thread."""
         self._thread.start()
 
     def send(self, data: bytes) -> None:
-        """Send whole frames.
+        """Send complete frames.
 
-        :raises ConnectionLostError: when the connection is lost, or the other end takes nothing any more.
+        :raises ConnectionLostError: if the connection is lost or the server accepts no data.
         """
         with self._sending:
             if self._reason:
@@ -81,24 +82,24 @@ class FawkesConnection:
             try:
                 self._sock.sendall(data)
             except OSError as error:
-                # part of a frame may be out: nothing that follows would be understood
+                # a part of a frame may have been sent, so that further frames would not be understood
                 blocked = isinstance(error, BlockingIOError)
                 self._reason = "the other end takes nothing any more" if blocked else str(error)
                 self._cut()
                 raise ConnectionLostError(self.address, self._reason) from None
 
     def abort(self, reason: str) -> None:
-        """End the connection, from whichever thread."""
+        """End the connection. Callable from any thread."""
         self._reason = self._reason or reason
         self._cut()
 
     def finish(self, timeout: float) -> None:
-        """End the connection after all that was sent, and wait for the receiving thread."""
+        """End the connection after all sent data, and wait for the receiving thread."""
         with contextlib.suppress(OSError):
             self._sock.shutdown(socket.SHUT_WR)
         self._reason = self._reason or "it was closed"
         if self._thread is not threading.current_thread() and self._thread.is_alive():
-            self._thread.join(min(timeout, 0.5))  # the other end closes when it has read everything
+            self._thread.join(min(timeout, 0.5))  # the server closes the connection after reading everything
             self._cut()
             self._thread.join(timeout)
         self._sock.close()

@@ -1,4 +1,4 @@
-"""Delays the end of an interface until the ends of its instances were announced, as on a local board."""
+"""Delays the end of an interface until the ends of its instances are reported, as on a local blackboard."""
 
 from __future__ import annotations
 
@@ -14,14 +14,13 @@ Call = Callable[[], None]
 
 
 class Endings:
-    """Holds back news of an interface as long as an instance of it is being closed here.
+    """Holds back events of an interface while an instance is being closed.
 
-    An instance's end is announced in the thread that closes it, the interface's end in that of the events:
-    the server's answer may be quicker than the closing thread.
-
-    :param put: takes calls for the thread of the events.
+    :param put: queues a call for the thread of events.
     """
 
+    # the closing thread reports the end of an instance, the event thread the end of the interface, which the
+    # server may send before the closing thread has finished
     def __init__(self, put: Callable[[Call], object]) -> None:
         self._put: Final = put
         self._lock = threading.Lock()
@@ -29,7 +28,7 @@ class Endings:
         self._held: dict[tuple[str, str], list[Call]] = {}
 
     def deliver(self, interface_type: str, interface_id: str, call: Call) -> None:
-        """Put ``call``, now or when nothing is being closed of the interface; names are the wire's."""
+        """Queue a call, now or after the closing of the interface's instances. Names are as on the wire."""
         key = (interface_type, interface_id)
         with self._lock:
             if key in self._closing:
@@ -39,7 +38,7 @@ class Endings:
 
     @contextmanager
     def closing(self, interface_type: str, interface_id: str) -> Iterator[None]:
-        """Hold back news of an interface until the end of the block."""
+        """Hold back the events of an interface in this block."""
         key = _on_the_wire(interface_type, TYPE_SIZE), _on_the_wire(interface_id, ID_SIZE)
         with self._lock:
             self._closing[key] = self._closing.get(key, 0) + 1
@@ -55,5 +54,5 @@ class Endings:
 
 
 def _on_the_wire(name: str, size: int) -> str:
-    """Return a name as the news have it: cut when it fills its field."""
+    """Return a name as in events: cut if it fills its field."""
     return unpack_text(pack_text(name, size))

@@ -1,4 +1,4 @@
-"""Lists and opens the interfaces of a Fawkes: finds the hash that it takes, and says why it refuses."""
+"""Listing and opening of a Fawkes' interfaces, with a search for the accepted hash."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from cxbridge.interfaces.schema import InterfaceSchema
 
 
 class Opener:
-    """Asks one remote for its interfaces, and to open them.
+    """Lists and opens the interfaces of one server.
 
-    :param requests: the way to the remote.
-    :param remote: its host and port, for people.
+    :param requests: sends requests.
+    :param remote: host and port, for messages.
     """
 
     def __init__(self, requests: RequestSender, remote: str) -> None:
@@ -35,10 +35,10 @@ class Opener:
         self._hashes: Final = RemoteHashes()
 
     def open(self, request: OpenRequest, opened: Callable[[OpenSuccess], None]) -> OpenSuccess:
-        """Offer hashes until the remote takes one.
+        """Offer hashes until the server accepts one.
 
-        :param opened: called in the receiving thread when the remote has opened it, before what follows.
-        :raises BlackBoardError: when it refuses.
+        :param opened: called in the receiving thread after opening, before the next frame is handled.
+        :raises BlackBoardError: if the server refuses.
         """
         schema = request.interface_class.SCHEMA
 
@@ -66,9 +66,9 @@ class Opener:
                 raise VersionMismatchError(request.uid, next(iter(listed), b""), tried[0])
 
     def list(self, registry: Registry, type_glob: str, id_glob: str) -> Sequence[InterfaceInfo]:
-        """Ask the remote for its interfaces that match.
+        """Return the server's matching interfaces.
 
-        :raises ConnectionLostError: when it does not answer.
+        :raises ConnectionLostError: if the server does not reply.
         """
         return [
             InterfaceInfo(

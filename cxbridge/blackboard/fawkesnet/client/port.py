@@ -1,4 +1,4 @@
-"""The port of an instance whose interface is at a Fawkes: a block, counters, listeners."""
+"""The port of an instance at a Fawkes: block, counters, listeners."""
 
 from __future__ import annotations
 
@@ -16,48 +16,47 @@ from cxbridge.interfaces.message import OpenedBlock
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in
 
 MAX_COUNTED_READERS: Final = 0xFFFF
-"""More readers than that are not believed; Fawkes counts them with 16 bits."""
+"""The maximum plausible number of readers, which Fawkes counts in 16 bits."""
 
 NOBODY: Final = UUID(int=0)
-"""Stands for a writer whose serial is unknown: it had opened the interface before this client connected."""
+"""The unknown serial of a writer that opened the interface before this client connected."""
 
 _PENDING_LIMIT: Final = 20_000
 _SKIP: Final = STAMP.size
 
 
 Happened = tuple[tuple[EventKind, Audience], ...]
-"""Events, and their listeners at that time: a listener that is registered later can read the data already."""
+"""Events with their listeners at that time. A listener registered later can read the data itself."""
 
 
 class FawkesUplink(Protocol):
-    """The way from a port to the remote blackboard."""
+    """The client's part for ports."""
 
-    def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
-        """Send a write."""
+    def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None: ...
 
-    def send_message(self, message: WireMessage) -> None:
-        """Send a message."""
+    def send_message(self, message: WireMessage) -> None: ...
 
     def unavailable(self) -> BlackBoardError:
-        """Return the error for what needs a connection while there is none."""
+        """Return the error of a call without connection."""
 
     def emit_write(self, port: RemotePort, block: bytes) -> None:
         """Emit a write on the event bus."""
 
     def emit_message(self, port: RemotePort, message: Message, outcome: str) -> None:
-        """Emit on the event bus what became of a message."""
+        """Emit the outcome of a message on the event bus."""
 
 
 class RemotePort(BoardPort):
-    """The port of one instance; with the known state of the remote interface.
+    """The port of one instance, with the known state of the remote interface.
 
-    The receiving thread feeds it, the instance's thread uses it; its lock guards the block and the versions.
+    The receiving thread updates it, the instance's thread reads it. Its lock guards the block and the
+    versions.
 
     :param board: the blackboard.
-    :param uplink: the way to the remote.
+    :param uplink: sends data and messages.
     :param request: the opened interface.
-    :param mem_serial: number of the interface on this client.
-    :param opened: the answer of the remote.
+    :param mem_serial: the number of the interface in this client.
+    :param opened: the server's reply.
     """
 
     def __init__(
@@ -73,29 +72,27 @@ class RemotePort(BoardPort):
         self.request: Final = request
         self.serial: UUID | None = opened.serial
         self.written: bytes | None = None
-        """The last write of the instance, to be repeated after a lost connection."""
+        """The last written block, to be repeated after a reconnection."""
         self.events_waiting = 0
-        """Data events on their way to the listeners; only the board counts them."""
+        """The number of queued data events, counted by the board."""
         self._data = bytearray(self.size)
         self._version = self._stamped = self._changed = 0
-        self._in_pair = False  # the last frame was REFRESHED, its CHANGED may follow
-        self._counted = 0  # id that the instance gave last
-        self._uncounted = 0  # ids it gave that the remote's counter does not know
+        self._in_pair = False  # the last frame was REFRESHED, and its CHANGED may follow
+        self._counted = 0  # the last id assigned by the instance
+        self._uncounted = 0  # the number of assigned ids that the server has not counted
         self._has_writer = opened.has_writer
         self._num_readers = opened.num_readers
         if any(opened.block):
             self._take(opened.block, changed=True)
         self.instance: Final = request.make_instance(self, opened.serial)
 
-    # -- fed by the receiving thread
-
     def received(self, block: bytes, *, changed: bool) -> Happened:
-        """Take over a block from the wire; return the events that it makes.
+        """Store a received block; return its events.
 
-        REFRESHED and the CHANGED after it are one write; CHANGED alone is one, too.
+        REFRESHED and its CHANGED are one write. CHANGED alone is one write, too.
         """
         if self.instance.is_writer:
-            return ()  # the echo of a write of ours; perhaps there is a newer one already
+            return ()  # the echo of this client's write, which may be outdated
         with self._lock:
             pair = changed and self._in_pair and block == self._data
             self._in_pair = not changed
@@ -110,11 +107,11 @@ class RemotePort(BoardPort):
             return self._happened(EventKind.DATA_REFRESHED)
 
     def _happened(self, *kinds: EventKind) -> Happened:
-        """Return events that happen now; the caller has the lock."""
+        """Return events for the present listeners. The caller holds the lock."""
         return tuple((kind, self.listeners.audience(kind)) for kind in kinds)
 
     def counted(self, kind: EventKind) -> None:
-        """Take note of an instance that came or went."""
+        """Count an added or removed instance."""
         match kind:
             case EventKind.WRITER_ADDED:
                 self._has_writer = True
@@ -126,7 +123,7 @@ class RemotePort(BoardPort):
                 self._num_readers = max(self._num_readers - 1, 0)
 
     def lost(self) -> bool:
-        """Take note that the connection is lost; return whether there was a writer."""
+        """Handle a lost connection; return whether there was a writer."""
         had_writer = self._has_writer
         self.serial = None
         self._has_writer = False
@@ -135,11 +132,11 @@ class RemotePort(BoardPort):
         return had_writer
 
     def reopened(self, opened: OpenSuccess) -> Happened:
-        """Take over a new serial and, as a reader, the block; return the events that it makes."""
+        """Store a new serial and, for a reader, the block; return its events."""
         self._has_writer = opened.has_writer
         self._num_readers = opened.num_readers
         self.instance.adopt_serial(opened.serial)
-        self._uncounted = self._counted  # the remote counts from 1 again
+        self._uncounted = self._counted  # the server counts from 1 again
         self.serial = opened.serial
         if self.instance.is_writer:
             return ()
@@ -150,7 +147,10 @@ class RemotePort(BoardPort):
             return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
 
     def admits_event(self) -> bool:
-        """Whether one more data event may wait; if too many do, the last one carries the newest data."""
+        """Return whether the queue accepts a further data event.
+
+        With a full queue, the last event carries the newest data.
+        """
         return self.events_waiting < _PENDING_LIMIT
 
     def _take(self, block: bytes, *, changed: bool) -> None:
@@ -161,29 +161,27 @@ class RemotePort(BoardPort):
             self._stamped = self._version
         self._data[:] = block
 
-    # -- the port of the instance
-
     @property
     def version(self) -> int:
-        """How often a block came from the wire or was written here."""
+        """The number of received and written blocks."""
         return self._version
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
-        """Copy the block; see :class:`~cxbridge.interfaces.message.Port`."""
+        """Copy the block, see :class:`~cxbridge.interfaces.message.Port`."""
         with self._lock:
             into[:] = self._data
             return self._version, self._stamped, self._changed
 
     def publish(
         self,
-        writer: OpenedBlock,  # noqa: ARG002 - there is only one
+        writer: OpenedBlock,  # noqa: ARG002 - the only writer
         block: bytearray,
         stamped: bool | None,
         changed: bool,
     ) -> int:
-        """Send the writer's block and notify the listeners; see :class:`~cxbridge.interfaces.message.Port`.
+        """Send the writer's block and notify the listeners, see :class:`~cxbridge.interfaces.message.Port`.
 
-        :raises ConnectionLostError: when it cannot be sent.
+        :raises ConnectionLostError: if the block cannot be sent.
         """
         data = bytes(block)
         self.uplink.send_data(self._open_serial(), data, changed=changed)
@@ -203,27 +201,23 @@ class RemotePort(BoardPort):
         return version
 
     def next_id(self, last: int) -> int:
-        """Return the next number; see :class:`~cxbridge.interfaces.message.Port`.
-
-        The other end counts what reaches it, so none can be left out here. Who must not take an old answer
-        for a new one sends something harmless first; see :mod:`~cxbridge.blackboard.stale_ids`.
-        """
+        """Return the next id, see :class:`~cxbridge.interfaces.message.Port`."""
+        # the server counts the received messages, so no id can be skipped; a caller that must not confuse an
+        # old reply with a new one sends a harmless message first, see stale_ids
         return (last + 1) & MESSAGE_ID_MASK
 
     def next_id_is_stale(self, last: int) -> bool:
-        """Return whether the remote's next id is 0, or the id that the interface shows; see the port."""
+        """Return whether the server's next id is 0, or the id shown by the interface."""
         sent_as = (last + 1 - self._uncounted) & MESSAGE_ID_MASK
         return sent_as in (NO_MESSAGE, id_in(self._data, self._id_at))
 
     def transmit(self, sender: Interface, message: Message) -> None:
-        """Send an addressed message; its id becomes the one that the remote will give it.
+        """Send an addressed message; its id becomes the server's id.
 
-        A Fawkes counts the messages that reach it, whatever id they bring: those that do not go out must not
-        be counted.
-
-        :raises NoWriterError: when there is no writer, as far as is known here.
-        :raises ConnectionLostError: when it cannot be sent.
+        :raises NoWriterError: if the interface has no writer, as far as known.
+        :raises ConnectionLostError: if the message cannot be sent.
         """
+        # a Fawkes counts received messages and ignores their ids, so unsent messages must not be counted
         self._counted = message.id
         source = message.source_id or sender.serial
         try:
@@ -248,9 +242,9 @@ class RemotePort(BoardPort):
         self.uplink.emit_message(self, message, SENT)
 
     def _open_serial(self) -> UUID:
-        """Return the serial at the other end.
+        """Return the serial at the server.
 
-        :raises ConnectionLostError: when it is not open there, now.
+        :raises ConnectionLostError: if the interface is not open there now.
         """
         serial = self.serial
         if serial is None:
@@ -258,22 +252,21 @@ class RemotePort(BoardPort):
         return serial
 
     def has_writer(self) -> bool:
-        """Return whether the interface has a writer."""
         return self._has_writer
 
     def writer_owner(self) -> str:
-        """Return the empty text: the wire does not tell owners."""
+        """Return the empty text, because the wire does not carry owners."""
         return ""
 
     def reader_owners(self) -> tuple[str, ...]:
-        """Return an empty text for each reader: the wire only counts them."""
+        """Return an empty text per reader, because the wire carries only their number."""
         return anonymous(self._num_readers)
 
-    def reader_owner(self, serial: str) -> str:  # noqa: ARG002 - a port
-        """Return the empty text: the wire does not tell owners."""
+    def reader_owner(self, serial: str) -> str:  # noqa: ARG002 - the port's interface
+        """Return the empty text, because the wire does not carry owners."""
         return ""
 
 
 def anonymous(count: int) -> tuple[str, ...]:
-    """Return the owners of this many readers: empty texts."""
+    """Return empty texts as the owners of readers."""
     return ("",) * min(count, MAX_COUNTED_READERS)

@@ -1,4 +1,4 @@
-"""The handling of the frames that a client receives; everything here runs in the receiving thread."""
+"""Handling of received frames, in the receiving thread."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ _INSTANCE_EVENTS: Final = {
 
 
 class FrameReceiver:
-    """Takes frames in the receiving thread: data at once, answers to who waits, events to the dispatcher.
+    """Handles frames: data immediately, replies for waiting requests, events for the dispatcher.
 
-    :param ports: of the open instances, by the bytes of their serials; changes while this is at work.
-    :param requests: wait for answers.
+    :param ports: the ports by the bytes of their serials; changes during use.
+    :param requests: waits for replies.
     :param dispatcher: calls the listeners.
-    :param notify_observers: called for interfaces that come and go.
-    :param complaints: about invalid messages.
+    :param notify_observers: called with created and destroyed interfaces.
+    :param complaints: logs invalid messages.
     :param emit_write: emits received data on the event bus.
     """
 
@@ -66,9 +66,8 @@ class FrameReceiver:
         self._emit_write: Final = emit_write
 
     def handle(self, frame: FawkesFrame) -> None:
-        """Take a frame."""
         if frame.component != ComponentId.BLACKBOARD:
-            return  # nothing else was asked for
+            return  # this client subscribed to no other component
         try:
             if frame.kind in _DATA:
                 self._data(frame)
@@ -81,7 +80,7 @@ class FrameReceiver:
         serial, block = split_data(frame.payload)
         port = self._ports.get(serial)
         if port is None:
-            return  # it was closed before
+            return  # the instance has been closed
         if len(block) != port.interface_class.SCHEMA.datasize:
             self._complaints.add(
                 f"size {port.uid}", f"ignored data of {port.uid}: {len(block)} bytes is not its size"
@@ -90,7 +89,7 @@ class FrameReceiver:
         self.deliver(port, port.received(block, changed=frame.kind == BoardKind.DATA_CHANGED), block)
 
     def deliver(self, port: RemotePort, events: Happened, block: bytes) -> None:
-        """Hand data events to the listeners, and the block to the bus."""
+        """Queue data events for the listeners, and emit the block on the bus."""
         if any(kind is EventKind.DATA_REFRESHED for kind, _ in events):
             self._emit_write(port, block)
         if any(audience for _, audience in events) and port.admits_event():
@@ -128,11 +127,11 @@ class FrameReceiver:
         self._dispatcher.put(self._enqueue, port, port.instance, message)
 
     def _enqueue(self, port: RemotePort, writer: Interface, received: WireMessage) -> None:
-        """Ask the listeners and put a message into the writer's queue."""
+        """Let the listeners decide, and append a message to the writer's queue."""
         try:
             message = writer.create_message(received.type)
             message.set_from_chunk(received.block)
-            # the wire shows who sent it first, not who sent it last
+            # the wire has the original sender only, not the last one
             message.address(received.id, port.mem_serial, received.source, received.source)
             message.mark_foreign(received.hops + 1)
             if port.listeners.accept(message) and writer.valid:

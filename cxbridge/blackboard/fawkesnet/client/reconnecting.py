@@ -1,6 +1,6 @@
-"""The thread that connects a client again when its connection is lost, and opens everything again.
+"""The thread that reconnects a client and reopens its interfaces.
 
-It asks the other end something when that has been silent for long. Other threads only report a loss to it.
+The thread also probes a silent server. Other threads only report a loss.
 """
 
 from __future__ import annotations
@@ -16,48 +16,48 @@ from cxbridge.blackboard.fawkesnet.client.port import RemotePort
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
 
 FIRST_WAIT: Final = 0.05
-"""Seconds before the second attempt; each wait is twice the one before."""
+"""Seconds before the second attempt. Each further wait doubles."""
 LONGEST_WAIT: Final = 1.0
 
 
 class Reconnectable(Protocol):
-    """A client whose connection can be made again."""
+    """A client with a replaceable connection."""
 
     def attach(self, connection: FawkesConnection) -> None:
-        """Use this connection."""
+        """Use a new connection."""
 
     def detach(self, reason: str) -> None:
-        """Notify all instances that the connection is lost."""
+        """Notify all instances of the lost connection."""
 
     def probe(self) -> None:
-        """Ask the other end something, and end the connection when nothing comes.
+        """Probe the server, and end the connection without any reply.
 
-        :raises ConnectionLostError: when the connection is lost.
+        :raises ConnectionLostError: if the connection is lost.
         """
 
     def lost_ports(self) -> Iterable[RemotePort]:
-        """Return the ports of the instances that have to be opened again."""
+        """Return the ports to reopen."""
 
     def reopen(self, port: RemotePort) -> None:
         """Open an instance again.
 
-        :raises BlackBoardError: when the remote refuses.
+        :raises BlackBoardError: if the server refuses.
         """
 
     def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
-        """Make an instance invalid that cannot be opened again."""
+        """Invalidate an instance that cannot be reopened."""
 
     def announce(self, connected: bool, text: str) -> None:
-        """Notify people and programs that the connection is lost or back."""
+        """Report a lost or restored connection to log and callbacks."""
 
 
 class Reconnector:
-    """A thread that is at work when the connection is lost.
+    """Restores lost connections in a thread.
 
-    :param client: whose connection it is.
+    :param client: the client.
     :param connect: makes a connection.
-    :param name: of the other end, for people.
-    :param silence: seconds of silence after which the other end is asked something; 0: never.
+    :param name: the server's name, for messages.
+    :param silence: seconds of silence before the server is probed; 0: never.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Reconnector:
     def start(self) -> None:
         """Make the first connection.
 
-        :raises UnreachableError: when no server answers.
+        :raises UnreachableError: if no server replies.
         """
         self._use(self._connect())
         self._settled.set()
@@ -85,24 +85,24 @@ class Reconnector:
 
     @property
     def settled(self) -> bool:
-        """Whether there is a connection and all is open."""
+        """Whether the client is connected and all interfaces are open."""
         return self._settled.is_set() and self._connection is not None and not self._connection.ended
 
     def wait_settled(self, timeout: float) -> bool:
-        """Wait until there is a connection and all is open; return whether it is."""
+        """Wait for :attr:`settled`; return it."""
         return self._settled.wait(timeout)
 
     def lost(self, connection: FawkesConnection, reason: str) -> None:
-        """Note, for the receiving thread, that its connection is lost."""
+        """Report a lost connection. Called in the receiving thread."""
         if connection is self._connection and not self._stopping.is_set():
             self._reason = reason
-            self._settled.clear()  # first: a check of the connection must not wait for a connection
+            self._settled.clear()  # first: a caller that checks the state must not wait for a connection
             self._client.detach(reason)
             self._lost.set()
             self._settled.clear()
 
     def stop(self, timeout: float) -> None:
-        """Make no connection any more and end the thread."""
+        """Stop reconnecting and end the thread."""
         self._stopping.set()
         self._lost.set()
         if self._thread is not threading.current_thread():
@@ -124,7 +124,7 @@ class Reconnector:
             self._lost.clear()
             if not announced:
                 self._client.announce(False, f"lost the connection to {self.name}: {self._reason}")
-            else:  # there, but of no use
+            else:  # connected, but unusable
                 self._stopping.wait(pause)
                 pause = min(2 * pause, LONGEST_WAIT)
             announced = not self._come_back()
@@ -132,24 +132,22 @@ class Reconnector:
                 pause = FIRST_WAIT
 
     def _patience(self) -> float | None:
-        """Return for how long there is nothing to ask."""
+        """Return the seconds until the next probe; None: wait forever."""
         if not self._silence or self._connection is None:
             return None
         return max(self._connection.last_received_s + self._silence - time.monotonic(), 0.0)
 
     def _probe(self) -> bool:
-        """Ask the remote for a sign of life; return whether it answers.
-
-        TCP cannot tell: the kernel acknowledges for a process that is stopped, and accepts connections to it.
-        """
+        """Probe the server; return whether it replies."""
+        # TCP is not enough: for a stopped process, the kernel acknowledges data and accepts connections
         try:
             self._client.probe()
-        except BlackBoardError:  # the receiving thread reports it
+        except BlackBoardError:  # the receiving thread reports the loss
             return False
         return True
 
     def _come_back(self) -> bool:
-        """Connect, after longer and longer waits, and open everything; return whether that went well."""
+        """Connect with increasing waits and open all interfaces; return success."""
         wait = FIRST_WAIT
         while not self._stopping.is_set() and not self._lost.is_set():
             try:
@@ -162,7 +160,7 @@ class Reconnector:
         while not self._stopping.is_set() and not self._lost.is_set():
             if self._reopen_all():
                 self._settled.set()
-                if self._lost.is_set():  # in this moment
+                if self._lost.is_set():  # the new connection was lost just now
                     self._settled.clear()
                     return False
                 self._client.announce(True, f"the connection to {self.name} is back")
@@ -172,7 +170,7 @@ class Reconnector:
         return False
 
     def _reopen_all(self) -> bool:
-        """Open the missing interfaces; return whether all are open, and no attempt has to be repeated."""
+        """Open the missing interfaces; return whether no attempt must be repeated."""
         if self._silence and not self._probe():
             return False
         complete = True
@@ -182,7 +180,8 @@ class Reconnector:
             except ConnectionLostError:
                 return False
             except WriterActiveError:
-                complete = False  # perhaps it is us: the other end has not noticed yet that we were gone
+                # perhaps our former instance: the server has not noticed its lost connection yet
+                complete = False
             except BlackBoardError as error:
                 self._client.give_up(port, error)
         return complete

@@ -1,4 +1,4 @@
-"""The requests to a Fawkes that have an answer: one at a time, as answers carry no number."""
+"""Requests to a Fawkes with a reply: one at a time, because replies have no number."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import (
 )
 
 AWAY: Final = "it has not come back yet"
-"""Why something fails while there is no connection."""
+"""The reason of failed calls without connection."""
 
 NOTHING: Final = ListMatching("", "")
-"""The cheapest question: for interfaces without a name."""
+"""The cheapest request: interfaces with an empty name."""
 
 Answer = InterfaceList | OpenSuccess | OpenFailure
 
 
 class _PendingRequest:
-    """A request under way."""
+    """A request that waits for its reply."""
 
     def __init__(self, expects: tuple[type[Answer], ...], on_answer: Callable[[Answer], None] | None) -> None:
         self.expects: Final = expects
@@ -42,10 +42,10 @@ class _PendingRequest:
 
 
 class RequestSender:
-    """Sends requests over the connection of the moment and waits for their answers.
+    """Sends requests over the present connection and waits for their replies.
 
-    :param address: for errors.
-    :param timeout: seconds to wait for a connection, and then for an answer.
+    :param address: the server's address, for errors.
+    :param timeout: seconds to wait for a connection, and then for a reply.
     """
 
     def __init__(self, address: str, timeout: float) -> None:
@@ -59,17 +59,17 @@ class RequestSender:
 
     @property
     def connection(self) -> FawkesConnection | None:
-        """The connection; None while there is none."""
+        """The present connection, or None."""
         return self._connection
 
     def attach(self, connection: FawkesConnection) -> None:
-        """Use this connection from now on."""
+        """Use a new connection."""
         with self._state:
             self._connection = connection
             self._state.notify_all()
 
     def detach(self, reason: str) -> None:
-        """Have no connection; a request that is under way fails."""
+        """Drop the connection; a waiting request fails."""
         with self._state:
             self._connection = None
             request, self._under_way = self._under_way, None
@@ -78,20 +78,20 @@ class RequestSender:
             request.done.set()
 
     def shut_down(self) -> None:
-        """Refuse requests from now on."""
+        """Refuse all further requests."""
         with self._state:
             self._gone = True
             self._state.notify_all()
         self.detach("the blackboard was shut down")
 
     def unavailable(self) -> ConnectionLostError:
-        """Return the error for what needs a connection while there is none."""
+        """Return the error of a call without connection."""
         return ConnectionLostError(self._address, AWAY)
 
     def send(self, frames: bytes) -> None:
-        """Send a message without an answer.
+        """Send a message without reply.
 
-        :raises ConnectionLostError: when there is no connection.
+        :raises ConnectionLostError: if there is no connection.
         """
         connection = self._connection
         if connection is None:
@@ -106,14 +106,12 @@ class RequestSender:
         timeout: float | None = None,
         any_sign: bool = False,
     ) -> Answer:
-        """Send a question and return its answer.
+        """Send a request and return its reply.
 
-        :param on_answer: called with the answer in the receiving thread, before the next message is received.
-        :param timeout: seconds to wait, if not the default.
-        :param any_sign: only wait for a sign of life: wait for the answer as long as any message
-            comes, and for no connection.
-        :raises ConnectionLostError: when there is no connection for too long, or it is lost during the
-            request.
+        :param on_answer: called with the reply in the receiving thread, before the next frame is handled.
+        :param timeout: seconds; None: the default.
+        :param any_sign: wait as long as any frames arrive, and not for a connection.
+        :raises ConnectionLostError: if the connection is missing for too long, or lost during the request.
         :raises BlackBoardGoneError: after the shutdown.
         """
         expects = (OpenSuccess, OpenFailure) if isinstance(question, Open) else (InterfaceList,)
@@ -128,7 +126,7 @@ class RequestSender:
                 if patience <= 0:
                     break
             if not request.done.is_set():
-                # whatever comes later would be taken for the answer of the next request
+                # a late reply would be taken for the reply to the next request
                 request.failure = f"no answer within {timeout:g} s"
                 connection.abort(request.failure)
         if request.answer is None:
@@ -136,9 +134,9 @@ class RequestSender:
         return request.answer
 
     def list(self, type_glob: str, id_glob: str) -> InterfaceList:
-        """Ask for the interfaces that match; for all when the patterns are too long to be sent.
+        """Request the matching interfaces; all interfaces if the patterns do not fit into the message.
 
-        :raises ConnectionLostError: when there is no answer.
+        :raises ConnectionLostError: if there is no reply.
         """
         fits = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
         everything = (type_glob, id_glob) == ("*", "*") or not fits
@@ -147,7 +145,7 @@ class RequestSender:
         return answer
 
     def answered(self, answer: Answer) -> bool:
-        """Take an answer from the receiving thread; return whether a request waited for it."""
+        """Handle a reply in the receiving thread; return whether a request was waiting for it."""
         with self._state:
             request = self._under_way
             if request is None or not isinstance(answer, request.expects):

@@ -1,4 +1,4 @@
-"""Emits the writes of remote interfaces, and the messages to their writers, on the event bus."""
+"""Remote writes and messages as events on the bus."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cxbridge.interfaces.message import ClosedPort, Message
 
 
 class PublicationEmitter:
-    """Emits each write once, however many instances of the interface get it.
+    """Emits each write once, even if several instances receive it.
 
-    :param bus: takes the events; None: no events.
-    :param now_us: gives the time.
-    :param ports: returns the ports of all open instances, the oldest first.
+    :param bus: receives the events; None: no events.
+    :param now_us: returns the time.
+    :param ports: returns the ports of all open instances, oldest first.
     """
 
     def __init__(
@@ -27,7 +27,7 @@ class PublicationEmitter:
         self._ports: Final = ports
 
     def emit_write(self, port: RemotePort, block: bytes) -> None:
-        """Emit a block that was written or received, if ``port`` is the one to do so."""
+        """Emit a written or received block if ``port`` reports for its interface."""
         bus = self._bus
         if bus is None or not bus.wants(Publication) or not self._speaks(port):
             return
@@ -42,10 +42,8 @@ class PublicationEmitter:
         emit_write(bus, self._now_us(), port.uid, port.hash, block, values)
 
     def emit_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
-        """Report a message that was received, or is on its way to the other end.
-
-        A write that is sent to a writer of this client comes back, and is announced then.
-        """
+        """Emit a received message, or one that is being sent."""
+        # a message to a writer of this client comes back and is emitted then
         own = outcome != SENT or not any(
             other.uid == port.uid and other.instance.is_writer for other in self._ports()
         )
@@ -54,7 +52,7 @@ class PublicationEmitter:
             emit_message(self._bus, self._now_us(), port.uid, sender, message, outcome)
 
     def _speaks(self, port: RemotePort) -> bool:
-        """Whether this one announces for its interface: that of the writer, else the oldest."""
+        """Return whether the port reports for its interface: the writer's port, else the oldest."""
         same = [other for other in self._ports() if other.uid == port.uid]
         writers = [other for other in same if other.instance.is_writer]
         return bool(same) and (writers or same)[0] is port

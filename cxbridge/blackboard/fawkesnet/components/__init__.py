@@ -1,1 +1,1 @@
-"""The components of the server, one module each."""
+"""Components of the server."""

@@ -31,10 +31,10 @@ from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.rights import EVERYTHING, RefusedError, Rights
 
 OWNER: Final = "remote"
-"""Who owns what clients open, as in Fawkes."""
+"""The owner of clients' instances, as in Fawkes."""
 
+# The maximum of plausible time stamps; greater ones are not converted.
 _LAST_SECOND: Final = 2**62
-"""Time stamps beyond are nonsense from the wire, and are not converted."""
 
 _INSTANCE_EVENTS: Final = (
     EventKind.READER_ADDED,
@@ -50,7 +50,7 @@ _FAILURES: Final = {
 
 
 class _Births(Observer):
-    """Notifies all clients of interfaces that come into being and vanish."""
+    """Notifies all clients of created and destroyed interfaces."""
 
     def __init__(self, broadcast: Callable[[bytes], None]) -> None:
         self._broadcast: Final = broadcast
@@ -71,8 +71,8 @@ class BlackBoardNetworkHandler(NetworkHandler):
     :param board: the blackboard.
     :param logger: logs the actions of clients.
     :param complaints: logs their mistakes.
-    :param echo: whether a writing client gets its own writes back, as from a Fawkes.
-    :param rights: what clients may do.
+    :param echo: whether clients receive their own writes, as from a Fawkes.
+    :param rights: the rights of clients.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.BLACKBOARD
@@ -105,31 +105,27 @@ class BlackBoardNetworkHandler(NetworkHandler):
         }
 
     def start(self, hub: FawkesNetworkHub) -> None:
-        """Begin to report interfaces that come and go."""
+        """Start reporting created and destroyed interfaces."""
         self._births = _Births(hub.broadcast)
         self._board.register_observer(self._births)
 
     def stop(self) -> None:
-        """Stop reporting."""
         if self._births is not None:
             self._board.unregister_observer(self._births)
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Carry out the request of a client; see the base class."""
         handler = self._handlers.get(frame.kind)
         if handler is None:
             raise MalformedMessageError(f"Unknown message of type {frame.kind} received")
         handler(session, frame)
 
     def disconnected(self, session: FawkesSession) -> None:
-        """Close all that a client had open."""
+        """Close all instances of a client."""
         for opened in self._opened.pop(session, {}).values():
             self._log.debug(
                 f"Closing interface {opened.instance.uid} of remote {session.number} (client disconnected)"
             )
             self._release(opened)
-
-    # -- opening and closing
 
     def _open(self, session: FawkesSession, frame: FawkesFrame) -> None:
         error: bb.OpenError | None = None
@@ -140,7 +136,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
                 self._rights.check_writer(f"{asked.type}::{asked.id}")
             error = self._try_open(session, asked)
         except (BlackBoardError, RefusedError):
-            session.send(bb.OpenFailure(bb.OpenError.UNKNOWN).to_bytes())  # the client waits for an answer
+            session.send(bb.OpenFailure(bb.OpenError.UNKNOWN).to_bytes())  # the client waits for a reply
             raise
         if error is not None:
             session.send(bb.OpenFailure(error).to_bytes())
@@ -150,15 +146,15 @@ class BlackBoardNetworkHandler(NetworkHandler):
             )
 
     def _try_open(self, session: FawkesSession, asked: bb.Open) -> bb.OpenError | None:
-        """Open an interface; return why not.
+        """Open an interface; return the code of a refusal, or None.
 
-        :raises BlackBoardError: when there is no code for the reason.
+        :raises BlackBoardError: if no code fits the reason.
         """
         of_client = self._opened.setdefault(session, {})
         try:
             interface_class = self._board.registry.get(asked.type)
             if not accepts_hash(interface_class.SCHEMA, asked.hash):
-                return bb.OpenError.HASH_MISMATCH  # before anything is opened, or it would stay open
+                return bb.OpenError.HASH_MISMATCH  # before opening, otherwise the interface would stay open
             check_room((each.instance for each in of_client.values()), interface_class.SCHEMA)
             opened = self._open_listening(session, interface_class, asked)
         except (UnknownTypeError, InterfaceError):
@@ -168,7 +164,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
         except VersionMismatchError:
             return bb.OpenError.HASH_MISMATCH
         if asked.writing:
-            opened.instance.auto_timestamping = False  # writes have the time stamps of the client
+            opened.instance.auto_timestamping = False  # the client sets the time stamps
         of_client[opened.instance.serial.bytes] = opened
         session.largest_block = max(session.largest_block, _largest_block(interface_class))
         opened.introduce()
@@ -177,7 +173,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
     def _open_listening(
         self, session: FawkesSession, interface_class: type[Interface], asked: bb.Open
     ) -> Opened:
-        """Open an interface, and listen from before it is open."""
+        """Open an interface with a listener that is registered before opening."""
         made: list[Opened] = []
         kinds: tuple[EventKind, ...] = ()
         if asked.writing and not self._echo:
@@ -206,8 +202,6 @@ class BlackBoardNetworkHandler(NetworkHandler):
         self._board.unregister_listener(opened, opened.instance)
         self._board.close(opened.instance)
 
-    # -- looking around
-
     def _list_all(self, session: FawkesSession, frame: FawkesFrame) -> None:  # noqa: ARG002 - a handler
         self._list(session, "*", "*")
 
@@ -231,8 +225,6 @@ class BlackBoardNetworkHandler(NetworkHandler):
         )
         session.send(bb.InterfaceList(tuple(infos)).to_bytes())
 
-    # -- data and messages
-
     def _write(self, session: FawkesSession, frame: FawkesFrame, *, changed: bool) -> None:
         serial, block = bb.split_data(frame.payload)
         instance = self._instance(session, serial, "DATA")
@@ -246,7 +238,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
         instance.set_from_chunk(block)
         if changed:
             _mark_written(instance, block)
-        instance.write()  # with the client's time stamp
+        instance.write()  # keeps the client's time stamp
 
     def _enqueue(self, session: FawkesSession, frame: FawkesFrame) -> None:
         received = bb.WireMessage.unpack(frame.payload)
@@ -282,7 +274,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
 
 
 def _mark_written(instance: Interface, block: bytes) -> None:
-    """Note that values and time stamp are new, even if the client's clock stands still."""
+    """Mark values and time stamp as new, even if the client's clock stands still."""
     seconds, microseconds = STAMP.unpack_from(block)
     if 0 <= seconds <= _LAST_SECOND and 0 <= microseconds < MICROSECONDS:
         instance.set_timestamp(seconds * MICROSECONDS + microseconds)
@@ -291,6 +283,6 @@ def _mark_written(instance: Interface, block: bytes) -> None:
 
 
 def _largest_block(interface_class: type[Interface]) -> int:
-    """Return the bytes of the largest block of an interface, its messages included."""
+    """Return the size of the largest block of an interface, including its messages."""
     schema = interface_class.SCHEMA
     return max(schema.datasize, *(message.datasize for message in schema.messages), 0)

@@ -1,4 +1,4 @@
-"""The configuration component: the values of a configuration for ffconfig and its like."""
+"""The configuration component: the values of a configuration for ffconfig and similar tools."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from cxbridge.errors import BlackBoardError, ConfigError
 
 
 class ConfigurationComponent(NetworkHandler):
-    """Answers with values except secrets, sets them for this run, resets them, and notifies subscribers.
+    """Returns values except secrets, sets and resets values for this run, and notifies subscribers.
 
-    :param config: the configuration; it is changed in the server's thread.
+    :param config: the configuration, changed in the server's thread.
     :param writable: whether clients may set and erase values.
     """
 
@@ -42,12 +42,11 @@ class ConfigurationComponent(NetworkHandler):
         self._subscribers: set[FawkesSession] = set()
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Carry out the request of a client; see the base class."""
         try:
             message = unpack_config(frame.kind, frame.payload)
         except MalformedMessageError:
             if frame.kind in SETS or frame.kind in DEFAULT_SETS or frame.kind == ConfigKind.ERASE_VALUE:
-                session.send(_invalid("?").to_bytes())  # the client waits for an answer
+                session.send(_invalid("?").to_bytes())  # the client waits for a reply
             raise
         if not isinstance(message, ConfigMessage):
             raise BlackBoardError("a client sent a list of values, which only servers do")
@@ -69,7 +68,6 @@ class ConfigurationComponent(NetworkHandler):
             raise BlackBoardError(f"a client sent {message.kind.name}, which only servers do")
 
     def disconnected(self, session: FawkesSession) -> None:
-        """Forget a client."""
         self._subscribers.discard(session)
 
     def _set(self, session: FawkesSession, message: ConfigMessage) -> None:
@@ -87,7 +85,7 @@ class ConfigurationComponent(NetworkHandler):
             other.send(answer)
 
     def _erase(self, session: FawkesSession, path: str) -> None:
-        """Take back the values that were set; subscribers also get the file's value that counts again."""
+        """Reset set values. Subscribers also get the file's value."""
         if not self._writable:
             session.send(_invalid(path).to_bytes())
             raise BlackBoardError(f"cannot erase {path}: the configuration is read only for clients")
@@ -110,7 +108,7 @@ class ConfigurationComponent(NetworkHandler):
         try:
             message.pack()
         except MalformedMessageError:
-            return _invalid(path)  # it does not fit into a message
+            return _invalid(path)  # the value does not fit into a message
         return message
 
     def _entries(self) -> Iterator[ConfigMessage]:
@@ -130,10 +128,8 @@ def _invalid(path: str) -> ConfigMessage:
 
 
 def _to_message(path: str, value: ConfigValue) -> ConfigMessage:
-    """Return the message that carries a value by its own type, or as text where that does not fit the wire.
-
-    The wire has no empty lists: they are sent as an empty text.
-    """
+    """Return the message with a value in its own type, or as text if the type does not fit the wire."""
+    # the wire has no empty lists
     if value.is_list and not value.items:
         return ConfigMessage(ConfigKind.STRING_VALUE, path, ("",))
     texts = value.items if value.is_list else (value.text,)

@@ -1,4 +1,4 @@
-"""The network logger component: log lines of an event bus for Fawkes' log viewers."""
+"""The network logger component: log lines for Fawkes' log viewers."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from cxbridge.printing import indented, one_line
 
 
 class NetworkLogger(NetworkHandler):
-    """Sends every log line to the clients that subscribed, from whichever thread it comes.
+    """Sends log lines from any thread to subscribed clients.
 
-    :param bus: whose log lines; it is listened to only while there are subscribers.
+    :param bus: the bus of the log lines, subscribed only while there are clients.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.NETWORK_LOGGER
@@ -25,7 +25,7 @@ class NetworkLogger(NetworkHandler):
         self._subscribers: frozenset[FawkesSession] = frozenset()
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Begin or end that a client gets log lines."""
+        """Subscribe or unsubscribe a client."""
         message = unpack_log(frame.kind, frame.payload)
         if not isinstance(message, LogSubscription):
             raise BlackBoardError("a client sent a log line, which only servers do")
@@ -35,11 +35,9 @@ class NetworkLogger(NetworkHandler):
             self._set(self._subscribers - {session})
 
     def disconnected(self, session: FawkesSession) -> None:
-        """Forget a client."""
         self._set(self._subscribers - {session})
 
     def stop(self) -> None:
-        """Listen no more."""
         self._set(frozenset())
 
     def _set(self, subscribers: frozenset[FawkesSession]) -> None:
@@ -51,7 +49,7 @@ class NetworkLogger(NetworkHandler):
 
     def _forward(self, event: Event) -> None:
         assert isinstance(event, LogLine)
-        # Fawkes' viewers print received lines to their terminals, line ends and all
+        # Fawkes' viewers print received lines unescaped to the terminal
         text, component = indented(event.text), one_line(event.component)
         frame = LogMessage(event.time_us, event.level, component, text).to_bytes()
         for session in self._subscribers:

@@ -1,4 +1,4 @@
-"""An instance that a client has open: forwards its events to the client."""
+"""A client's open instance, whose events are forwarded to the client."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from cxbridge.interfaces.instance import Interface, Message
 
 
 class Opened(Listener):
-    """An instance that a client has open; notifies the client of its events.
+    """A client's open instance, which forwards events.
 
-    Nothing is announced before the client knows the instance: what happens until then is in OPEN_SUCCESS.
-    Only a writer is notified afterwards of messages, and of readers that left, who may have sent them.
+    Nothing is sent before the client knows the instance: OPEN_SUCCESS includes earlier events. Only a writer
+    gets earlier messages, and the ends of readers that may have sent them, afterwards.
 
     :param instance: the instance.
     :param session: the client.
-    :param now_us: gives the time.
+    :param now_us: returns the time.
     """
 
     def __init__(self, instance: Interface, session: FawkesSession, now_us: Callable[[], int]) -> None:
@@ -31,13 +31,13 @@ class Opened(Listener):
         self._serial: Final = instance.serial.bytes
         self._lock = threading.Lock()
         self._known = False
-        self._repeats = True  # the event being sent now; none has been sent on its own yet
-        self._known_writes = 0  # writes that the client knows about
-        self._block = b""  # the client's newest
-        self._early: list[bytes] = []  # for a writer, before the client knows about it
+        self._repeats = True  # whether the present event was already sent, in OPEN_SUCCESS
+        self._known_writes = 0  # the number of writes that the client has received
+        self._block = b""  # the newest block that the client has received
+        self._early: list[bytes] = []  # a writer's frames from before the client knows the instance
 
     def introduce(self) -> None:
-        """Notify the client of the instance."""
+        """Send the instance to the client."""
         with self._lock:
             instance = self.instance
             instance.read()
@@ -58,32 +58,33 @@ class Opened(Listener):
             if self._known:
                 interface.read()
                 newest = interface.version_read
-                self._repeats = newest == self._known_writes  # of a write that OPEN_SUCCESS had already
+                # the event of a write that OPEN_SUCCESS included
+                self._repeats = newest == self._known_writes
                 if self._repeats:
                     return
                 self._known_writes = min(
                     self._known_writes + 1, newest
-                )  # less, when the numbers began from 0 again
+                )  # smaller after the numbers restarted from 0
                 self._block = block = interface.to_bytes()
                 self.session.send_data(self._serial, block, changed=False)
 
     def data_changed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
-        """Repeat the frame of the same write, as changed."""
+        """Repeat the frame of the same write as changed."""
         with self._lock:
             if self._known and not self._repeats:
                 self.session.send_data(self._serial, self._block, changed=True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
-        """Send a message on to the client's writer; it never stays in a queue here."""
+        """Forward a message to the client's writer, without queuing it here."""
         with self._lock:
             self._forward_queued()
             self._forward(message)
         if not message.enqueued:
-            message.mark_enqueued(self._now_us())  # in the queue at the client: it cannot be sent again
+            message.mark_enqueued(self._now_us())  # it is in the client's queue and cannot be sent again
         return False
 
     def _forward_queued(self) -> None:
-        """Forward the events that came before the instance had a handler."""
+        """Forward the messages from before the listener was registered."""
         while (queued := self.instance.msgq_pop()) is not None:
             self._forward(queued)
 
@@ -99,24 +100,20 @@ class Opened(Listener):
             self._early.append(sent)
 
     def reader_added(self, interface: Interface, serial: UUID) -> None:
-        """Report a reader."""
         self._send_event(bb.BoardKind.READER_ADDED, interface, serial)
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:
-        """Report a reader's end."""
         self._send_event(bb.BoardKind.READER_REMOVED, interface, serial)
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:
-        """Report a writer."""
         self._send_event(bb.BoardKind.WRITER_ADDED, interface, serial)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:
-        """Report a writer's end."""
         self._send_event(bb.BoardKind.WRITER_REMOVED, interface, serial)
 
     def _send_event(self, kind: bb.BoardKind, interface: Interface, serial: UUID) -> None:
         if serial == interface.serial:
-            return  # its own coming
+            return  # the event of this instance itself
         event = bb.InstanceEvent(kind, interface.serial, serial).to_bytes()
         with self._lock:
             if self._known:

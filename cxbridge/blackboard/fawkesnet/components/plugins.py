@@ -1,4 +1,4 @@
-"""The plugin manager component: components of this process as Fawkes' plugins."""
+"""The plugin manager component: components of this process as Fawkes plugins."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _STOP_SECONDS: Final = 5.0
 
 @dataclass(frozen=True, slots=True)
 class FawkesPlugin:
-    """Something that can be loaded.
+    """A loadable plugin.
 
     :param name: at most 31 bytes reach a Fawkes client.
-    :param description: one line for people.
+    :param description: one line of text.
     """
 
     name: str
@@ -31,39 +31,37 @@ class FawkesPlugin:
 
 
 class PluginHost(Protocol):
-    """The owner of the plugins: the process around the server. Called from threads of the server."""
+    """The owner of the plugins. Called from threads of the server."""
 
-    def available(self) -> Sequence[FawkesPlugin]:
-        """Return all plugins that exist."""
+    def available(self) -> Sequence[FawkesPlugin]: ...
 
     def loaded(self) -> Sequence[str]:
-        """Return the names of those that are loaded, in the order of loading."""
+        """Return the loaded plugins in order of loading."""
 
     def load(self, name: str) -> None:
-        """Load a plugin; no error when it is loaded.
+        """Load plugins. Does nothing for loaded ones.
 
-        :param name: of a plugin, or several with commas between.
-        :raises CxbridgeError: when it cannot be loaded.
+        :param name: a plugin, or several separated by commas.
+        :raises CxbridgeError: if loading fails.
         """
 
     def unload(self, name: str) -> None:
-        """Unload a plugin; no error when it is not loaded.
+        """Unload a plugin. Does nothing if it is not loaded.
 
-        :raises CxbridgeError: when it cannot be unloaded.
+        :raises CxbridgeError: if unloading fails.
         """
 
 
 class PluginManager(NetworkHandler):
-    """Lists plugins, loads and unloads them, and notifies watchers.
+    """Lists, loads and unloads plugins, and notifies watchers.
 
-    Loading happens in another thread, one plugin after the other: it may take long.
-
-    :param host: has the plugins.
-    :param log: takes texts about what failed.
+    :param host: the owner of the plugins.
+    :param log: logs failures.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.PLUGIN_MANAGER
 
+    # a separate thread loads plugins one by one, because loading may take long
     def __init__(self, host: PluginHost, log: Callable[[str], None]) -> None:
         self._host: Final = host
         self._complaints = Complaints(log)
@@ -72,7 +70,6 @@ class PluginManager(NetworkHandler):
         self._lock = threading.Lock()
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Carry out the request of a client; see the base class."""
         message = PluginMessage.unpack(frame.kind, frame.payload)
         match message.kind:
             case PluginKind.LIST_AVAIL:
@@ -90,22 +87,21 @@ class PluginManager(NetworkHandler):
                 raise BlackBoardError(f"a client sent {message.kind.name}, which only servers do")
 
     def disconnected(self, session: FawkesSession) -> None:
-        """Forget a client."""
         self._watchers -= {session}
 
     def stop(self) -> None:
-        """End the thread after the work under way."""
+        """End the thread after its present work."""
         with self._lock:
             worker, self._worker = self._worker, None
         if worker is not None:
             worker.stop(_STOP_SECONDS)
 
     def notify_loaded(self, name: str) -> None:
-        """Notify watchers that a plugin was loaded; for the host, no matter who asked for it."""
+        """Notify all watchers of a loaded plugin."""
         self._notify(PluginMessage(PluginKind.LOADED, name))
 
     def notify_unloaded(self, name: str) -> None:
-        """Notify watchers that a plugin was unloaded."""
+        """Notify watchers of an unloaded plugin."""
         self._notify(PluginMessage(PluginKind.UNLOADED, name))
 
     def _notify(self, message: PluginMessage) -> None:
@@ -122,7 +118,7 @@ class PluginManager(NetworkHandler):
         self._complaints.add(kind, f"loading or unloading failed: {type(error).__name__}: {error}")
 
     def _change(self, session: FawkesSession, message: PluginMessage) -> None:
-        """Load or unload, in the thread for it."""
+        """Load or unload in the worker thread."""
         loading = message.kind == PluginKind.LOAD
         try:
             (self._host.load if loading else self._host.unload)(message.name)

@@ -1,1 +1,1 @@
-"""Messages of Fawkes' network protocol: bytes to typed values and back, one module a component; no I/O."""
+"""Messages of Fawkes' network protocol as typed values, one module per component, without I/O."""

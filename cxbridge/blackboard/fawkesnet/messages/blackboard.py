@@ -1,4 +1,4 @@
-"""Messages of the blackboard component as typed values. Source: docs/evidence/protocol-fawkes.md."""
+"""Messages of the blackboard component. Source: docs/evidence/protocol-fawkes.md."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _INFO_HEAD: Final = Struct(f">{TYPE_SIZE}s{ID_SIZE}s{HASH_SIZE}sII")
 _INFO_STAMP: Final = Struct("=qq")
 _OPENED: Final = Struct(">16sII")
 DATA_HEAD: Final = Struct(">16sI")
-"""Serial of the instance, bytes of the block."""
+"""The serial of the instance, and the size of the block."""
 _HAS_WRITER: Final = 1 << 31
 
 _PATTERN: Final = {
@@ -42,8 +42,6 @@ _NAMES: Final = {"type": text(TYPE_SIZE), "id": text(ID_SIZE)}
 
 
 class BoardKind(IntEnum):
-    """Kinds of messages of the blackboard component."""
-
     LIST_ALL = 0
     INTERFACE_LIST = 1
     OPEN_FOR_READING = 2
@@ -65,7 +63,7 @@ class BoardKind(IntEnum):
 
 
 class OpenError(IntEnum):
-    """Why an interface cannot be opened."""
+    """Reasons of a failed opening."""
 
     UNKNOWN = 0
     UNKNOWN_TYPE = 1
@@ -76,13 +74,13 @@ class OpenError(IntEnum):
 class _HasKind(Protocol):
     @property
     def kind(self) -> BoardKind:
-        """The kind of message: of the class, of the value, or made of it."""
+        """The kind of message, fixed by the class or computed from the value."""
 
 
 class BlackBoardMessage(WireValue):
     """A message of the blackboard component.
 
-    :cvar LAYOUT: its fields on the wire; for those that pack themselves, nothing.
+    :cvar LAYOUT: the fields on the wire; empty for messages that pack themselves.
     """
 
     __slots__ = ()
@@ -91,36 +89,35 @@ class BlackBoardMessage(WireValue):
 
     @property
     def message_kind(self: _HasKind) -> int:
-        """Return the number of the message within its component."""
+        """The number of the message within its component."""
         return self.kind
 
     def pack(self) -> bytes:
-        """Return the payload."""
         return self.LAYOUT.pack(self)
 
     @classmethod
     def unpack(cls, payload: bytes, **known: object) -> Self:
-        """Read the payload.
+        """Parse a payload.
 
-        :param known: the values that the kind of the message gives.
-        :raises MalformedMessageError: when the bytes are invalid.
+        :param known: values given by the kind of message.
+        :raises MalformedMessageError: if the bytes are invalid.
         """
         return cls(**cls.LAYOUT.unpack(payload), **known)
 
 
 def pack_presence(has_writer: bool, num_readers: int) -> int:
-    """Return the word that says whether there is a writer and how many readers there are."""
+    """Return the word with the writer flag and the number of readers."""
     return (_HAS_WRITER if has_writer else 0) | min(num_readers, _HAS_WRITER - 1)
 
 
 def unpack_presence(word: int) -> tuple[bool, int]:
-    """Return whether there is a writer, and the number of readers."""
+    """Return the writer flag and the number of readers."""
     return bool(word & _HAS_WRITER), word & ~_HAS_WRITER
 
 
 @dataclass(frozen=True, slots=True)
 class ListAll(BlackBoardMessage):
-    """Asks for all interfaces."""
+    """A request for all interfaces."""
 
     kind: ClassVar[BoardKind] = BoardKind.LIST_ALL
     LAYOUT: ClassVar = Layout("LIST_ALL")
@@ -128,7 +125,7 @@ class ListAll(BlackBoardMessage):
 
 @dataclass(frozen=True, slots=True)
 class ListMatching(BlackBoardMessage):
-    """Asks for the interfaces that match two shell patterns."""
+    """A request for the interfaces that match two shell patterns."""
 
     type_pattern: str
     id_pattern: str
@@ -138,9 +135,9 @@ class ListMatching(BlackBoardMessage):
 
 @dataclass(frozen=True, slots=True)
 class ListedInterface:
-    """The description of an interface in a list.
+    """An interface in a list.
 
-    :param number: of the shared memory on its blackboard.
+    :param number: the number of the shared memory on its blackboard.
     """
 
     type: str
@@ -152,7 +149,7 @@ class ListedInterface:
     timestamp_us: int
 
     def pack(self) -> bytes:
-        """Return the element of the list: 152 bytes."""
+        """Return the list element: 152 bytes."""
         head = _INFO_HEAD.pack(
             pack_text(self.type, TYPE_SIZE),
             pack_text(self.id, ID_SIZE),
@@ -164,7 +161,6 @@ class ListedInterface:
 
     @classmethod
     def unpack(cls, element: bytes) -> Self:
-        """Read an element of the list."""
         expect_size(element, _INFO_HEAD.size + _INFO_STAMP.size, "an element of INTERFACE_LIST")
         type_, id_, hash_, number, word = _INFO_HEAD.unpack_from(element)
         has_writer, num_readers = unpack_presence(word)
@@ -182,27 +178,25 @@ class ListedInterface:
 
 @dataclass(frozen=True, slots=True)
 class InterfaceList(BlackBoardMessage):
-    """Answers LIST_ALL and LIST."""
+    """The reply to LIST_ALL and LIST."""
 
     interfaces: tuple[ListedInterface, ...]
     kind: ClassVar[BoardKind] = BoardKind.INTERFACE_LIST
 
     def pack(self) -> bytes:
-        """Return the payload."""
         return pack_list(info.pack() for info in self.interfaces)
 
     @classmethod
     def unpack(cls, payload: bytes, **_: object) -> Self:
-        """Read the payload."""
         return cls(tuple(map(ListedInterface.unpack, unpack_list(payload, "INTERFACE_LIST"))))
 
 
 @dataclass(frozen=True, slots=True)
 class Open(BlackBoardMessage):
-    """Opens an interface.
+    """A request to open an interface.
 
-    :param hash: of the definition, 16 bytes.
-    :param writing: for writing, else for reading.
+    :param hash: the hash of the definition, 16 bytes.
+    :param writing: for writing rather than reading.
     """
 
     type: str
@@ -213,17 +207,16 @@ class Open(BlackBoardMessage):
 
     @property
     def kind(self) -> BoardKind:
-        """The kind of message."""
         return BoardKind.OPEN_FOR_WRITING if self.writing else BoardKind.OPEN_FOR_READING
 
 
 @dataclass(frozen=True, slots=True)
 class OpenSuccess(BlackBoardMessage):
-    """An interface is open.
+    """The reply about an opened interface.
 
-    :param serial: of the new instance.
-    :param num_readers: with the new one.
-    :param block: the data now.
+    :param serial: the serial of the new instance.
+    :param num_readers: including the new one.
+    :param block: the present data.
     """
 
     serial: UUID
@@ -233,13 +226,11 @@ class OpenSuccess(BlackBoardMessage):
     kind: ClassVar[BoardKind] = BoardKind.OPEN_SUCCESS
 
     def pack(self) -> bytes:
-        """Return the payload."""
         word = pack_presence(self.has_writer, self.num_readers)
         return _OPENED.pack(self.serial.bytes, word, len(self.block)) + self.block
 
     @classmethod
     def unpack(cls, payload: bytes, **_: object) -> Self:
-        """Read the payload."""
         expect_at_least(payload, _OPENED.size, "OPEN_SUCCESS")
         serial, word, size = _OPENED.unpack_from(payload)
         expect_size(payload, _OPENED.size + size, "OPEN_SUCCESS")
@@ -248,9 +239,9 @@ class OpenSuccess(BlackBoardMessage):
 
 @dataclass(frozen=True, slots=True)
 class OpenFailure(BlackBoardMessage):
-    """An interface cannot be opened.
+    """The reply about a failed opening.
 
-    :param error: an :class:`OpenError`, or a number that is none.
+    :param error: an :class:`OpenError`, or an unknown number.
     """
 
     error: int
@@ -260,7 +251,7 @@ class OpenFailure(BlackBoardMessage):
 
 @dataclass(frozen=True, slots=True)
 class Close(BlackBoardMessage):
-    """Closes an instance."""
+    """A request to close an instance."""
 
     serial: UUID
     kind: ClassVar[BoardKind] = BoardKind.CLOSE
@@ -271,12 +262,12 @@ class Close(BlackBoardMessage):
 class WireMessage(BlackBoardMessage):
     """A message from a reader to the writer of an interface.
 
-    :param serial: of the instance it was sent with; to the writer, of the writer.
-    :param source: of the instance that sent it first.
+    :param serial: the sending instance; towards the writer, the writing instance.
+    :param source: the original sender.
     :param type: e.g. ``ExecSkillMessage``.
     :param id: counted by the sending instance.
-    :param hops: how many networks it crossed before.
-    :param block: its data.
+    :param hops: the number of crossed networks.
+    :param block: the data.
     """
 
     serial: UUID
@@ -301,10 +292,10 @@ class WireMessage(BlackBoardMessage):
 
 @dataclass(frozen=True, slots=True)
 class Data(BlackBoardMessage):
-    """An interface was written.
+    """A write of an interface.
 
-    :param serial: of the instance that wrote; to a client, of the instance that gets it.
-    :param changed: some value is another one; else only the time stamp may be.
+    :param serial: the writing instance; towards a client, its receiving instance.
+    :param changed: whether any value has changed, rather than only the time stamp.
     """
 
     serial: UUID
@@ -314,17 +305,16 @@ class Data(BlackBoardMessage):
 
     @property
     def kind(self) -> BoardKind:
-        """The kind of message."""
         return BoardKind.DATA_CHANGED if self.changed else BoardKind.DATA_REFRESHED
 
 
 @dataclass(frozen=True, slots=True)
 class InstanceEvent(BlackBoardMessage):
-    """An instance of an interface came or went.
+    """An added or removed instance of an interface.
 
     :param kind: READER_ADDED to WRITER_REMOVED.
-    :param serial: of the instance that gets it.
-    :param event_serial: of the one that came or went.
+    :param serial: the receiving instance.
+    :param event_serial: the added or removed instance.
     """
 
     kind: BoardKind
@@ -335,7 +325,7 @@ class InstanceEvent(BlackBoardMessage):
 
 @dataclass(frozen=True, slots=True)
 class InterfaceEvent(BlackBoardMessage):
-    """An interface came into being or vanished.
+    """A created or destroyed interface.
 
     :param kind: INTERFACE_CREATED or INTERFACE_DESTROYED.
     """
@@ -347,9 +337,9 @@ class InterfaceEvent(BlackBoardMessage):
 
 
 MESSAGE_HEAD_SIZE: Final = WireMessage.LAYOUT.size
-"""Bytes of a message before its block."""
+"""The size of a message before its block."""
 
-# numbers and functions that are looked up at each write
+# looked up once: they are used for each write
 _pack_head: Final = Struct(">HHI16sI").pack
 _BLACKBOARD: Final = int(ComponentId.BLACKBOARD)
 _REFRESHED: Final = int(BoardKind.DATA_REFRESHED)
@@ -358,9 +348,9 @@ _HEAD_SIZE: Final = DATA_HEAD.size
 
 
 def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:
-    """Read a message of the blackboard component.
+    """Parse a message of the blackboard component.
 
-    :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
+    :raises MalformedMessageError: if the kind is unknown or the bytes are invalid.
     """
     match kind:
         case BoardKind.DATA_REFRESHED | BoardKind.DATA_CHANGED:
@@ -391,9 +381,9 @@ def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:
 
 
 def split_data(payload: bytes) -> tuple[bytes, bytes]:
-    """Return the serial, as 16 bytes, and the block of a data message.
+    """Return the serial as 16 bytes, and the block of a data message.
 
-    :raises MalformedMessageError: when the sizes do not fit together.
+    :raises MalformedMessageError: if the sizes are inconsistent.
     """
     if len(payload) < _HEAD_SIZE:
         expect_at_least(payload, _HEAD_SIZE, "DATA")
@@ -404,7 +394,7 @@ def split_data(payload: bytes) -> tuple[bytes, bytes]:
 
 
 def data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
-    """Return the whole frame of a data message; the same as through :class:`Data`, but quick.
+    """Return the frame of a data message, faster than :class:`Data`.
 
     :param serial: 16 bytes.
     """
@@ -414,5 +404,5 @@ def data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
 
 
 def data_frame_size(block_size: int) -> int:
-    """Return the bytes of the frame of a data message."""
+    """Return the size of a data message's frame."""
     return HEADER.size + DATA_HEAD.size + block_size

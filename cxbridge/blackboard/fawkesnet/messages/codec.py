@@ -1,6 +1,7 @@
-"""Fawkes' network protocol: frames to typed values and back, for all components; no I/O.
+"""Conversion of frames to typed values and back, for all components, without I/O.
 
 ::
+
 
     decoder = FrameDecoder(client_limit(largest_block))
     for frame in decoder.feed(received):
@@ -30,11 +31,11 @@ Message = (
 )
 
 UNKNOWN_LIMIT: Final = 64 * 1024
-"""The bytes of a message of an unknown kind."""
+"""The maximum size of a message of unknown kind."""
 CONFIG_LIMIT: Final = 256 * 1024
-"""Bytes of a message that sets a value of the configuration."""
+"""The maximum size of a message that sets a configuration value."""
 LIST_LIMIT: Final = 16 * 1024 * 1024
-"""Bytes of a list, and of anything else, that a server may send."""
+"""The maximum size of a list or other message from a server."""
 
 _NAMES: Final = bb.TYPE_SIZE + bb.ID_SIZE
 _TO_SERVER: Final[Mapping[int, int]] = {
@@ -44,17 +45,17 @@ _TO_SERVER: Final[Mapping[int, int]] = {
     bb.BoardKind.OPEN_FOR_WRITING: _NAMES + 16,
     bb.BoardKind.CLOSE: 16,
 }
+# A message may be that much too long and is then refused alone, without the connection.
 _SLACK: Final = 1024
-"""A message may be that much too long and is then refused alone, without the connection."""
 
 ALWAYS_ALLOWED: Final = _SLACK
-"""Bytes that any message to a server may have."""
+"""The size permitted for every message to a server."""
 
 
 def decode(frame: FawkesFrame) -> Message:
     """Return the message in a frame.
 
-    :raises MalformedMessageError: when component or kind are unknown, or the bytes are invalid.
+    :raises MalformedMessageError: if component or kind are unknown, or the bytes are invalid.
     """
     match frame.component:
         case ComponentId.BLACKBOARD:
@@ -69,9 +70,9 @@ def decode(frame: FawkesFrame) -> Message:
 
 
 def limit_to_server(component: int, kind: int, largest_block: int) -> int:
-    """Return how many bytes of payload a server takes in a message.
+    """Return the maximum payload of a message to a server.
 
-    :param largest_block: bytes of the largest block, of data or of a message, that the client may send now.
+    :param largest_block: the size of the largest block that the client may send now.
     """
     if component == ComponentId.BLACKBOARD:
         fixed = _TO_SERVER.get(kind)
@@ -89,5 +90,5 @@ def limit_to_server(component: int, kind: int, largest_block: int) -> int:
 
 
 def limit_to_client(component: int, kind: int) -> int:  # noqa: ARG001 - a FrameDecoder's limit
-    """Return how many bytes of payload a client takes in a message."""
+    """Return the maximum payload of a message to a client."""
     return LIST_LIMIT

@@ -1,4 +1,4 @@
-"""Messages of the configuration component as typed values. Source: docs/evidence/protocol-fawkes.md."""
+"""Messages of the configuration component. Source: docs/evidence/protocol-fawkes.md."""
 
 from __future__ import annotations
 
@@ -32,8 +32,6 @@ Scalar = bool | int | float | str
 
 
 class ConfigKind(IntEnum):
-    """Kinds of messages of the configuration component."""
-
     GET_FLOAT = 1
     GET_UINT = 2
     GET_INT = 3
@@ -68,13 +66,13 @@ _FORMATS: Final = {ConfigType.FLOAT: "f", ConfigType.UINT: "I", ConfigType.INT: 
 
 GETS: Final = frozenset(kind for kind in ConfigKind if kind <= ConfigKind.GET_VALUE)
 SETS: Final = {ConfigKind(ConfigKind.SET_FLOAT + index): kind for index, kind in enumerate(_TYPES)}
-"""Type of the value in each kind of message that sets one."""
+"""The value's type in each kind of message that sets a value."""
 DEFAULT_SETS: Final = {
     ConfigKind(ConfigKind.SET_DEFAULT_FLOAT + index): kind for index, kind in enumerate(_TYPES)
 }
-"""Type of the value in each kind of message that sets a default."""
+"""The value's type in each kind of message that sets a default."""
 VALUES: Final = {ConfigKind(ConfigKind.FLOAT_VALUE + index): kind for index, kind in enumerate(_TYPES)}
-"""Type of the value in each kind of message that carries one."""
+"""The value's type in each kind of message that contains a value."""
 VALUE_KINDS: Final = {kind: message for message, kind in VALUES.items()}
 _WITH_VALUES: Final = SETS | DEFAULT_SETS | VALUES
 _BARE: Final = frozenset({ConfigKind.SUBSCRIBE, ConfigKind.UNSUBSCRIBE})
@@ -82,12 +80,12 @@ _BARE: Final = frozenset({ConfigKind.SUBSCRIBE, ConfigKind.UNSUBSCRIBE})
 
 @dataclass(frozen=True, slots=True)
 class ConfigMessage(WireValue):
-    """A message about one path, or about none (SUBSCRIBE, UNSUBSCRIBE).
+    """A message about one path, or without path (SUBSCRIBE, UNSUBSCRIBE).
 
-    :param path: of the value, at most 127 bytes.
-    :param values: one value, or those of a list.
-    :param is_list: whether the value is a list. An empty list looks like a scalar on the wire.
-    :param is_default: whether a default is meant.
+    :param path: at most 127 bytes.
+    :param values: a single value, or the values of a list.
+    :param is_list: whether the value is a list. On the wire, an empty list looks like a scalar.
+    :param is_default: whether the message concerns the default.
     """
 
     kind: ConfigKind
@@ -100,30 +98,30 @@ class ConfigMessage(WireValue):
 
     @property
     def message_kind(self) -> int:
-        """Return the number of the message within its component."""
+        """The number of the message within its component."""
         return self.kind
 
     def pack(self) -> bytes:
         """Return the payload.
 
-        :raises MalformedMessageError: when a value does not fit its type on the wire.
+        :raises MalformedMessageError: if a value does not fit its type on the wire.
         """
         if self.kind in _BARE:
             return b""
         return self._descriptor() + self._values()
 
     def pack_entry(self) -> bytes:
-        """Return it as an element of a LIST.
+        """Return the message as an element of LIST.
 
-        :raises MalformedMessageError: when a value does not fit its type on the wire.
+        :raises MalformedMessageError: if a value does not fit its type on the wire.
         """
         return self._descriptor() + _ENTRY_KIND.pack(self.kind) + self._values()
 
     @classmethod
     def unpack(cls, kind: int, payload: bytes) -> Self:
-        """Read a message.
+        """Parse a message.
 
-        :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
+        :raises MalformedMessageError: if the kind is unknown or the bytes are invalid.
         """
         try:
             known = ConfigKind(kind)
@@ -136,7 +134,6 @@ class ConfigMessage(WireValue):
 
     @classmethod
     def unpack_entry(cls, element: bytes) -> Self:
-        """Read an element of a LIST."""
         expect_at_least(element, _DESCRIPTOR.size + _ENTRY_KIND.size, "an element of LIST")
         number = _ENTRY_KIND.unpack_from(element, _DESCRIPTOR.size)[0] & 0xFF
         if number not in VALUES:
@@ -151,7 +148,7 @@ class ConfigMessage(WireValue):
         path, is_default = unpack_text(raw_path), bool(flags & _IS_DEFAULT)
         if value_type is None:
             expect_size(payload, start, kind.name)
-            return cls(kind, path, is_default=is_default)  # without values the count means nothing
+            return cls(kind, path, is_default=is_default)  # without values the count is meaningless
         values = _unpack_values(value_type, payload[start:], max(count, 1), kind.name)
         return cls(kind, path, values, count > 0, is_default)
 
@@ -175,31 +172,27 @@ class ConfigMessage(WireValue):
 
 @dataclass(frozen=True, slots=True)
 class ConfigList(WireValue):
-    """All values of a configuration."""
-
     entries: tuple[ConfigMessage, ...]
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.CONFIGURATION
 
     @property
     def message_kind(self) -> int:
-        """Return the number of the message within its component."""
+        """The number of the message within its component."""
         return ConfigKind.LIST
 
     def pack(self) -> bytes:
-        """Return the payload."""
         return pack_list(entry.pack_entry() for entry in self.entries)
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:
-        """Read the payload."""
         return cls(tuple(map(ConfigMessage.unpack_entry, unpack_list(payload, "LIST"))))
 
 
 def unpack_config(kind: int, payload: bytes) -> ConfigMessage | ConfigList:
-    """Read a message of the configuration component.
+    """Parse a message of the configuration component.
 
-    :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
+    :raises MalformedMessageError: if the kind is unknown or the bytes are invalid.
     """
     return ConfigList.unpack(payload) if kind == ConfigKind.LIST else ConfigMessage.unpack(kind, payload)
 
@@ -220,7 +213,7 @@ def _unpack_values(value_type: ConfigType, raw: bytes, count: int, subject: str)
 
 
 def _unpack_strings(raw: bytes, count: int, subject: str) -> Iterator[str]:
-    """Yield texts; the NUL after the last is optional, as a client that sets a single one sends none."""
+    """Yield texts. The NUL after the last one is optional: a client that sets a single text omits it."""
     start = 0
     for index in range(count):
         expect_at_least(raw[start:], _STRING_HEAD.size, f"a text of {subject}")

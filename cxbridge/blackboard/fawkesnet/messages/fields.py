@@ -1,4 +1,4 @@
-"""The building blocks of all messages: texts of fixed size and lists."""
+"""Common parts of messages: texts of fixed size and lists."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 
 LIST_HEAD: Final = Struct(">II")
-"""Bytes and number of the elements that follow."""
+"""The size of the following elements, and their number."""
 
 _LENGTH: Final = Struct(">H")
 
 MAX_ELEMENT: Final = 65533
-"""Bytes that an element of a list may have."""
+"""The maximum size of a list element."""
 
 
 class WireValue(ABC):
-    """A message of a component as a typed value; the base of the classes of all messages."""
+    """The base class of all messages as typed values."""
 
     __slots__ = ()
 
@@ -29,14 +29,13 @@ class WireValue(ABC):
     @property
     @abstractmethod
     def message_kind(self) -> int:
-        """Return the number of the message within its component."""
+        """The number of the message within its component."""
 
     @abstractmethod
     def pack(self) -> bytes:
         """Return the payload."""
 
     def to_frame(self) -> FawkesFrame:
-        """Return the frame that carries it."""
         return FawkesFrame(self.COMPONENT, self.message_kind, self.pack())
 
     def to_bytes(self) -> bytes:
@@ -45,39 +44,39 @@ class WireValue(ABC):
 
 
 def expect_size(payload: bytes, size: int, part: str) -> None:
-    """Refuse a payload that has not exactly ``size`` bytes.
+    """Check the size of a payload.
 
-    :raises MalformedMessageError: when it has not.
+    :raises MalformedMessageError: if it differs from ``size``.
     """
     if len(payload) != size:
         raise MalformedMessageError(f"{part} has {len(payload)} bytes, not {size}")
 
 
 def expect_at_least(payload: bytes, size: int, part: str) -> None:
-    """Refuse a payload of less than ``size`` bytes.
+    """Check the minimum size of a payload.
 
-    :raises MalformedMessageError: when it is shorter.
+    :raises MalformedMessageError: if it is shorter than ``size``.
     """
     if len(payload) < size:
         raise MalformedMessageError(f"{part} has {len(payload)} bytes, at least {size} are needed")
 
 
 def pack_text(text: str, size: int, *, terminated: bool = True) -> bytes:
-    """Return ``text`` filled up with NUL to ``size`` bytes, cut when it is too long.
+    """Return a text padded with NUL to ``size`` bytes; a longer text is cut.
 
-    :param terminated: whether there must be a NUL at the end.
+    :param terminated: whether the last byte must be NUL.
     """
     room = size - 1 if terminated else size
     return text.encode(errors="replace")[:room].ljust(size, b"\0")
 
 
 def unpack_text(raw: bytes) -> str:
-    """Return the text before the first NUL; bytes that are not UTF-8 are written as escapes."""
+    """Return the text before the first NUL. Bytes other than UTF-8 become escapes."""
     return raw.split(b"\0", 1)[0].decode(errors="backslashreplace")
 
 
 def pack_list(elements: Iterable[bytes]) -> bytes:
-    """Return a list: its head and its elements."""
+    """Return a list with its head."""
     body = bytearray()
     count = 0
     for element in elements:
@@ -90,8 +89,8 @@ def pack_list(elements: Iterable[bytes]) -> bytes:
 def unpack_list(payload: bytes, part: str) -> tuple[bytes, ...]:
     """Return the elements of a list.
 
-    :param part: the name of the list, for the error.
-    :raises MalformedMessageError: when head, lengths and bytes do not fit together.
+    :param part: the name of the list, for errors.
+    :raises MalformedMessageError: if head, lengths and bytes are inconsistent.
     """
     expect_at_least(payload, LIST_HEAD.size, part)
     size, count = LIST_HEAD.unpack_from(payload)
@@ -108,6 +107,6 @@ def unpack_list(payload: bytes, part: str) -> tuple[bytes, ...]:
             raise MalformedMessageError(f"{part} ends within an element")
         elements.append(payload[start + _LENGTH.size : after])
         start = after
-    if len(elements) & 0xFFFF != count & 0xFFFF:  # Fawkes counts with 16 bits
+    if len(elements) & 0xFFFF != count & 0xFFFF:  # Fawkes counts in 16 bits
         raise MalformedMessageError(f"{part} announces {count} elements and has {len(elements)}")
     return tuple(elements)

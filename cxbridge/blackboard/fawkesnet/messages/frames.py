@@ -1,4 +1,4 @@
-"""Frames of Fawkes' network protocol: bytes of a stream to frames and back; no I/O.
+"""Conversion of a byte stream to frames and back, without I/O.
 
 Source: docs/evidence/protocol-fawkes.md.
 """
@@ -13,11 +13,11 @@ from typing import Final, NamedTuple
 from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError
 
 HEADER: Final = Struct(">HHI")
-"""Component, kind, bytes of payload."""
+"""Component, kind, size of payload."""
 
 
 class ComponentId(IntEnum):
-    """Who a frame is for."""
+    """Components of a Fawkes."""
 
     PLUGIN_MANAGER = 1
     BLACKBOARD = 2
@@ -28,9 +28,9 @@ class ComponentId(IntEnum):
 class FawkesFrame(NamedTuple):
     """One message on the wire.
 
-    :param component: who it is for; a :class:`ComponentId` or the number of one that is not known here.
-    :param kind: number of the message, each component has its own.
-    :param payload: the message itself.
+    :param component: a :class:`ComponentId`, or an unknown number.
+    :param kind: the number of the message within its component.
+    :param payload: the content.
     """
 
     component: int
@@ -38,21 +38,20 @@ class FawkesFrame(NamedTuple):
     payload: bytes = b""
 
     def to_bytes(self) -> bytes:
-        """Return header and payload."""
         return HEADER.pack(self.component, self.kind, len(self.payload)) + self.payload
 
 
 Limit = Callable[[int, int], int]
-"""Takes component and kind, returns how many bytes of payload such a message may have now."""
+"""Returns the present maximum payload for a component and kind."""
 
 
 class FrameDecoder:
-    """Cuts a stream of bytes into frames, however it is dealt out.
+    """Splits a byte stream into frames.
 
-    It keeps no more than one incomplete frame, and none that is longer than allowed.
+    It buffers at most one incomplete frame, and none above the limit.
 
-    :param limit: asked at each header that announces more than ``always``.
-    :param always: bytes of payload that any message may have; -1: not even none is allowed without asking.
+    :param limit: returns the limit for a header that announces more than ``always``.
+    :param always: the size permitted without calling ``limit``; -1: call it for every frame.
     """
 
     def __init__(self, limit: Limit, always: int = -1) -> None:
@@ -63,15 +62,15 @@ class FrameDecoder:
 
     @property
     def pending(self) -> int:
-        """How many bytes wait for the rest of their frame."""
+        """The number of buffered bytes."""
         return len(self._pending)
 
     def feed(self, data: bytes) -> Iterator[FawkesFrame]:
-        """Yield the frames that ``data`` completes; the iterator must be used up before the next call.
+        """Yield the completed frames. The iterator must be exhausted before the next call.
 
-        A yielded frame may change the limits of the next ones.
+        A frame may change the limits for later ones.
 
-        :raises FrameTooLongError: at a header that announces too much; the stream cannot be decoded further.
+        :raises FrameTooLongError: if a header exceeds the limit. The rest of the stream cannot be decoded.
         """
         if self._pending:
             self._pending += data

@@ -1,4 +1,4 @@
-"""The layouts of messages: fields of fixed size, and a block of bytes at the end or not."""
+"""Layouts of messages: fields of fixed size, and an optional final block."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
 
 
 class WireType(NamedTuple):
-    """How a field is written.
+    """The encoding of a field.
 
-    :param format: as :mod:`struct` has it, one value.
-    :param to_wire: makes that value of the field's.
-    :param from_wire: makes the field's of that value.
+    :param format: a :mod:`struct` format for one value.
+    :param to_wire: converts a field's value for the format.
+    :param from_wire: converts it back.
     """
 
     format: str
@@ -33,28 +33,28 @@ def _same(value: Any) -> Any:
 
 
 WORD: Final = WireType("I", _same, _same)
-"""A number of 32 bits."""
+"""A 32-bit number."""
 
 SERIAL: Final = WireType("16s", lambda serial: serial.bytes, lambda raw: UUID(bytes=raw))
 """The serial of an instance."""
 
 
 def raw(size: int) -> WireType:
-    """Return the type of bytes of fixed size."""
+    """Return the type of raw bytes."""
     return WireType(f"{size}s", _same, _same)
 
 
 def text(size: int, *, terminated: bool = True) -> WireType:
-    """Return the type of a text filled up with NUL; see :func:`~.fields.pack_text`."""
+    """Return the type of a text padded with NUL, see :func:`~.fields.pack_text`."""
     return WireType(f"{size}s", lambda value: pack_text(value, size, terminated=terminated), unpack_text)
 
 
 class Layout:
-    """The fields of a message, in the order of the wire.
+    """The fields of a message in wire order.
 
-    :param name: of the message, for errors.
-    :param fields: the types by the names of the value's attributes.
-    :param block: whether the size of a block, and the block, follow.
+    :param name: the name of the message, for errors.
+    :param fields: types by attribute name.
+    :param block: whether a block with its size follows.
     """
 
     def __init__(
@@ -68,11 +68,11 @@ class Layout:
 
     @property
     def size(self) -> int:
-        """Bytes without the block."""
+        """The size without the block."""
         return self._head.size
 
     def pack(self, value: Any) -> bytes:
-        """Return the bytes of a value; a block is its attribute of that name."""
+        """Return the bytes of a value, including its attribute ``block``."""
         words = [one.to_wire(getattr(value, name)) for name, one in self._fields.items()]
         if not self._has_block:
             return self._head.pack(*words)
@@ -80,9 +80,9 @@ class Layout:
         return self._head.pack(*words, len(block)) + block
 
     def unpack(self, payload: bytes) -> dict[str, Any]:
-        """Return the attributes by their names.
+        """Return the attributes by name.
 
-        :raises MalformedMessageError: when the size is wrong.
+        :raises MalformedMessageError: if the size is wrong.
         """
         (expect_at_least if self._has_block else expect_size)(payload, self.size, self._name)
         words = self._head.unpack_from(payload)

@@ -1,4 +1,4 @@
-"""Messages of the network logger component as typed values. Source: docs/evidence/protocol-fawkes.md."""
+"""Messages of the network logger component. Source: docs/evidence/protocol-fawkes.md."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ _BY_NUMBER: Final = {number: level for level, number in _LEVELS.items()}
 
 
 class LogKind(IntEnum):
-    """Kinds of messages of the network logger."""
-
     SUBSCRIBE = 1
     UNSUBSCRIBE = 2
     LOGMESSAGE = 3
@@ -31,9 +29,9 @@ class LogKind(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class LogSubscription(WireValue):
-    """Begins or ends that a client gets log lines.
+    """A client's subscription of log lines.
 
-    :param subscribe: begins; else ends.
+    :param subscribe: False unsubscribes.
     """
 
     subscribe: bool
@@ -42,20 +40,19 @@ class LogSubscription(WireValue):
 
     @property
     def message_kind(self) -> int:
-        """Return the number of the message within its component."""
+        """The number of the message within its component."""
         return LogKind.SUBSCRIBE if self.subscribe else LogKind.UNSUBSCRIBE
 
     def pack(self) -> bytes:
-        """Return the payload."""
         return b""
 
 
 @dataclass(frozen=True, slots=True)
 class LogMessage(WireValue):
-    """A line of the log.
+    """A log line.
 
     :param time_us: microseconds since the epoch.
-    :param exception: whether it is the text of an exception.
+    :param exception: whether the text is an exception's.
     """
 
     time_us: int
@@ -68,11 +65,10 @@ class LogMessage(WireValue):
 
     @property
     def message_kind(self) -> int:
-        """Return the number of the message within its component."""
+        """The number of the message within its component."""
         return LogKind.LOGMESSAGE
 
     def pack(self) -> bytes:
-        """Return the payload."""
         word = _LEVELS[self.level] | (_EXCEPTION if self.exception else 0)
         seconds, microseconds = split_us(max(self.time_us, 0))
         texts = b"".join(_c_string(text) for text in (self.component, self.text))
@@ -80,7 +76,6 @@ class LogMessage(WireValue):
 
     @classmethod
     def unpack(cls, payload: bytes) -> Self:
-        """Read the payload."""
         expect_at_least(payload, _HEAD_SIZE + 2, "LOGMESSAGE")
         (word,) = _WORD.unpack_from(payload)
         seconds, microseconds = _TIME.unpack_from(payload, _WORD.size)
@@ -95,9 +90,9 @@ class LogMessage(WireValue):
 
 
 def unpack_log(kind: int, payload: bytes) -> LogSubscription | LogMessage:
-    """Read a message of the network logger component.
+    """Parse a message of the network logger component.
 
-    :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
+    :raises MalformedMessageError: if the kind is unknown or the bytes are invalid.
     """
     if kind == LogKind.LOGMESSAGE:
         return LogMessage.unpack(payload)

@@ -1,4 +1,4 @@
-"""Messages of the plugin manager component as typed values. Source: docs/evidence/protocol-fawkes.md."""
+"""Messages of the plugin manager component. Source: docs/evidence/protocol-fawkes.md."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ NAME_SIZE: Final = 32
 
 
 class PluginKind(IntEnum):
-    """Kinds of messages of the plugin manager."""
-
     LOAD = 1
     LOADED = 2
     LOAD_FAILED = 3
@@ -41,17 +39,17 @@ class PluginKind(IntEnum):
 
 
 NAMED: Final = frozenset(list(PluginKind)[:6])
-"""Kinds that carry the name of a plugin."""
+"""Kinds with the name of a plugin."""
 LISTS: Final = frozenset({PluginKind.AVAIL_LIST, PluginKind.LOADED_LIST})
-"""Kinds that carry a list of texts."""
+"""Kinds with a list of texts."""
 
 
 @dataclass(frozen=True, slots=True)
 class PluginMessage(WireValue):
-    """Any message of the plugin manager.
+    """A message of the plugin manager.
 
-    :param name: of a plugin, for the kinds in :data:`NAMED`.
-    :param items: texts, for the kinds in :data:`LISTS`: names; or name, description, name, ...
+    :param name: the plugin, for kinds in :data:`NAMED`.
+    :param items: for kinds in :data:`LISTS`: names, or alternating names and descriptions.
     """
 
     kind: PluginKind
@@ -62,11 +60,10 @@ class PluginMessage(WireValue):
 
     @property
     def message_kind(self) -> int:
-        """Return the number of the message within its component."""
+        """The number of the message within its component."""
         return self.kind
 
     def pack(self) -> bytes:
-        """Return the payload."""
         if self.kind in NAMED:
             return pack_text(self.name, NAME_SIZE)
         if self.kind in LISTS:
@@ -75,9 +72,9 @@ class PluginMessage(WireValue):
 
     @classmethod
     def unpack(cls, kind: int, payload: bytes) -> Self:
-        """Read a message.
+        """Parse a message.
 
-        :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
+        :raises MalformedMessageError: if the kind is unknown or the bytes are invalid.
         """
         try:
             known = PluginKind(kind)

@@ -1,5 +1,3 @@
-"""A blackboard whose interfaces live at a server, reached over ZeroMQ."""
-
 from __future__ import annotations
 
 import time
@@ -32,24 +30,23 @@ if TYPE_CHECKING:
 class ZmqBlackBoard(RemoteBlackBoard):
     """A blackboard at a :class:`~cxbridge.blackboard.zmq.ZmqBlackBoardServer`.
 
-    The differences from a local one: listeners and observers are called in a dispatcher thread (of own writes
-    in the thread that writes), soon after the event. :meth:`flush` waits for that. Each request to the server
-    takes ``timeout`` at most. A lost connection comes back by itself; docs/evidence/protocol-zmq.md describes
-    the time without connection.
+    Unlike those of a local blackboard, listeners and observers are called in a dispatcher thread, soon after
+    the event; after a local write they are called in the writing thread. A request takes at most ``timeout``.
+
+    A lost connection is restored, see docs/evidence/protocol-zmq.md.
 
     :param url: ``tcp://host:port``, ``ipc://path`` or ``inproc://name``.
-    :param registry: gives the classes of types that are named by a string.
-    :param clock: gives time stamps.
+    :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines; writes are published on the bus of the server's blackboard.
-    :param name: shows people at the server who this is.
-    :param heartbeat: seconds; the server may want a shorter one.
-    :param timeout: seconds that a request may take.
-    :param connect_timeout: seconds that connecting may take at the beginning.
-    :param keys: for servers beyond this machine.
-    :param insecure: connect beyond this machine without keys.
-    :param context: of ZeroMQ; None: its own, or the process' own for inproc.
-    :raises InsecureEndpointError: when the URL needs keys.
-    :raises DisconnectedError: when no server answers.
+    :param name: identifies the client in log lines of the server.
+    :param heartbeat: in seconds; the server may demand a shorter one.
+    :param timeout: of a request, in seconds.
+    :param connect_timeout: of the first connection, in seconds.
+    :param keys: required for servers on other machines.
+    :param insecure: allow other machines without keys.
+    :param context: the ZeroMQ context; None makes one, or takes that of the process for inproc.
+    :raises InsecureEndpointError: if the URL needs keys.
+    :raises DisconnectedError: if no server answers.
     """
 
     reports_writes = False
@@ -101,14 +98,11 @@ class ZmqBlackBoard(RemoteBlackBoard):
                 hint=_why_nobody_answers(reason, url, keys),
             )
 
-    # -- opening and closing
-
     def _open(self, request: OpenRequest) -> Interface:
         self._check_here()
         return self._interfaces.open(request)
 
     def close(self, instance: Interface) -> None:
-        """Close an instance; see the base class."""
         if not instance.valid:
             return
         if not self._interfaces.owns(instance):
@@ -126,7 +120,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
                 repeat=False,
                 on_reply=on_reply,
             )
-        except TransportError:  # the server does it when it finds that the session is dead
+        except TransportError:  # the server closes the instance when it finds that the session is dead
             self._interfaces.finish_closing(port, instance, port.seq)
         self._dispatcher.drain(self.timeout)
 
@@ -138,10 +132,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         if self._own_context:
             self._context.term()
 
-    # -- looking around
-
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        """Return a description of the interfaces that match; see the base class."""
         self._check_here()
         body: dict[str, Any] = {"type_glob": type_glob, "id_glob": id_glob}
         reply = self._sender.request("list", body, timeout=self.timeout)
@@ -161,27 +152,25 @@ class ZmqBlackBoard(RemoteBlackBoard):
 
     @property
     def connected(self) -> bool:
-        """Whether there is a session with the server now."""
+        """Whether there is a session with the server."""
         return self._sender.ready
 
     @property
     def skipped(self) -> int:
-        """How many updates were conflated on their way to this client, and in it."""
+        """The number of updates that were conflated on the way to this client or in it."""
         return self._interfaces.skipped
 
     def flush(self, timeout: float | None = None) -> None:
-        """Return when all earlier calls have reached the server, and its earlier messages were handled.
+        """Wait until the server has received all earlier calls and its earlier messages were handled.
 
-        :param timeout: seconds; None: that of requests.
-        :raises TransportError: when it takes too long.
+        :param timeout: in seconds; None: the timeout of requests.
+        :raises TransportError: after the timeout.
         """
         self._check_here()
         seconds = self.timeout if timeout is None else timeout
         self._interfaces.wait_written(seconds)
         self._sender.request("sync", {}, timeout=seconds)
         self._dispatcher.drain(seconds)
-
-    # -- notifications
 
     def _listeners_of(self, instance: Interface) -> ListenerTable:
         port = self._interfaces.copy_of(instance)
@@ -190,7 +179,6 @@ class ZmqBlackBoard(RemoteBlackBoard):
         return port.listeners
 
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
-        """Notify ``observer`` of interfaces that come into being or vanish; see the base class."""
         self._check_here()
         super().register_observer(observer, type_glob, id_glob)
         existence = self._interfaces.existence
@@ -199,7 +187,8 @@ class ZmqBlackBoard(RemoteBlackBoard):
 
 
 def _why_nobody_answers(reason: str, url: str, keys: CurveClient | None) -> str:
-    """Return what to look at; a server with CURVE keys leaves strangers without an answer and a reason."""
+    """Return what to check if the server does not answer."""
+    # a server with CURVE keys ignores clients whose keys it does not know, and sends no reason
     reason = reason or "is the daemon running, and at this address?"
     if keys is not None:
         wrong = f"it does not know our key, or its key is not {keys.server_key}"

@@ -1,4 +1,4 @@
-"""The interfaces that exist at the server, as far as a client that watches them knows."""
+"""The interfaces at the server that a watching client knows."""
 
 from __future__ import annotations
 
@@ -10,18 +10,14 @@ from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
 
 
 class ExistenceWatch:
-    """Notifies observers of new and vanished interfaces; called by the receiving thread.
-
-    :param observers: of the blackboard.
-    :param dispatcher: calls them.
-    """
+    """Notifies observers of new and destroyed interfaces; used by the receiving thread."""
 
     def __init__(self, observers: ObserverTable, dispatcher: Dispatcher) -> None:
         self._observers = observers
         self._dispatcher = dispatcher
         self._known: set[tuple[str, str]] = set()
         self.on = False
-        """Whether the server reports interfaces that come and go."""
+        """Whether the server reports new and destroyed interfaces."""
 
     def began(self, frame: ZmqFrame) -> None:
         """Compare the interfaces in the reply to Watch with the known ones."""
@@ -36,7 +32,7 @@ class ExistenceWatch:
         self.on = True
 
     def existence(self, body: Any) -> None:
-        """Take the protocol's Existence."""
+        """Handle an Existence event."""
         key = (body.type, body.id)
         if body.created and key not in self._known:
             self._known.add(key)

@@ -1,7 +1,7 @@
-"""The open interfaces of a client: instances and copies, and what each frame of the server does to them.
+"""The open interfaces of a client, and the effect of the server's frames on them.
 
-Frames come in the thread that has the turn to receive, writes and requests in any thread. The lock guards the
-tables; what waits to be sent changes with the sender locked.
+Frames come in the thread that has the turn to receive; writes and requests come in any thread. The lock
+guards the tables. ``_unsent`` and ``flushing`` are guarded by the lock of the sender.
 """
 
 from __future__ import annotations
@@ -39,15 +39,12 @@ _STAMPS: Final = {None: Stamp.COMPARE, False: Stamp.OLD, True: Stamp.NEW}
 
 
 class OpenInterfaces:
-    """Instances, copies and their session: what each frame of the server does to them.
+    """Instances and copies of a client, and their state in the session.
 
-    :param board: the blackboard that it belongs to.
-    :param url: of the server, for people.
-    :param timeout: seconds that a request may take.
-    :param sender: sends.
-    :param dispatcher: calls listeners and observers.
-    :param observers: of the blackboard.
-    :param wake_session: lets the session's thread call :meth:`flush` soon.
+    :param board: the blackboard of the client.
+    :param url: the server, for log lines.
+    :param timeout: of a request, in seconds.
+    :param wake_session: makes the session's thread call `flush` soon.
     """
 
     def __init__(
@@ -70,25 +67,24 @@ class OpenInterfaces:
         self._copies: dict[tuple[str, str], InterfaceCopy] = {}
         self._channels: dict[int, InterfaceCopy] = {}
         self._instances: dict[bytes, Interface] = {}
-        self._unsent: dict[InterfaceCopy, bytes] = {}  # waits to be sent; changes with the sender locked
+        # writes that wait to be sent; guarded by the sender's lock
+        self._unsent: dict[InterfaceCopy, bytes] = {}
         self._epoch = b""
         self._same_epoch = False
         self._reopening = 0
         self._loss_announced = False
         self.existence: Final = ExistenceWatch(observers, dispatcher)
         self.reason = ""
-        """Why the last session ended."""
+        """The reason for the end of the last session."""
         self.skipped = 0
-        """How many updates were conflated."""
+        """The number of conflated updates."""
         self.flushing = False
-        """Whether the session's thread is to call :meth:`flush` soon; changes with the sender locked."""
-
-    # -- instances
+        """Whether the session's thread is to call `flush`; guarded by the sender's lock."""
 
     def open(self, request: OpenRequest) -> Interface:
-        """Ask the server to open an interface.
+        """Open an interface at the server.
 
-        :raises BlackBoardError: when it refuses, or does not answer in time.
+        :raises BlackBoardError: if the server refuses, or does not answer in time.
         """
         opened: list[Interface] = []
 
@@ -115,7 +111,7 @@ class OpenInterfaces:
                 copy.set_members(opened.members, quietly=True)
             self._connect(copy, frame)
             if frame.block is not None and opened.seq > copy.seq:
-                if copy.instances:  # else no instance has missed anything
+                if copy.instances:  # without earlier instances no update was missed
                     self.skipped += opened.seq - copy.seq - 1
                 copy.update(opened.seq, frame.block, opened.stamped, opened.changed)
             copy.seq = opened.seq
@@ -129,16 +125,16 @@ class OpenInterfaces:
         self._channels[copy.mem_serial] = copy
 
     def owns(self, instance: Interface) -> bool:
-        """Return whether an instance was opened here and is open."""
+        """Return whether an instance is open at this client."""
         return self._instances.get(instance.serial.bytes) is instance
 
     def copy_of(self, instance: Interface) -> InterfaceCopy | None:
-        """Return the copy of an instance that is open here."""
+        """Return the copy of an open instance."""
         with self._lock:
             return self._copies.get((instance.type, instance.id)) if self.owns(instance) else None
 
     def start_closing(self, instance: Interface) -> InterfaceCopy:
-        """Make an instance invalid; its listeners are still notified of its end."""
+        """Invalidate an instance; its listeners are still notified until `finish_closing`."""
         with self._lock:
             copy = self._copies[instance.type, instance.id]
             del self._instances[instance.serial.bytes]
@@ -146,7 +142,7 @@ class OpenInterfaces:
             return copy
 
     def finish_closing(self, copy: InterfaceCopy, instance: Interface, seq: int) -> None:
-        """Strike out an instance that the server has closed."""
+        """Remove an instance that the server has closed."""
         with self._lock:
             if instance in copy.instances:
                 copy.instances.remove(instance)
@@ -165,7 +161,7 @@ class OpenInterfaces:
                 del self._channels[copy.mem_serial]
 
     def invalidate_all(self) -> None:
-        """End all instances without an event."""
+        """Invalidate all instances without notifying listeners."""
         with self._lock:
             for instance in self._instances.values():
                 instance.invalidate()
@@ -173,16 +169,14 @@ class OpenInterfaces:
             self._copies.clear()
             self._channels.clear()
 
-    # -- what instances send
-
     def write(
         self, port: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
     ) -> None:
-        """Send a write; when there is no room, or no session, remember the last one."""
+        """Send a write; without room or session, keep the last block."""
         with self._sender.lock:
             waits = port in self._unsent
             sent = self._sender.write(serial.bytes, _STAMPS[stamped], changed, block, wait=not waits)
-            self.skipped += waits  # what waited is not sent any more
+            self.skipped += waits  # the waiting block is replaced and never sent
             if sent:
                 port.seq += 1
                 self._unsent.pop(port, None)
@@ -194,7 +188,7 @@ class OpenInterfaces:
         self._wake_session()
 
     def flush(self) -> None:
-        """Send conflated updates, as many as there is room for."""
+        """Send the waiting blocks as far as there is room."""
         with self._sender.lock:
             for port, block in tuple(self._unsent.items()):
                 writer = next((i for i in port.instances if i.is_writer and i.valid), None)
@@ -207,16 +201,16 @@ class OpenInterfaces:
             self.flushing = False
 
     def note_skipped(self) -> None:
-        """Count an update that listeners are too slow for."""
+        """Count an update that was conflated because listeners are slow."""
         self.skipped += 1
 
     def send_message(self, sender: Interface, message: Message) -> None:
         """Send a message and wait until it is in the writer's queue.
 
-        :raises NoWriterError: when there is no writer.
-        :raises QueueFullError: when its queue is bounded and full.
-        :raises RequestTimeoutError: when the writer or the server does not answer in time.
-        :raises DisconnectedError: when there is no session; it may have been delivered.
+        :raises NoWriterError: if there is no writer.
+        :raises QueueFullError: if the queue is bounded and full.
+        :raises RequestTimeoutError: if the writer or the server does not answer in time.
+        :raises DisconnectedError: if there is no session; the message may have been delivered.
         """
         body, block = send_body(sender, message), message.to_bytes()
         reply = self._sender.request("send", body, block, timeout=self._timeout, repeat=False)
@@ -231,9 +225,9 @@ class OpenInterfaces:
                 raise_refusal(reply, uid=sender.uid, message_type=message.type, serial=sender.serial)
 
     def wait_written(self, timeout: float) -> None:
-        """Return when nothing conflated waits any more.
+        """Wait until all blocks were sent.
 
-        :raises RequestTimeoutError: when it takes too long.
+        :raises RequestTimeoutError: after the timeout.
         """
         deadline = time.monotonic() + timeout
         while self._unsent:
@@ -241,17 +235,16 @@ class OpenInterfaces:
                 raise RequestTimeoutError("the blackboard's server takes no writes")
             time.sleep(0.005)
 
-    # -- the session
-
     def welcomed(self, epoch: bytes) -> None:
-        """Open everything again."""
+        """Reopen all instances in a new session."""
         self._same_epoch, self._epoch = epoch == self._epoch, epoch
         with self._lock:
             instances = [instance for copy in self._copies.values() for instance in copy.instances]
             self._channels.clear()
             for copy in self._copies.values():
                 copy.expected = copy.seq
-        instances.sort(key=lambda instance: not instance.is_writer)  # whose data count is known then
+        # writers first: the replies to readers are compared with the writers' sequence numbers
+        instances.sort(key=lambda instance: not instance.is_writer)
         with self._sender.lock:
             self._reopening = 1
             for instance in instances:
@@ -273,7 +266,7 @@ class OpenInterfaces:
         self._ask("open", body, lambda frame: self._reopened(instance, frame))
 
     def _reopened(self, instance: Interface, frame: ZmqFrame) -> None:
-        """Continue with an instance, or end it."""
+        """Connect an instance to its reopened interface, or invalidate it."""
         opened = frame.body.opened
         with self._lock:
             copy = self._copies.get((instance.type, instance.id))
@@ -294,13 +287,13 @@ class OpenInterfaces:
                 copy.set_members(opened.members, quietly=False)
 
     def _take_over(self, copy: InterfaceCopy, opened: Any, block: bytes) -> None:
-        """Bring a copy up to date with a new session's data, unless it is newer."""
+        """Update a copy with the data of a new session, unless the copy is newer."""
         seen = opened.seq <= copy.expected if self._same_epoch else opened.seq == 0
         if not seen and copy not in self._unsent:
             copy.update(opened.seq, block, opened.stamped, opened.changed)
 
     def _was_lost(self, copy: InterfaceCopy, seq: int) -> bool:
-        """Return whether this client's last write has not reached the server, and no newer write came."""
+        """Return whether the last write of this client was lost with the session."""
         return seq < copy.expected if self._same_epoch else seq == 0
 
     def _give_up(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
@@ -322,7 +315,7 @@ class OpenInterfaces:
             self._sender.start("close", {"instance": serial}, b"", PendingRequest())
 
     def _done_one(self) -> None:
-        """Count replies; after the last one, let all threads send."""
+        """Count a reply; after the last one, release the sender for all threads."""
         self._reopening -= 1
         if self._reopening:
             return
@@ -334,7 +327,7 @@ class OpenInterfaces:
             self._board.announce(True, f"connected to {self._url} again")
 
     def lost(self, reason: str) -> None:
-        """Note that there is no session: no other instance is visible."""
+        """Handle the loss of the session: other instances are invisible."""
         if self._epoch and not self._loss_announced:
             self._loss_announced = True
             text = f"lost the blackboard at {self._url}: {reason}; trying to connect again"
@@ -344,12 +337,10 @@ class OpenInterfaces:
             for copy in self._copies.values():
                 copy.forget_others()
 
-    # -- frames
-
     def updated(self, data: bytes) -> None:
-        """Take an Update.
+        """Handle an Update.
 
-        :raises ProtocolError: when it is none.
+        :raises ProtocolError: if the frame is invalid.
         """
         if len(data) < _HEADER or data[1] != VERSION:
             raise other_version(data[1]) if len(data) > 1 else ProtocolError("an update without its header")
@@ -364,7 +355,7 @@ class OpenInterfaces:
             copy.update(seq, data[_HEADER:], stamped, changed)
 
     def received(self, frame: ZmqFrame) -> None:
-        """Take a frame of the server that is not an update."""
+        """Handle a frame other than an Update."""
         body = frame.body
         match frame.kind:
             case "answer":
@@ -381,10 +372,10 @@ class OpenInterfaces:
             case "existence":
                 self.existence.existence(body)
             case _:
-                pass  # a beat, or news of a later version
+                pass  # a heartbeat, or an event of a later version
 
     def _deliver(self, body: DeliverBody, block: bytes) -> None:
-        """Put a message into a writer's queue and notify the server; in the dispatcher's thread."""
+        """Queue a message for a writer and acknowledge it; in the dispatcher's thread."""
         code, detail = self._queue_message(body, block)
         self._sender.send_delivered(DeliveredBody(body.delivery, code, detail))
 

@@ -1,7 +1,7 @@
-"""The copy of an interface at a client: the port of the instances that the client has of it.
+"""The copy of an interface at a client; the port of the client's instances.
 
-The thread that has the turn to receive feeds it, the threads of the instances use it, the dispatcher's thread
-notifies its listeners; the lock guards the copy.
+The receiving thread updates it, the threads of the instances use it, and the dispatcher's thread notifies its
+listeners. The lock guards the copy.
 """
 
 from __future__ import annotations
@@ -33,35 +33,39 @@ _EVENTS: Final = {
 
 
 class ZmqUplink(Protocol):
-    """The way from a copy to the server."""
+    """Sends the writes and messages of a copy to the server."""
 
     def write(
         self, port: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
     ) -> None:
-        """Send a write, or remember that there is one to send."""
+        """Send a write, or keep it for later."""
 
     def send_message(self, sender: Interface, message: Message) -> None:
-        """Send a message and wait for what became of it."""
+        """Send a message and wait for its outcome."""
 
     def note_skipped(self) -> None:
-        """Count an update of which listeners are not notified."""
+        """Count a conflated update."""
 
 
 @dataclass(slots=True)
 class Member:
-    """An instance that has the interface open, here or elsewhere."""
+    """An open instance of the interface, at any client."""
 
     owner: str
     writer: bool
 
 
 Copy = tuple[int, int, int, bytes]
-"""An interface's data as one write left them: version, stamped and changed as in a port, the block."""
+"""The data after a write: version, version of the last stamp, version of the last change, block."""
 
 
 @dataclass(slots=True)
 class DataEvent:
-    """A write that is not announced yet, whether its data changed, and its listeners at that time."""
+    """A pending notification of a write.
+
+    :param differs: whether the data changed.
+    :param audience: the listeners at the time of the write.
+    """
 
     copy: Copy
     differs: bool
@@ -69,12 +73,9 @@ class DataEvent:
 
 
 class InterfaceCopy(BoardPort):
-    """The copy, who has the interface open, who listens.
+    """The copy of an interface's data, members and listeners.
 
-    :param board: the blackboard.
-    :param interface_class: of the first instance.
-    :param interface_id: the interface's id.
-    :param uplink: the way to the server.
+    :param uplink: sends to the server.
     :param dispatcher: calls the listeners.
     """
 
@@ -88,27 +89,25 @@ class InterfaceCopy(BoardPort):
     ) -> None:
         super().__init__(board, interface_class, interface_id, 0)
         self.instances: list[Interface] = []
-        """Those of this client, in the order of opening."""
+        """The instances of this client in the order of opening."""
         self.seq = 0
-        """Sequence number of the copy in this session."""
+        """The sequence number of the copy in this session."""
         self.expected = 0
-        """Sequence number that the server had in the session before, as far as is known."""
+        """The last known sequence number of the server in the previous session."""
         self.written = False
-        """Whether the copy comes from this client's writer."""
+        """Whether the copy was written by this client."""
         self._uplink: Final = uplink
         self._dispatcher: Final = dispatcher
         self._copy: Copy = (0, 0, 0, bytes(self.size))
-        self._fetched = 0  # the newest version that anybody has read
-        self._view: Copy | None = None  # what read() gives to the listeners that are being notified
-        self._tail: DataEvent | None = None  # the event that waits last
+        self._fetched = 0  # the newest version that was read
+        self._view: Copy | None = None  # the data that read() returns to the listeners being notified
+        self._tail: DataEvent | None = None  # the last pending event
         self._members: dict[UUID, Member] = {}
 
-    # -- from the server, in the thread that receives
-
     def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
-        """Take over a write.
+        """Take over a write of another client.
 
-        :raises ProtocolError: when the block is of another size.
+        :raises ProtocolError: if the size of the block is wrong.
         """
         if len(block) != self.size:
             raise ProtocolError(f"a block of {self.uid} has not {len(block)} bytes")
@@ -143,7 +142,7 @@ class InterfaceCopy(BoardPort):
             self._view = None
 
     def change(self, kind: ChangeKind, serial: UUID, owner: str) -> None:
-        """Note who came or went, and notify the listeners."""
+        """Add or remove a member and notify the listeners."""
         if kind in (ChangeKind.READER_ADDED, ChangeKind.WRITER_ADDED):
             if serial in self._members:
                 return
@@ -156,9 +155,9 @@ class InterfaceCopy(BoardPort):
         self._dispatcher.put(self.listeners.notify_audience, self.listeners.audience(event), event, serial)
 
     def queue_message(self, writer: Interface, body: DeliverBody, block: bytes) -> tuple[ResultCode, int]:
-        """Ask the listeners and put a message into a writer's queue; in the dispatcher's thread.
+        """Ask the listeners and queue a message for a writer; in the dispatcher's thread.
 
-        :returns: what became of it, and a detail.
+        :returns: the result and a detail for the server.
         """
         message_class = writer.MESSAGES.get(body.type)
         if message_class is None or len(block) != message_class.SCHEMA.datasize:
@@ -170,20 +169,21 @@ class InterfaceCopy(BoardPort):
             writer.msgq_append(message)
         except QueueFullError as error:
             return ResultCode.QUEUE_FULL, error.limit
-        except InvalidInstanceError:  # a listener has closed it
+        except InvalidInstanceError:  # closed by a listener
             return ResultCode.NO_WRITER, 0
         return ResultCode.OK, 0
 
     def end_listening(self, instance: Interface) -> None:
-        """Stop notifying on behalf of an instance; after the notifications under way."""
+        """Unregister the listeners of an instance after the pending notifications."""
         self._dispatcher.put(self._unregister, instance)
 
     def _unregister(self, instance: Interface) -> None:
         self.listeners.unregister(None, instance)
 
     def set_members(self, members: Iterable[Any], *, quietly: bool) -> None:
-        """Replace who has it open: members as the protocol's Opened has them.
+        """Replace the members.
 
+        :param members: as in the protocol's Opened.
         :param quietly: do not notify the listeners.
         """
         new = {UUID(bytes=m.instance): Member(m.owner, m.writer) for m in members}
@@ -200,10 +200,10 @@ class InterfaceCopy(BoardPort):
             self.change(
                 ChangeKind.WRITER_ADDED if member.writer else ChangeKind.READER_ADDED, serial, member.owner
             )
-        self._members = new  # in the server's order
+        self._members = new  # in the order of the server
 
     def forget_others(self) -> None:
-        """Note that no other instance is visible: the session is lost."""
+        """Remove the instances of other clients, because the session is lost."""
         own = {instance.serial for instance in self.instances}
         for serial, member in self._members.items():
             if serial not in own:
@@ -212,13 +212,11 @@ class InterfaceCopy(BoardPort):
                 )
 
     def snapshot(self) -> bytes:
-        """Return the present copy."""
+        """Return the present block."""
         return self._copy[3]
 
-    # -- the port of the instances
-
     def _notified_copy(self) -> Copy | None:
-        """Return the data that the caller is being notified of, unless newer data were read."""
+        """Return the data of the notification in progress, unless newer data were read."""
         view = self._view
         if view is None or view[0] < self._fetched or threading.get_ident() != self._dispatcher.ident:
             return None
@@ -230,7 +228,6 @@ class InterfaceCopy(BoardPort):
         return ((None if self._view is None else self._notified_copy()) or self._copy)[0]
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
-        """Give the copy; see :class:`~cxbridge.interfaces.message.Port`."""
         with self._lock:
             copy = (None if self._view is None else self._notified_copy()) or self._copy
             self._fetched = copy[0]
@@ -238,7 +235,6 @@ class InterfaceCopy(BoardPort):
         return version, stamped, changed
 
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
-        """Take over the writer's block, send it, notify the listeners; see the port."""
         data = bytes(block)
         with self._lock:
             _, old_stamped, old_changed, old = self._copy
@@ -247,32 +243,27 @@ class InterfaceCopy(BoardPort):
                 old_stamped = version
             self._copy = (version, old_stamped, version if changed else old_changed, data)
             self.written = True
-            audience = self.listeners.data_audience  # who comes later can read the data, and is not notified
+            # listeners that register later read the data and are not notified
+            audience = self.listeners.data_audience
         self._uplink.write(self, writer.serial, stamped, changed, data)
         if audience is not None:
             self.listeners.notify_data(audience, changed)
         return version
 
     def next_id(self, last: int) -> int:
-        """Return an id that the copy does not show; see :class:`~cxbridge.interfaces.message.Port`."""
         return self._unshown_id(last, self._copy[3])
 
     def transmit(self, sender: Interface, message: Message) -> None:
-        """Send a message; see :class:`~cxbridge.interfaces.message.Port`."""
         self._uplink.send_message(sender, message)
 
     def has_writer(self) -> bool:
-        """Return whether the interface has a writer."""
         return any(member.writer for member in self._members.values())
 
     def writer_owner(self) -> str:
-        """Return the writer's owner; empty when there is no writer."""
         return next((member.owner for member in self._members.values() if member.writer), "")
 
     def reader_owners(self) -> tuple[str, ...]:
-        """Return the readers' owners, in the order of opening."""
         return tuple(member.owner for member in self._members.values() if not member.writer)
 
     def reader_owner(self, serial: str) -> str:
-        """Return who has opened the reading instance with this serial; empty: there is none."""
         return next((member.owner for key, member in self._members.items() if str(key) == serial), "")

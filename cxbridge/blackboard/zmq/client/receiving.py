@@ -1,15 +1,17 @@
 """The events socket of a client, and the thread that calls its listeners.
 
-A listener's event costs least when the thread that received it calls the listener. But the copies are to be
-kept up to date, and credit is to go back, while a listener takes its time. So two threads take turns: the
-dispatcher's thread has the socket as long as its listeners are quick, the session's thread takes it when they
-are not. Who owns what:
+An event is cheapest when the receiving thread calls the listeners. While listeners run, however, the copies
+must be updated and credit must be returned. Two threads therefore take turns: the dispatcher's thread
+receives while its listeners are quick, otherwise the session's thread. Owners:
 
-- the socket, the numbers and the credit: the thread that has the turn;
-- the turn: only who has it gives it away; the session's thread takes it back only while the dispatcher's
-  calls listeners, or has not begun to receive. It opens and closes the socket with the turn in hand;
-- the nudge, which ends the dispatcher's receiving: any thread, by a second lock;
-- the queue of calls: any thread puts, the dispatcher's takes.
+- the socket, the numbers and the credit belong to the thread that has the turn;
+
+- the turn is given away only by its owner. The session's thread takes it back only while the dispatcher's
+  thread calls listeners, or has not begun to receive. It opens and closes the socket while it has the turn;
+
+- the nudge, which interrupts the dispatcher's receiving, is for any thread, under a second lock;
+
+- the queue of calls is filled by any thread and emptied by the dispatcher's thread.
 """
 
 from __future__ import annotations
@@ -31,42 +33,41 @@ from cxbridge.blackboard.zmq.wire.dataframes import UPDATE, ZmqFrame, is_data_fr
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, receiver, rest
 
 FULL: Final = 1024
-"""Events that wait; beyond, updates of one interface are conflated."""
+"""The number of waiting events above which updates of one interface are conflated."""
 
 _BATCH: Final = 64
-_AT_ONCE: Final = 20e-6  # seconds; a message that takes less to receive had arrived before
-_RETURN: Final = 4  # credit is given back in this many parts of the window
+_AT_ONCE: Final = 20e-6  # seconds; a frame that is received in less time had arrived before
+_RETURN: Final = 4  # credit is returned in this many parts of the window
 
 _SESSION: Final = 0  # the session's thread receives
 _DISPATCHER: Final = 1  # the dispatcher's thread receives
-_CALLING: Final = 2  # so it does, but just now it calls listeners: the session's thread may take over
-_LENT: Final = 3  # it will receive after the present call: the session's thread may take over
+_CALLING: Final = 2  # the dispatcher's thread calls listeners: the session's thread may take over
+# the dispatcher's thread receives after the present call: the session's thread may take over
+_LENT: Final = 3
 _BETWEEN: Final = (_CALLING, _LENT)
 
 
 class FrameHandler(Protocol):
-    """Takes the frames of a session; called in the thread that has the turn."""
+    """Handles the frames of a session, in the thread that has the turn."""
 
     def welcomed(self, epoch: bytes) -> None:
-        """Begin to open everything again."""
+        """Reopen the instances in a new session."""
 
-    def received(self, frame: ZmqFrame) -> None:
-        """Take a frame."""
+    def received(self, frame: ZmqFrame) -> None: ...
 
     def updated(self, data: bytes) -> None:
-        """Take an Update, as it came.
+        """Handle the bytes of an Update.
 
-        :raises ProtocolError: when it is none.
+        :raises ProtocolError: if the frame is invalid.
         """
 
 
 class EventReceiver(Dispatcher):
     """Calls listeners, and receives in turns with the session's thread.
 
-    :param name: of the thread.
-    :param report: called for what fails.
-    :param context: of the sockets.
-    :param wake_session: makes the session's thread look at :attr:`fault`, and whose turn it is.
+    :param report: called with the name and error of a failed call.
+    :param context: the ZeroMQ context.
+    :param wake_session: makes the session's thread look at `fault` and at the turn.
     """
 
     def __init__(
@@ -87,40 +88,37 @@ class EventReceiver(Dispatcher):
         self._nudge: Socket | None = None
         self._backlog: deque[Work | None] = deque()
         self._ended = False
-        self._idle = False  # the thread waits for something to call
-        self._receiving = False  # it waits for the server: who hands something in has to nudge it
+        self._idle = False  # the thread waits for calls
+        self._receiving = False  # the thread waits for the server, so a new call has to nudge it
         self.asleep = False
-        """Whether the session's thread has to be woken before listeners are called."""
+        """Whether the session's thread must be woken before listeners are called."""
         self._reset()
-        super().__init__(name, report)  # begins the thread
+        super().__init__(name, report)  # starts the thread
 
     def _reset(self) -> None:
         self.last_received_s = time.monotonic()
-        """When something was received last; seconds, monotonic."""
+        """The monotonic time of the last received frame, in seconds."""
         self.welcome: Any = None
-        """The server's Welcome; None before it came."""
+        """The server's Welcome, None before it."""
         self.fault = ""
         """Why the session cannot continue."""
         self._numbers = self._credit = 0
         self._return_at = 1
 
-    # -- the queue of calls, in any thread
-
     def put(self, work: Callable[..., object], *args: Any, urgent: bool = False) -> None:
-        """Call ``work`` after all that was put before; see the base class."""
         self._queue.put((work, args, urgent))
         if self._receiving:
             self._nudge_dispatcher()
 
     @property
     def full(self) -> bool:
-        """Whether the queue is so long that it is time to conflate."""
+        """Whether the queue is so long that updates are conflated."""
         return self._queue.qsize() >= FULL
 
     def wait(self, done: Callable[[], bool], deadline: float) -> None:
-        """Run urgent calls until ``done``; for listeners that wait for an answer, in the thread.
+        """Run urgent calls until ``done``, for listeners that wait for a reply in this thread.
 
-        The thread that completes it puts something into the queue afterwards.
+        The thread that completes ``done`` must then queue a call, which ends the wait.
         """
         self._hand_over()
         while not done():
@@ -139,8 +137,6 @@ class EventReceiver(Dispatcher):
             else:
                 self._backlog.append(item)
 
-    # -- in the dispatcher's thread
-
     def _run(self) -> None:
         while True:
             self._call_waiting()
@@ -148,12 +144,13 @@ class EventReceiver(Dispatcher):
                 return
             self._idle = True
             if self._turn == _SESSION and self._nudge is not None:
-                self._wake_session()  # listeners have caught up: it may lend the turn
+                # the listeners have caught up, so the session's thread may lend the turn
+                self._wake_session()
             self._backlog.append(self._queue.get())
             self._idle = False
 
     def _call_waiting(self) -> None:
-        """Call all that waits."""
+        """Make all queued calls."""
         while not self._ended:
             if self._backlog:
                 item = self._backlog.popleft()
@@ -170,11 +167,11 @@ class EventReceiver(Dispatcher):
         """Receive and call listeners until the session's thread takes over."""
         with self._lock:
             if self._turn != _LENT:
-                return  # it has taken the turn back
+                return  # the session's thread has taken the turn back
             self._turn = _DISPATCHER
         try:
             self._take_turns()
-        except Exception as error:  # noqa: BLE001 - e.g. the context was terminated
+        except Exception as error:  # noqa: BLE001 - for example the context was terminated
             self.fault = self.fault or repr(error)
         self._receiving = False
         with self._changed:
@@ -184,11 +181,11 @@ class EventReceiver(Dispatcher):
         self._wake_session()
 
     def _take_turns(self) -> None:
-        # Each update of each reader comes through here in a thread that has slept: what counts is how much
-        # memory is touched, that is, few calls and few objects.
+        # every update of every reader passes here, in a thread with cold caches: use few calls and few
+        # objects
         lock, recv, now, nothing_waits = self._lock, self._recv, time.monotonic, self._queue.empty
         while self._turn == _DISPATCHER and not self._reclaimed and not self.fault:
-            self._receiving = True  # from now on a new call wakes this thread
+            self._receiving = True  # a new call wakes the thread from here on
             if nothing_waits():
                 before = now()
                 data = recv()
@@ -196,7 +193,7 @@ class EventReceiver(Dispatcher):
                 self.last_received_s = after = now()
                 self._take(data)
                 if after - before < _AT_ONCE:
-                    self.take()  # there may be more: the copies before the listeners
+                    self.take()  # update the copies by all waiting frames before calling listeners
                 elif self._credit >= self._return_at:
                     self._give_credit()
             else:
@@ -215,23 +212,20 @@ class EventReceiver(Dispatcher):
                 if self._turn == _CALLING:
                     self._turn = _DISPATCHER
 
-    # -- the session, in the session's thread
-
     def open(
         self, events: Socket, name: str, handler: FrameHandler, give_credit: Callable[[int], bool]
     ) -> None:
-        """Begin with a session's socket, after the Hello; the session's thread has the first turn.
+        """Begin a session after its Hello; the session's thread has the first turn.
 
-        :param name: of the session, for this process.
-        :param handler: takes frames.
-        :param give_credit: reports to the server the number of taken updates; returns whether it could.
+        :param name: identifies the session in this process.
+        :param give_credit: reports the number of handled updates to the server; returns whether it was sent.
         """
         self._reset()
         self._handler = handler
         self._give_credit_back = give_credit
         self._events = events
         self._recv = receiver(events)
-        # A thread that waits for the server is woken by an empty frame of one more peer of the socket.
+        # an empty frame of another peer of the socket wakes a thread that waits for the server
         events.bind(f"inproc://{name}")
         nudge = self.context.socket(zmq.DEALER)
         nudge.linger = 0
@@ -248,18 +242,17 @@ class EventReceiver(Dispatcher):
 
     @property
     def session_has_turn(self) -> bool:
-        """Whether it is the turn of the session's thread."""
         return self._turn == _SESSION
 
     def lend(self) -> None:
-        """Let the dispatcher's thread receive when it has nothing else to do."""
+        """Let the dispatcher's thread receive if it is idle."""
         if self._idle and self._queue.empty():
             self._turns += 1
-            self._turn = _LENT  # not more: it may just have begun to call something
+            self._turn = _LENT  # only lent, because the thread may just have begun a call
             self.put(self._receive)
 
     def watch(self) -> bool:
-        """Take over the calls that the dispatcher's thread has made since the last look.
+        """Take over from the dispatcher's thread if its listeners are slow.
 
         :returns: whether to look again soon.
         """
@@ -271,7 +264,7 @@ class EventReceiver(Dispatcher):
         return quick or self._turn in _BETWEEN
 
     def reclaim(self) -> None:
-        """Take the turn back, whatever the dispatcher's thread does."""
+        """Take the turn back, even from a receiving thread."""
         with self._changed:
             self._reclaimed = True
             while self._turn == _DISPATCHER:
@@ -281,7 +274,7 @@ class EventReceiver(Dispatcher):
             self._reclaimed = False
 
     def take(self) -> None:
-        """Take received frames, a batch at most."""
+        """Handle waiting frames, at most one batch."""
         recv = self._recv
         for _ in range(_BATCH):
             try:
@@ -295,29 +288,26 @@ class EventReceiver(Dispatcher):
         if self._credit >= self._return_at:
             self._give_credit()
 
-    # -- the turn, in any thread
-
     def _nudge_dispatcher(self) -> None:
-        with self._nudging, contextlib.suppress(zmq.Again):  # a thousand of them wait already
+        # the queue of nudges is full, so the thread wakes up anyway
+        with self._nudging, contextlib.suppress(zmq.Again):
             if self._nudge is not None:
                 self._nudge.send(b"", zmq.NOBLOCK)
 
     def _hand_over(self) -> None:
-        """Let the session's thread continue, if the dispatcher's is not receiving."""
+        """Give the turn to the session's thread unless the dispatcher's thread receives."""
         with self._lock:
             if self._turn not in _BETWEEN:
                 return
             self._turn = _SESSION
         self._wake_session()
 
-    # -- frames, in the thread whose turn it is
-
     def _take(self, data: bytes) -> None:
-        """Take one message, whose first frame was received."""
+        """Handle one message whose first frame was received."""
         try:
             if not data:
                 return  # a nudge
-            if data[0] == UPDATE:  # by far the most
+            if data[0] == UPDATE:  # first, because nearly all frames are updates
                 self._credit += 1
                 self._handler.updated(data)
                 return
@@ -349,12 +339,12 @@ class EventReceiver(Dispatcher):
             self._credit = 0
 
     def fail(self, reason: str) -> None:
-        """Note why the session cannot continue; the first reason counts."""
+        """Record why the session cannot continue; later reasons are ignored."""
         self.fault = self.fault or reason
 
 
 def _name(code: Any) -> str:
-    """Return a code's name; its number when this version does not know it."""
+    """Return the name of a code, or its number if this version does not know it."""
     try:
         return ResultCode(code).name
     except ValueError:

@@ -1,7 +1,7 @@
-"""The commands socket of a client: what any thread sends, numbered and in order, and the requests under way.
+"""The commands socket of a client, for numbered frames of any thread, and the pending requests.
 
-Its lock is between the threads; a ZeroMQ socket may change threads then, as this one is never polled for
-input. The session's thread attaches and detaches the socket.
+A ZeroMQ socket may be used by several threads under a lock, unless it is polled for input. The session's
+thread attaches and detaches the socket.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from cxbridge.blackboard.zmq.wire.dataframes import (
 )
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, sender
 
+# milliseconds that a write waits for room before it is conflated
 ROOM_MS: Final = 100
-"""How long a write waits for room before it is conflated."""
 
-_PATIENCE_MS: Final = 1000  # what cannot be conflated waits longer
+_PATIENCE_MS: Final = 1000  # frames that cannot be conflated wait longer
 
 
 def _locked() -> threading.Lock:
@@ -43,11 +43,10 @@ def _locked() -> threading.Lock:
 
 @dataclass(slots=True, eq=False)
 class PendingRequest:
-    """A request under way.
+    """A pending request.
 
-    :param on_reply: called by the receiving thread, in the order of the stream, before the requester is
-        woken.
-    :param wake: called when there is a reply, for a requester who does not just :meth:`wait`.
+    :param on_reply: called by the receiving thread, in the order of the stream, before `wait` returns.
+    :param wake: called on a reply, for requesters that do not use `wait`.
     """
 
     on_reply: Callable[[ZmqFrame], None] | None = None
@@ -57,35 +56,34 @@ class PendingRequest:
     _unanswered: threading.Lock = field(default_factory=_locked)  # an Event takes five times as long
 
     def finish(self, reply: ZmqFrame | None) -> None:
-        """Wake the requester; without a reply the session was lost."""
+        """Wake the requester; None means that the session was lost."""
         self.reply, self.lost = reply, reply is None
         self._unanswered.release()
         if self.wake is not None:
             self.wake()
 
     def answered(self) -> bool:
-        """Return whether it is finished."""
         return not self._unanswered.locked()
 
     def wait(self, seconds: float) -> None:
-        """Wait until it is finished; one thread may do so, at most once again after it was too short."""
+        """Wait for the reply in one thread; after a timeout it may wait once more."""
         if self._unanswered.acquire(timeout=max(0.0, seconds)):
             self._unanswered.release()
 
 
 class CommandSender:
-    """Sends in order, from any thread; keeps the unanswered requests.
+    """Sends in order, from any thread, and keeps the unanswered requests.
 
-    :param dispatcher: whose thread must not just wait.
+    :param dispatcher: its thread runs urgent calls while it waits.
     """
 
     def __init__(self, dispatcher: EventReceiver) -> None:
         self.lock: Final = threading.RLock()
         self._changed = threading.Condition(self.lock)
         self.sent = 0.0
-        """When something was sent last; seconds, monotonic."""
+        """The monotonic time of the last sent frame, in seconds."""
         self.broken = False
-        """Whether the server does not take anything any more."""
+        """Whether the server has stopped taking frames."""
         self._dispatcher: Final = dispatcher
         self._socket: zmq.Socket[bytes] | None = None
         self._send_frame: Callable[..., Any] = _no_socket
@@ -95,21 +93,19 @@ class CommandSender:
         self._requests = itertools.count(1)
         self._pending: dict[int, PendingRequest] = {}
 
-    # -- the session, in the session's thread
-
     def attach(self, socket: zmq.Socket[bytes]) -> None:
-        """Begin with a session's socket; only its thread may send until it is ready."""
+        """Begin a session; only the session's thread may send until `set_ready`."""
         with self.lock:
             self._socket, self._number, self.broken = socket, 0, False
             self._send_frame = sender(socket)
 
     def set_ready(self) -> None:
-        """Let everybody send; the caller has the lock."""
+        """Let all threads send; the caller holds the lock."""
         self._ready = True
         self._changed.notify_all()
 
     def detach(self) -> None:
-        """End the session: open requests will not be answered."""
+        """End the session and its pending requests."""
         with self.lock:
             self._socket, self._ready = None, False
             pending, self._pending = self._pending, {}
@@ -117,13 +113,13 @@ class CommandSender:
             request.finish(None)
 
     def close(self) -> None:
-        """Let no thread wait for a session any more."""
+        """Release all threads that wait for a session."""
         with self.lock:
             self._closed = True
             self._changed.notify_all()
 
     def answer(self, frame: ZmqFrame) -> bool:
-        """Hand a reply to its requester; return whether there is one."""
+        """Give a reply to its requester; return whether there is one."""
         with self.lock:
             pending = self._pending.pop(frame.body.request, None)
         if pending is None:
@@ -139,11 +135,11 @@ class CommandSender:
 
     @property
     def ready(self) -> bool:
-        """Whether there is a session that requests can go to."""
+        """Whether requests can be sent."""
         return self._ready
 
     def wait_ready(self, deadline: float) -> bool:
-        """Wait for the session; return whether there is one."""
+        """Wait for a session; return whether there is one."""
         with self.lock:
             return self._wait_ready(deadline)
 
@@ -155,25 +151,23 @@ class CommandSender:
             self._changed.wait(remaining)
         return True
 
-    # -- sending
-
     def send(self, kind: str, body: dict[str, Any], *, wait_ms: int = _PATIENCE_MS) -> bool:
-        """Send something that has no answer; return whether it was possible."""
+        """Send a frame without reply; return whether it was sent."""
         with self.lock:
             return self._send(encode(kind, self._number + 1, body), wait_ms)
 
     def give_credit(self, updates: int) -> bool:
-        """Report to the server the number of taken updates; return whether it was possible."""
+        """Report the number of handled updates; return whether it was sent."""
         with self.lock:
             return self._send(pack_credit(self._number + 1, updates), 0)
 
     def send_delivered(self, body: DeliveredBody) -> None:
-        """Report to the server what became of a message."""
+        """Report the outcome of a delivered message."""
         with self.lock:
             self._send(pack_delivered(self._number + 1, body), _PATIENCE_MS)
 
     def write(self, instance: bytes, stamp: int, changed: bool, block: bytes, *, wait: bool) -> bool:
-        """Send a write when the session is ready; return whether it was possible."""
+        """Send a write if there is a session with room; return whether it was sent."""
         with self.lock:
             if not self._ready:
                 return False
@@ -181,7 +175,7 @@ class CommandSender:
             return self._send(frame, ROOM_MS if wait else 0, conflatable=True)
 
     def _send(self, frame: bytes, wait_ms: int, *, conflatable: bool = False) -> bool:
-        """Send the frame of the next number; the caller has the lock."""
+        """Send a frame with the next number; the caller holds the lock."""
         if self._socket is None or self.broken:
             return False
         try:
@@ -190,7 +184,7 @@ class CommandSender:
             if not wait_ms:
                 return False
             if not self._socket.poll(wait_ms, zmq.POLLOUT):
-                self.broken = not conflatable  # of writes only the last one counts
+                self.broken = not conflatable  # of several writes only the last one counts
                 return False
             return self._send(frame, 0, conflatable=conflatable)
         except zmq.ZMQError:
@@ -200,10 +194,10 @@ class CommandSender:
         return True
 
     def start(self, kind: str, body: dict[str, Any] | SendBody, block: bytes, pending: PendingRequest) -> int:
-        """Send a request; the caller has the lock. Return its number.
+        """Send a request and return its number; the caller holds the lock.
 
-        :param block: of a Send.
-        :raises ProtocolError: when it cannot be expressed.
+        :param block: the block of a Send.
+        :raises ProtocolError: if a value does not fit the frame.
         """
         request = next(self._requests)
         if isinstance(body, SendBody):
@@ -228,11 +222,11 @@ class CommandSender:
     ) -> ZmqFrame:
         """Send a request and return the reply.
 
-        :param timeout: seconds, for waiting for a session, too.
-        :param repeat: send it again when the session is lost before the reply; only for requests that may be
-            done twice.
-        :raises DisconnectedError: when there is no session, or it was lost.
-        :raises RequestTimeoutError: when no reply comes in time.
+        :param timeout: in seconds, including the wait for a session.
+        :param repeat: send the request again if the session is lost before the reply; only for requests that
+            may be carried out twice.
+        :raises DisconnectedError: if there is no session, or it is lost.
+        :raises RequestTimeoutError: if no reply comes in time.
         """
         deadline = time.monotonic() + timeout
         inside = self._dispatcher.inside()
@@ -248,7 +242,7 @@ class CommandSender:
                 pending.wait(deadline - time.monotonic())
             with self.lock:
                 given_up = self._pending.pop(number, None) is not None
-            if not given_up:  # answered, or just being answered
+            if not given_up:  # the reply has come, or is being processed
                 pending.wait(1.0)
             if pending.reply is not None:
                 return pending.reply
@@ -261,7 +255,7 @@ class CommandSender:
                 )
 
     def _nudge(self) -> None:
-        """Wake the dispatcher's thread, which waits for its queue."""
+        """Wake the dispatcher's thread, which waits on its queue."""
         self._dispatcher.put(_nothing, urgent=True)
 
 

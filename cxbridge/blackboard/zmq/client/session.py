@@ -1,7 +1,9 @@
-"""The thread of a client's session: connects, keeps alive, and begins again when the session is lost.
+"""The thread of a client's session: it connects, sends heartbeats and reconnects.
 
-It owns the monitor socket; it opens and closes the sockets for events and for commands, which
-:mod:`.receiving` and :mod:`.sending` use in between.
+It owns the monitor socket. It opens and closes the sockets for events and commands, which :mod:`.receiving`
+and
+
+:mod:`.sending` use in between.
 """
 
 from __future__ import annotations
@@ -24,28 +26,28 @@ from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, encode
 from cxbridge.blackboard.zmq.wire.sockets import FAREWELL_MS, Socket, connect
 
 HELLO_S: Final = 2.0
-"""How long an attempt to begin a session may take."""
+"""Seconds in which the server must answer the Hello."""
 
+# seconds between attempts after a refusal
 PAUSE_S: Final = 0.1
-"""Between attempts, when the server said no."""
 
 PATIENCE_MS: Final = (5, 40)
-"""How long listeners may run before this thread receives in the place of theirs; the longer they have been
-quick, the later it looks."""
+"""Milliseconds of running listeners after which this thread receives instead.
+
+The first value applies after a slow listener; it doubles up to the second one while listeners are quick.
+"""
 
 _FLUSH_S: Final = 0.02  # between attempts to send conflated updates
 
 
 class SessionThread:
-    """Begins sessions with the server, one after the other.
+    """Runs sessions with the server, one after the other.
 
     :param url: the server's endpoint.
-    :param interfaces: take frames.
-    :param sender: sends.
-    :param receiver: receives, in turns with this thread.
+    :param receiver: receives in turns with this thread.
     :param wakeup: wakes this thread.
-    :param heartbeat: seconds, as the client wishes; the server may want a shorter one.
-    :param name: of the client, for the server's log.
+    :param heartbeat: in seconds; the server may demand a shorter one.
+    :param name: identifies the client in the server's log.
     """
 
     def __init__(
@@ -74,18 +76,14 @@ class SessionThread:
         self._thread: Final = threading.Thread(target=self._run, name=f"BlackBoard {url}", daemon=True)
 
     def start(self) -> None:
-        """Begin to connect."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Close the session and end the thread."""
         self._stopping = True
         self._wakeup.set()
         if threading.current_thread() is not self._thread:
             self._thread.join()
             self._wakeup.close()
-
-    # -- the thread
 
     def _run(self) -> None:
         while not self._stopping:
@@ -95,7 +93,7 @@ class SessionThread:
                 TransportError,
                 zmq.ZMQError,
                 OSError,
-            ) as error:  # no descriptor is left, for example: there will be
+            ) as error:  # for example no descriptor is left, which may change
                 reason = f"no session can begin: {error}"
             if not self._stopping:
                 self._interfaces.lost(reason)
@@ -110,7 +108,7 @@ class SessionThread:
             self._wakeup.clear()
 
     def _session(self) -> str:
-        """Have one session from its beginning to its end; return why it ended."""
+        """Run one session; return why it ended."""
         session = os.urandom(SESSION_SIZE)
         self._interfaces.flushing = False
         events = connect(self._receiver.context, self._url, EVENTS + session, self._keys)
@@ -129,7 +127,8 @@ class SessionThread:
                     "heartbeat_ms": round(self._wished_heartbeat * 1000),
                     "name": self._name,
                 }
-                events.send(encode("hello", 0, hello), zmq.NOBLOCK)  # a refused handshake may have ended it
+                # a refused handshake may have closed the socket
+                events.send(encode("hello", 0, hello), zmq.NOBLOCK)
                 name = f"nudge-{session.hex()}"
                 self._receiver.open(events, name, self._interfaces, self._sender.give_credit)
                 reason = self._serve(events, monitor)
@@ -149,7 +148,7 @@ class SessionThread:
         return reason
 
     def _serve(self, events: Socket, monitor: Socket) -> str:
-        """Look after the session, and receive when it is this thread's turn; return why it ended."""
+        """Keep the session alive, and receive in this thread's turns; return why the session ended."""
         receiver, interfaces = self._receiver, self._interfaces
         watching, receiving = zmq.Poller(), zmq.Poller()
         for poller in (watching, receiving):
@@ -179,12 +178,12 @@ class SessionThread:
         return receiver.fault or "closed"
 
     def _watch(self, poller: zmq.Poller, due: float) -> dict[object, int]:
-        """Wait for something to do while the dispatcher's thread receives."""
+        """Wait for events while the dispatcher's thread receives."""
         if self._receiver.watch():
             patience, self._patience = self._patience, min(2 * self._patience, PATIENCE_MS[1])
             return dict(poller.poll(min(_ms(due), patience)))
         self._patience = PATIENCE_MS[0]
-        self._receiver.asleep = True  # from now on this thread is woken when listeners are called
+        self._receiver.asleep = True  # from here on this thread is woken before listeners are called
         try:
             return {} if self._receiver.watch() else dict(poller.poll(_ms(due)))
         finally:
@@ -192,7 +191,7 @@ class SessionThread:
 
     @property
     def _heartbeat(self) -> float:
-        """Seconds; the shorter one of both sides."""
+        """The shorter heartbeat of both peers, in seconds."""
         welcome = self._receiver.welcome
         return (
             self._wished_heartbeat
@@ -201,9 +200,9 @@ class SessionThread:
         )
 
     def _look_after(self, now: float, gap: float) -> None:
-        """Send a heartbeat when it is due; find out whether the server is dead."""
+        """Send a heartbeat if it is due, and detect a dead server."""
         receiver = self._receiver
-        if gap > self._heartbeat:  # this process stood still: nothing could be received
+        if gap > self._heartbeat:  # this process was suspended and could not receive
             receiver.last_received_s = max(receiver.last_received_s, now - self._heartbeat)
         if receiver.welcome is None:
             if now - receiver.last_received_s > HELLO_S:
@@ -220,5 +219,5 @@ class SessionThread:
 
 
 def _ms(due: float) -> int:
-    """Return how many milliseconds there are until then."""
+    """Return the milliseconds until ``due``, rounded up."""
     return int(max(0.0, due - time.monotonic()) * 1000) + 1

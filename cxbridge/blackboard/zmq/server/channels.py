@@ -1,4 +1,4 @@
-"""A channel of the server: the updates and changes of an interface to all clients that have it open."""
+"""A channel of the server: updates and changes of an interface for the clients that have it open."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cxbridge.blackboard.zmq.wire.dataframes import pack_update
 from cxbridge.interfaces.instance import Interface
 
 MAX_QUEUED: Final = 256
-"""Updates of one interface that may wait for the server's thread; then they are conflated."""
+"""The number of updates of an interface waiting for the server's thread; above it they are conflated."""
 
 _KINDS: Final = (
     EventKind.DATA_REFRESHED,
@@ -27,24 +27,23 @@ _KINDS: Final = (
 
 
 class ServerLoop(Protocol):
-    """The server's thread, for other modules."""
+    """The server's thread."""
 
-    def inside(self) -> bool:
-        """Return whether the caller is the server's thread."""
+    def inside(self) -> bool: ...
 
     def post(self, work: Callable[..., None], *args: Any) -> None:
-        """Let the server's thread call ``work``; calls stay in order."""
+        """Call a function in the server's thread; calls stay in order."""
 
     def drain(self) -> None:
-        """Do what other threads have posted; in the server's thread."""
+        """Make the posted calls; in the server's thread."""
 
 
 class InterfaceValue(NamedTuple):
-    """An interface's data at some time.
+    """The data of an interface at some time.
 
-    :param seq: number of the write.
-    :param stamped: number of the last write with a new time stamp.
-    :param changed: number of the last write with changed data.
+    :param seq: the number of the last write.
+    :param stamped: the number of the last write with a new time stamp.
+    :param changed: the number of the last write with changed data.
     """
 
     seq: int
@@ -56,31 +55,28 @@ class InterfaceValue(NamedTuple):
 class Channel(Listener):
     """An interface of the local blackboard that clients have open.
 
-    It listens on behalf of one of their instances, the *carrier*, as it must not be a reader itself.
+    The channel must not count as a reader, so it registers its listener for an instance of a client, the
+    *carrier*.
 
-    :param board: the local blackboard.
     :param loop: the server's thread.
-    :param memory: the interface.
     """
 
     def __init__(self, board: BlackBoard, loop: ServerLoop, memory: InterfaceMemory) -> None:
         self.memory: Final = memory
         self.writer: tuple[ZmqSession, Interface] | None = None
-        """The session that has the writer, and its instance here."""
+        """The session with the writer and the server's instance for it."""
         self.members: Final[dict[ZmqSession, Membership]] = {}
         self._board = board
         self._loop = loop
         self._carrier: Interface | None = None
-        self._written: bytes | None = None  # the block that is just being published
+        self._written: bytes | None = None  # the block being published
         self._queued = 0
         self._last: tuple[ChangeKind, UUID] | None = None
 
-    # -- who has it open
-
     def join(self, session: ZmqSession, instance: Interface) -> InterfaceValue | None:
-        """Enter an instance of a session.
+        """Add an instance of a session.
 
-        :returns: the initial data; None when the session has them already.
+        :returns: the initial data, None if the session has them.
         """
         if self._carrier is None:
             self._carry(instance)
@@ -99,7 +95,7 @@ class Channel(Listener):
         return value
 
     def hand_over(self, leaving: Interface) -> None:
-        """Listen on behalf of another instance than the one that is about to be closed."""
+        """Move the listener to another instance before the carrier is closed."""
         if self._carrier is leaving:
             for session, membership in self.members.items():
                 for serial in membership.instances:
@@ -108,7 +104,7 @@ class Channel(Listener):
                         return
 
     def leave(self, session: ZmqSession, instance: Interface) -> int:
-        """Strike out an instance that was closed; return the sequence number that the client has."""
+        """Remove a closed instance; return the client's sequence number."""
         membership = self.members[session]
         membership.instances.discard(instance.serial.bytes)
         if self.writer is not None and self.writer[1] is instance:
@@ -124,10 +120,8 @@ class Channel(Listener):
         self._carrier = instance
         self._board.register_listener(self, instance, *_KINDS)
 
-    # -- data
-
     def write(self, instance: Interface, block: bytes, stamped: bool | None, changed: bool) -> None:
-        """Publish the write of the writer's client; in the server's thread."""
+        """Publish the write of a client; in the server's thread."""
         self._written = block
         try:
             instance.publish_block(block, stamped, changed)
@@ -136,7 +130,7 @@ class Channel(Listener):
 
     def value(self) -> InterfaceValue:
         """Return the present data."""
-        if self._written is not None:  # no need to copy them
+        if self._written is not None:  # saves a copy
             return InterfaceValue(*self.memory.versions(), self._written)
         block = bytearray(self.memory_size)
         version, stamped, changed = self.memory.fetch(block)
@@ -144,15 +138,14 @@ class Channel(Listener):
 
     @property
     def memory_size(self) -> int:
-        """Bytes of the block."""
+        """The size of the block in bytes."""
         assert self._carrier is not None
         return int(self._carrier.SCHEMA.datasize)
 
     def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's method
-        """Pass a write on; in the thread of the writer."""
         if self._loop.inside():
             self._push(self.value())
-        elif self._queued < MAX_QUEUED:  # else the last one of the queue brings the newest value
+        elif self._queued < MAX_QUEUED:  # above the limit, the last queued update sends the newest value
             self._queued += 1
             self._loop.post(self._push_queued, None if self._queued == MAX_QUEUED else self.value())
 
@@ -162,7 +155,7 @@ class Channel(Listener):
             self._push(self.value() if value is None else value)
 
     def _push(self, value: InterfaceValue) -> None:
-        """Send an update to all but the session that wrote it."""
+        """Send an update to all sessions except the writer's."""
         writer = None if self.writer is None else self.writer[0]
         common: bytes | None = None
         for session, membership in self.members.items():
@@ -200,22 +193,16 @@ class Channel(Listener):
         seq, stamped, changed, block = value
         return pack_update(self.memory.mem_serial, seq, stamped > sent, changed > sent, seq - sent - 1, block)
 
-    # -- changes
-
     def reader_added(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Pass it on."""
         self._notify(ChangeKind.READER_ADDED, serial)
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Pass it on."""
         self._notify(ChangeKind.READER_REMOVED, serial)
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Pass it on."""
         self._notify(ChangeKind.WRITER_ADDED, serial)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        """Pass it on."""
         self._notify(ChangeKind.WRITER_REMOVED, serial)
 
     def _notify(self, kind: ChangeKind, serial: UUID) -> None:
@@ -225,7 +212,7 @@ class Channel(Listener):
             self._loop.post(self._send_change, kind, serial)
 
     def _send_change(self, kind: ChangeKind, serial: UUID) -> None:
-        if self._last == (kind, serial):  # notified for two carriers, see hand_over
+        if self._last == (kind, serial):  # reported twice when the carrier changed, see hand_over
             return
         self._last = (kind, serial)
         owner = next((member.owner for member in self.memory.instances() if member.serial == serial), "")

@@ -1,8 +1,8 @@
-"""The limit of connections of a server of ZeroMQ: further connections are ended on arrival.
+"""A limit of the connections to a ZeroMQ server; further ones are closed on arrival.
 
-libzmq accepts all connections, and when no file descriptor is left it tries again and again with a whole
-core. It offers no pause (to unbind ends accepted connections): so the server must keep descriptors free.
-Clients that merely connect leave descriptors for other uses, and are dropped by the handshake's time limit.
+libzmq accepts all connections, and without free file descriptors it retries in a busy loop. It cannot pause
+accepting, because unbinding closes accepted connections. The server must therefore keep descriptors free.
+Clients that connect without a handshake are dropped after its time limit.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ _WATCHED: Final = zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED
 
 
 class ConnectionLimit:
-    """The connections of a server's TCP sockets. For the server's thread.
+    """The connections to the TCP sockets of a server, for the server's thread.
 
-    :param most: connections at a time; a client has two.
-    :param report: called when a client is turned away.
+    :param most: the maximal number of connections; a client has two.
+    :param report: called with a text for each closed connection.
     """
 
     def __init__(self, most: int, report: Callable[[str], None]) -> None:
@@ -36,7 +36,7 @@ class ConnectionLimit:
         self._watched: dict[int, tuple[Socket, Socket, int]] = {}
 
     def watch(self, context: Context, socket: Socket, endpoint: str) -> None:
-        """Look after a socket that is bound; one for processes of this machine needs none."""
+        """Monitor a bound socket if its endpoint is TCP."""
         if not endpoint.startswith("tcp:"):
             return
         address = f"inproc://connections-{os.urandom(8).hex()}"
@@ -49,15 +49,15 @@ class ConnectionLimit:
 
     @property
     def descriptors(self) -> list[int]:
-        """The monitor socket that reports connections."""
+        """The descriptors of the monitor sockets."""
         return list(self._watched)
 
     def has_news(self, ready: Iterable[tuple[int, int]]) -> bool:
-        """Whether one of these descriptors reports it."""
+        """Return whether a monitor socket is among the ready descriptors."""
         return any(descriptor in self._watched for descriptor, _ in ready)
 
     def look(self) -> None:
-        """Note who came and went, and end the connections that are too many."""
+        """Process the events of the monitors and close connections above the limit."""
         for _, monitor, port in self._watched.values():
             came: dict[int, None] = {}
             while (news := _next(monitor)) is not None:
@@ -74,7 +74,8 @@ class ConnectionLimit:
                 self._end(descriptor, port)
 
     def _end(self, descriptor: int, port: int) -> None:
-        """End a connection, if it is still one to this port: its number may be another's by now."""
+        """Close a connection."""
+        # the descriptor may belong to another socket by now, hence the check of the port
         self._inside.discard(descriptor)
         with contextlib.suppress(OSError):
             peer = network.socket(fileno=descriptor)
@@ -83,10 +84,10 @@ class ConnectionLimit:
                     peer.shutdown(network.SHUT_RDWR)
                     self._report(f"more than {self._most} connections, the next are ended")
             finally:
-                peer.detach()  # it is libzmq's
+                peer.detach()  # libzmq owns the descriptor
 
     def close(self) -> None:
-        """Look after nothing any more."""
+        """Close the monitors."""
         for socket, monitor, _ in self._watched.values():
             while _next(monitor) is not None:
                 pass
@@ -96,7 +97,7 @@ class ConnectionLimit:
 
 
 def _next(monitor: Socket) -> tuple[int, int] | None:
-    """Return the next event of a monitor, and its descriptor; None when there is none."""
+    """Return the next event of a monitor and its descriptor, or None."""
     try:
         event, *_ = monitor.recv_multipart(NOBLOCK)
     except zmq.Again:

@@ -1,4 +1,4 @@
-"""The messages under way from the server to writers in clients."""
+"""Messages from the server to writers in clients that await their outcome."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
 MAX_PENDING: Final = 1024
-"""Messages that may be under way to one session."""
+"""The maximal number of pending messages per session."""
 
 Outcome = Callable[[ResultCode, int], None]
-"""Takes what became of a message, and a detail."""
+"""Takes the outcome of a message and a detail."""
 
 
 @dataclass(slots=True)
@@ -33,7 +33,7 @@ class _Delivery:
 
 
 class Deliveries:
-    """All messages under way; of the server's thread only."""
+    """The pending messages; for the server's thread only."""
 
     def __init__(self) -> None:
         self._numbers = itertools.count(1)
@@ -51,11 +51,11 @@ class Deliveries:
         done: Outcome,
         deadline: float,
     ) -> None:
-        """Send a message to the session that has its writer.
+        """Send a message to the session with its writer.
 
-        :param message: without the delivery's number and the writer.
-        :param done: called exactly once with the result.
-        :param deadline: seconds, monotonic.
+        :param message: a body without delivery number and writer.
+        :param done: called exactly once with the outcome.
+        :param deadline: monotonic time in seconds.
         """
         if session.failed:
             done(ResultCode.NO_WRITER, 0)
@@ -70,19 +70,19 @@ class Deliveries:
         session.deliver(DeliverBody(number, serial, *message[2:]), block)
 
     def finish(self, session: ZmqSession, number: int, code: ResultCode, detail: int) -> None:
-        """Note the report of a writer's client about a message; nothing when the message was given up."""
+        """Finish a delivery with the outcome that the client reports; expired deliveries are ignored."""
         delivery = self._pending.get(number)
         if delivery is not None and delivery.session is session:
             self._end(number, code, detail)
 
     def drop(self, session: ZmqSession, instance: bytes | None = None) -> None:
-        """Give up the messages under way to a session, or to one writer of it."""
+        """Fail the deliveries to a session, or to one of its writers."""
         for number, delivery in list(self._pending.items()):
             if delivery.session is session and instance in (None, delivery.instance):
                 self._end(number, ResultCode.NO_WRITER, 0)
 
     def expire(self, now: float) -> None:
-        """Give up messages whose answer is late."""
+        """Fail the deliveries whose deadline has passed."""
         for number, delivery in list(self._pending.items()):
             if delivery.deadline < now:
                 self._end(number, ResultCode.TIMEOUT, 0)
@@ -94,15 +94,15 @@ class Deliveries:
 
 
 class Forwarder(Listener):
-    """Stands for a writer that lives in a client: what this process sends to it goes there.
+    """Forwards messages of this process to a writer in a client.
 
-    As message listener it sends and waits, in the thread of the sender, outside of all locks; the
-    queue that it puts in place of the instance's then reports the outcome.
+    The message listener sends and waits in the thread of the sender, without a lock. Then the
+    `ForwardedQueue` of the instance reports the outcome.
 
     :param loop: the server's thread.
     :param deliver: sends a message from the server's thread.
-    :param timeout: seconds to wait for an answer.
-    :param log: called for failures for which no sender waits.
+    :param timeout: seconds to wait for the outcome.
+    :param log: called with failures of messages whose sender does not wait.
     """
 
     def __init__(
@@ -119,7 +119,6 @@ class Forwarder(Listener):
         self.outcome: Final = threading.local()
 
     def message_received(self, interface: Interface, message: Message) -> bool:
-        """Carry a message of this process to the writer's client."""
         if self._loop.inside():
             self.outcome.value = (ResultCode.OK, 0)
             self._deliver(interface, message.copy(), self._note)
@@ -142,7 +141,7 @@ class Forwarder(Listener):
 
 
 class ForwardedQueue(MessageQueue):
-    """The queue of a writer in another process: keeps nothing, raises the error of the forwarder's answer."""
+    """The queue of a writer in a client: it stores nothing and raises the error of the outcome."""
 
     __slots__ = ("_forwarder", "_name")
 
@@ -152,11 +151,11 @@ class ForwardedQueue(MessageQueue):
         self._forwarder = forwarder
 
     def append(self, message: Message, time_us: int) -> None:
-        """End the sending of ``message`` as the writer's client said.
+        """Finish the sending of a message.
 
-        :raises NoWriterError: when the writer died before its answer.
-        :raises QueueFullError: when its queue is bounded and full.
-        :raises RequestTimeoutError: when its process did not answer.
+        :raises NoWriterError: if the writer was closed before its reply.
+        :raises QueueFullError: if the writer's queue is bounded and full.
+        :raises RequestTimeoutError: if the client did not reply.
         """
         code, detail = self._forwarder.outcome.value
         if code is ResultCode.OK:

@@ -1,4 +1,4 @@
-"""The requests of clients, done on the local blackboard; everything here runs in the server's thread."""
+"""Requests of clients on the local blackboard; all code runs in the server's thread."""
 
 from __future__ import annotations
 
@@ -32,13 +32,11 @@ _STAMPED: Final = {int(Stamp.COMPARE): None, int(Stamp.OLD): False, int(Stamp.NE
 
 
 class RequestHandler:
-    """The requests of clients, done on a local blackboard.
+    """Carries out requests of clients on a local blackboard.
 
-    :param board: the blackboard that is served.
     :param loop: the server's thread.
-    :param delivery_timeout: seconds that a writer's client has to take a message.
-    :param log: called for what people should know.
-    :param rights: what clients may do.
+    :param delivery_timeout: seconds in which a client must take a message for its writer.
+    :param log: called with a text for the log.
     """
 
     def __init__(
@@ -60,7 +58,7 @@ class RequestHandler:
     def handle(self, session: ZmqSession, frame: ZmqFrame) -> None:
         """Carry out the request of a frame.
 
-        :raises ProtocolError: when clients do not send such frames.
+        :raises ProtocolError: if the kind of frame is invalid for clients.
         """
         handler = getattr(self, f"_on_{frame.kind}", None)
         if handler is None:
@@ -73,8 +71,6 @@ class RequestHandler:
             code, fields = refusal_of(error)
             answer = session.answer if frame.kind == "send" else session.reply
             answer(frame.body.request, code, **fields)
-
-    # -- opening and closing
 
     def _on_open(self, session: ZmqSession, frame: ZmqFrame) -> None:
         body = frame.body
@@ -91,7 +87,7 @@ class RequestHandler:
             )
         else:
             instance = self._board.open_for_reading(interface_class, body.id, owner=body.owner)
-        self._loop.drain()  # earlier writes of other clients go out before the reply
+        self._loop.drain()  # earlier writes of other clients must be sent before the reply
         serial = instance.serial.bytes
         session.instances[serial] = instance
         channel = self._channel_of(instance)
@@ -117,7 +113,7 @@ class RequestHandler:
         return channel
 
     def _forward_messages(self, instance: Interface, listeners: ListenerTable) -> None:
-        """Have what this process sends to a client's writer go there, from the first message on."""
+        """Forward messages of this process to a client's writer."""
         forwarder = Forwarder(self._loop, self._deliver, self._delivery_timeout, self._log)
         instance.divert_queue(ForwardedQueue(instance.uid, forwarder))
         listeners.register(forwarder, instance, (EventKind.MESSAGE_RECEIVED,))
@@ -130,7 +126,7 @@ class RequestHandler:
             session.reply(frame.body.request, detail=self.close(session, instance))
 
     def close(self, session: ZmqSession, instance: Interface) -> int:
-        """Close an instance of a session; return the sequence number that the client has."""
+        """Close an instance of a session; return the client's sequence number."""
         channel = self._channel_by_instance(instance)
         if instance.valid:
             channel.hand_over(instance)
@@ -143,7 +139,7 @@ class RequestHandler:
         return sent
 
     def _channel_by_instance(self, instance: Interface) -> Channel:
-        """Return the channel of an instance; it may be invalid: the blackboard was shut down."""
+        """Return the channel of an instance, which may be invalid after a shutdown of the blackboard."""
         if instance.valid:
             return self._channels[instance.mem_serial]
         serial = instance.serial.bytes
@@ -154,17 +150,15 @@ class RequestHandler:
         )
 
     def end(self, session: ZmqSession) -> None:
-        """Close everything that a session has."""
+        """Close the instances of a session and fail its deliveries."""
         self.deliveries.drop(session)
         for instance in list(session.instances.values()):
             self.close(session, instance)
 
-    # -- data
-
     def write(self, session: ZmqSession, serial: bytes, stamp: int, changed: bool, block: bytes) -> None:
-        """Publish a block of a session's writer.
+        """Publish the block of a session's writer.
 
-        :raises ProtocolError: when it is of another size.
+        :raises ProtocolError: if its size is wrong.
         """
         instance = session.instances.get(serial)
         if instance is None or not instance.is_writer:
@@ -179,8 +173,6 @@ class RequestHandler:
 
     def _on_beat(self, session: ZmqSession, frame: ZmqFrame) -> None:
         pass
-
-    # -- messages
 
     def _on_send(self, session: ZmqSession, frame: ZmqFrame) -> None:
         body = frame.body
@@ -216,7 +208,7 @@ class RequestHandler:
             session.answer(body.request, ResultCode.NO_WRITER)
 
     def _emit(self, sender: Interface, message: Message, outcome: str) -> None:
-        """Emit the event of a message from one client to another."""
+        """Emit the event of a message between clients."""
         emit_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
     def _on_delivered(self, session: ZmqSession, frame: ZmqFrame) -> None:
@@ -233,8 +225,6 @@ class RequestHandler:
         deadline = time.monotonic() + self._delivery_timeout
         self.deliveries.start(*channel.writer, deliver_body(message), message.to_bytes(), done, deadline)
 
-    # -- looking around
-
     def _on_list(self, session: ZmqSession, frame: ZmqFrame) -> None:
         found = self._board.list(frame.body.type_glob, frame.body.id_glob)
         _reply_list(session, frame.body.request, found)
@@ -244,12 +234,12 @@ class RequestHandler:
         _reply_list(session, frame.body.request, self._board.list_all())
 
     def _on_sync(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        self._loop.drain()  # what this process wrote before belongs before the reply
+        self._loop.drain()  # the reply must follow the earlier writes of this process
         session.reply(frame.body.request)
 
 
 def _reply_list(session: ZmqSession, request: int, found: Sequence[InterfaceInfo]) -> None:
-    """Answer with a description of interfaces."""
+    """Reply with descriptions of interfaces."""
     infos = [
         {
             "type": info.type,
@@ -267,7 +257,7 @@ def _reply_list(session: ZmqSession, request: int, found: Sequence[InterfaceInfo
 
 
 def _opened(channel: Channel, serial: bytes, value: InterfaceValue | None, seq: int) -> dict[str, Any]:
-    """Return the fields of Opened."""
+    """Return the fields of an Opened."""
     members = [
         {"instance": member.serial.bytes, "owner": member.owner, "writer": member.is_writer}
         for member in channel.memory.instances()

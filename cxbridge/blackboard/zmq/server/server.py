@@ -1,4 +1,4 @@
-"""The server of a local blackboard over ZeroMQ: sockets, sessions, and the one thread that owns them."""
+"""The server of a local blackboard over ZeroMQ: sockets, sessions and their thread."""
 
 from __future__ import annotations
 
@@ -38,36 +38,35 @@ from cxbridge.blackboard.zmq.wire.sockets import (
 from cxbridge.rights import EVERYTHING, Rights
 
 MIN_HEARTBEAT: Final = 0.05
-"""Seconds; the shortest heartbeat."""
+"""The shortest heartbeat in seconds."""
 
 MAX_SESSIONS: Final = 1024
-"""Clients that are served at the same time."""
+"""The maximal number of clients."""
 
+# a client has two sockets; the rest is for connections whose handshake is pending
 MOST_CONNECTIONS: Final = 2 * MAX_SESSIONS + 64
-"""Connections over TCP at the same time."""
+"""The maximal number of TCP connections."""
 
 WINDOW: Final = 256
-"""Updates that may be under way to a client."""
+"""The maximal number of unacknowledged updates per client."""
 
 _WRITE: Final = bytes((WRITE, VERSION))
-_BATCH: Final = 64  # messages of one socket before the next socket's turn
-_TICKS: Final = 4  # looks at the sessions in a heartbeat
+_BATCH: Final = 64  # messages of one socket before the next socket is served
+_TICKS: Final = 4  # checks of the sessions per heartbeat
 
 
 class ZmqBlackBoardServer(BoardServer, Observer):
-    """Serves a local blackboard to clients in other threads, processes and machines.
+    """Serves a local blackboard to clients in threads, processes and on other machines.
 
     :param board: the blackboard; its owner shuts it down.
-    :param endpoints: where to listen: ``tcp://host:port`` (port ``*``: any), ``ipc://path``, ``inproc://name``.
-    :param heartbeat: seconds; clients may ask for a shorter one.
-    :param keys: who may connect over TCP; needed beyond loopback.
-    :param insecure: listen beyond loopback without keys.
-    :param window: updates that may be under way to a client.
-    :param max_sessions: clients at the same time.
-    :param rights: what clients may do.
-    :param most_connections: over TCP, those of strangers included; a client has two.
-    :param context: of ZeroMQ; None: its own, or the process' own when an endpoint is inproc.
-    :raises InsecureEndpointError: when an endpoint needs keys.
+    :param endpoints: ``tcp://host:port`` (``*``: any port), ``ipc://path`` or ``inproc://name``.
+    :param heartbeat: in seconds; clients may demand a shorter one.
+    :param keys: required for endpoints that other machines can reach.
+    :param insecure: allow such endpoints without keys.
+    :param window: the maximal number of unacknowledged updates per client.
+    :param most_connections: of TCP, including connections without handshake; a client has two.
+    :param context: the ZeroMQ context; None makes one, or takes that of the process for inproc.
+    :raises InsecureEndpointError: if an endpoint needs keys.
     """
 
     def __init__(  # noqa: PLR0913  as many options as a server has
@@ -91,13 +90,13 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self.board: Final = board
         self.heartbeat: Final = max(heartbeat, MIN_HEARTBEAT)
         self.endpoints: list[str] = list(endpoints)
-        """Where it listens, with the ports that it got."""
+        """The endpoints, with the actual ports after the start."""
         self._keys = keys
         self._window = window
         self._max_sessions = max_sessions
         self._lent_context = context
+        # While it serves.
         self._context: zmq.Context[zmq.Socket[bytes]] | None = None
-        """While it serves."""
         self._own_context = False
         self._authenticator: Any = None
         self._epoch = b""
@@ -113,12 +112,10 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             board, self, patience, partial(self._complaints.add, "request"), rights
         )
 
-    # -- starting and stopping, in any thread
-
     def _prepare(self) -> None:
-        """Listen.
+        """Bind the sockets.
 
-        :raises EndpointError: when an endpoint cannot be bound.
+        :raises EndpointError: if an endpoint cannot be bound.
         """
         self._epoch = os.urandom(SESSION_SIZE)
         self._context, self._own_context = context_for(self._lent_context, self.endpoints)
@@ -132,7 +129,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._info(f"serving at {', '.join(self.endpoints)}")
 
     def _authenticate(self, context: zmq.Context[zmq.Socket[bytes]]) -> Any:
-        """Let libzmq ask for the clients' keys."""
+        """Start the thread that checks the keys of clients."""
         if self._keys is None:
             return None
         from zmq.auth.thread import ThreadAuthenticator  # noqa: PLC0415 - brings asyncio
@@ -148,8 +145,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             file.remove()
         self._connections.close()
         for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
-            with contextlib.suppress(zmq.ZMQError):  # its file may be gone
-                socket.unbind(endpoint)  # at once: another server may want it
+            with contextlib.suppress(zmq.ZMQError):  # the file of the endpoint may be removed
+                socket.unbind(endpoint)  # releases the endpoint at once for another server
             socket.close(linger=FAREWELL_MS)
         self._sockets.clear()
         if self._authenticator is not None:
@@ -159,27 +156,23 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     @property
     def skipped(self) -> int:
-        """How many updates were conflated for clients that were too slow."""
+        """The number of updates that were conflated for slow clients."""
         return self._skipped + sum(session.skipped for session in tuple(self._sessions.values()))
 
     @property
     def sessions(self) -> int:
-        """How many clients there are."""
+        """The number of clients."""
         return len(self._sessions)
 
-    # -- work of other threads
-
     def post(self, work: Callable[..., None], *args: Any) -> None:
-        """Let the server's thread call ``work``; calls stay in order."""
+        """Call a function in the server's thread; calls stay in order."""
         self._inbox.append((work, args))
         self._wakeup.set()
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Notify the clients that watch."""
         self._notify_existence(True, interface_type, interface_id)
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        """Notify the clients that watch."""
         self._notify_existence(False, interface_type, interface_id)
 
     def _notify_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
@@ -194,12 +187,10 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             if session.watching:
                 session.send("existence", body)
 
-    # -- the thread
-
     def _run(self) -> None:
         self._by_descriptor = {socket.fileno(): socket for socket in self._sockets}
         if sys.platform == "win32":
-            return  # the context has refused
+            return  # the context refuses Windows
         poll = select.poll()
         poll.register(self._wakeup, select.POLLIN)
         for descriptor in (*self._by_descriptor, *self._connections.descriptors):
@@ -219,8 +210,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._connections.look()
                 shortest = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
                 last, due = now, now + shortest / _TICKS
-            # A descriptor of ZeroMQ only reports what happened since one looked, and sending looks, too:
-            # before this thread sleeps nothing may be sent after the last look.
+            # ZeroMQ's descriptors only report events since the last look, and sending looks, too: nothing may
+            # be sent between the last look and the poll
             if self._receive(batch, ready):
                 batch, ready = _BATCH, ()
             else:
@@ -232,7 +223,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self.drain()
 
     def drain(self) -> None:
-        """Do what other threads have posted."""
+        """Make the posted calls."""
         while self._inbox:
             work, args = self._inbox.popleft()
             try:
@@ -241,9 +232,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._complaints.add(type(error).__name__, f"{work.__name__} failed: {error!r}")
 
     def _receive(self, batch: int, ready: Sequence[tuple[int, int]]) -> bool:
-        """Take received messages, a batch by each socket at most; return whether there may be more.
+        """Handle received messages, at most one batch per socket; return whether there may be more.
 
-        :param ready: descriptors that just became so: their sockets need no look.
+        :param ready: descriptors that the poll just reported.
         """
         if ready:
             sockets = [self._by_descriptor[fd] for fd, _ in ready if fd in self._by_descriptor]
@@ -272,7 +263,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._send_away(socket, route, ResultCode.REFUSED, "the server failed")
 
     def _take(self, socket: zmq.Socket[bytes], route: bytes, data: bytes, more: list[bytes]) -> None:
-        """Take one message."""
+        """Handle one message."""
         session = self._sessions.get(route[1:])
         if session is None or route[:1] != COMMANDS:
             frame = decode([data, *more])
@@ -283,7 +274,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             return
         if session.failed:
             return
-        if data[:2] == _WRITE and len(data) >= WRITE_HEADER.size and not more:  # by far the most
+        # first, because nearly all frames are writes
+        if data[:2] == _WRITE and len(data) >= WRITE_HEADER.size and not more:
             _, _, stamp, changed, number, instance = WRITE_HEADER.unpack_from(data)
             if self._is_next(session, number):
                 self._requests.write(session, instance, stamp, changed, data[WRITE_HEADER.size :])
@@ -297,7 +289,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._requests.handle(session, frame)
 
     def _is_next(self, session: ZmqSession, number: int) -> bool:
-        """Note a number; return whether it is not a duplicate's, and none is missing."""
+        """Record a frame's number and return whether it is the expected one."""
         session.last_received_s = time.monotonic()
         if number == session.numbers_in + 1:
             session.numbers_in = number
@@ -333,8 +325,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         )
 
     def _look_after_sessions(self, now: float, gap: float) -> None:
-        """Send heartbeats, find who is dead, give up what takes too long."""
-        stalled = gap > self.heartbeat  # this process stood still: nothing of the clients could be received
+        """Send heartbeats, detect dead clients and expire deliveries."""
+        stalled = gap > self.heartbeat  # this process was suspended and could not receive
         for session in tuple(self._sessions.values()):
             if stalled:
                 session.last_received_s = now
@@ -342,10 +334,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._requests.deliveries.expire(now)
         self._end_failed()
 
-    # -- the ends of sessions
-
     def _fail(self, session: ZmqSession, code: ResultCode) -> None:
-        """Note that a session cannot continue; it ends when no request works with it."""
+        """Record that a session cannot continue; it is ended after the current request."""
         if not session.failed:
             session.failed = True
             self._failed.append((session, code))
@@ -366,12 +356,12 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._requests.end(session)
 
     def _send_away(self, socket: zmq.Socket[bytes], route: bytes, code: ResultCode, text: str) -> None:
-        """Notify a client that it has no session, and end the one that it may have."""
+        """Notify a client that it has no session, and end an existing one."""
         session = self._sessions.get(route[1:])
         try:
             envelope = encode("gone", 0, {"code": int(code), "text": text})
             socket.send_multipart([EVENTS + route[1:], envelope], zmq.NOBLOCK)
         except zmq.ZMQError:
-            pass  # it is not there any more, or does not read
+            pass  # the client is gone, or does not read
         if session is not None and route[:1] == COMMANDS:
             self._end(session)

@@ -1,4 +1,4 @@
-"""A session of the server: the open instances of one client, and the stream to it."""
+"""A session of the server: open instances of a client, and the stream of frames to it."""
 
 from __future__ import annotations
 
@@ -14,31 +14,33 @@ from cxbridge.blackboard.zmq.wire.sockets import MORE, NOBLOCK, sender
 from cxbridge.interfaces.instance import Interface
 
 EVENTS: Final = b"e"
-"""First byte of the routing id of a client's socket for events."""
+"""The first byte of the routing id of a client's events socket."""
 
 COMMANDS: Final = b"c"
-"""First byte of the routing id of a client's socket for commands."""
+"""The first byte of the routing id of a client's commands socket."""
 
+# below three, so that the check, four times a heartbeat, notices it within three
 DEATH: Final = 2.5
-"""Heartbeats of silence after which a peer is dead; it is noticed within three."""
+"""The number of heartbeats without a frame after which a peer is dead."""
 
+# below one, so that each interval has a frame
 BEAT: Final = 0.75
-"""Heartbeats of having sent nothing after which a Beat is due, so that one is sent in each."""
+"""The number of heartbeats without sending after which a Beat is sent."""
 
 
 class UpdateSource(Protocol):
-    """An interface whose updates a session gets."""
+    """Sends updates of an interface to sessions."""
 
     def push_latest(self, session: ZmqSession) -> None:
-        """Send the session the present data."""
+        """Send the present data to a session."""
 
 
 @dataclass(slots=True)
 class Membership:
     """A session's state of an interface.
 
-    :param sent: sequence number that the client's copy has.
-    :param instances: serials of the session's instances.
+    :param sent: the sequence number of the client's copy.
+    :param instances: the serials of the session's instances.
     """
 
     sent: int
@@ -47,14 +49,14 @@ class Membership:
 
 @dataclass(slots=True, eq=False)
 class ZmqSession:
-    """One living client.
+    """A connected client.
 
     :param id: 16 bytes.
-    :param socket: the ROUTER that it came by.
-    :param heartbeat: seconds.
-    :param window: the number of updates that may be under way to it.
-    :param fail: called for a session that cannot continue, with the reason.
-    :param now: seconds, monotonic.
+    :param socket: the ROUTER socket to which it is connected.
+    :param heartbeat: in seconds.
+    :param window: the maximal number of unacknowledged updates.
+    :param fail: called when the session cannot continue, with the reason.
+    :param now: returns the monotonic time in seconds.
     """
 
     id: bytes
@@ -89,24 +91,24 @@ class ZmqSession:
         return self.name or self.id.hex()[:8]
 
     def send(self, kind: str, body: dict[str, Any], block: bytes | None = None) -> None:
-        """Send an envelope, in order after earlier frames."""
+        """Send an envelope in order."""
         self._send_next(encode(kind, self.numbers_out + 1, body), block)
 
     def answer(self, request: int, code: ResultCode, detail: int = 0, text: str = "") -> None:
-        """Answer a Send."""
+        """Reply to a Send."""
         self._send_next(pack_answer(self.numbers_out + 1, AnswerBody(request, code, detail, text)))
 
     def deliver(self, body: DeliverBody, block: bytes) -> None:
-        """Send a message to one of the client's writers."""
+        """Send a message to a writer of the client."""
         self._send_next(pack_deliver(self.numbers_out + 1, body, block))
 
     def _send_next(self, frame: bytes, block: bytes | None = None) -> None:
-        """Send a frame with the next number; a frame that cannot be encoded takes no number."""
+        """Send a frame with the next number."""
         self.numbers_out += 1
         self.send_frame(frame, block)
 
     def send_frame(self, frame: bytes, block: bytes | None = None) -> None:
-        """Send an encoded frame, e.g. an update for many sessions."""
+        """Send an encoded frame, which may be shared by sessions."""
         if self.failed:
             return
         send = self._send
@@ -119,7 +121,7 @@ class ZmqSession:
                 send(block, NOBLOCK)
         except zmq.Again:
             self.fail(self, ResultCode.TOO_SLOW)
-        except zmq.ZMQError:  # its connection is gone
+        except zmq.ZMQError:  # the connection is lost
             self.fail(self, ResultCode.SILENT)
         else:
             self.sent = self.now()
@@ -127,11 +129,10 @@ class ZmqSession:
     def reply(
         self, request: int, code: ResultCode = ResultCode.OK, *, block: bytes | None = None, **fields: object
     ) -> None:
-        """Answer a request."""
         self.send("reply", {"request": request, "code": int(code), **fields}, block)
 
     def give_credit(self, count: int) -> None:
-        """Note that the client has taken ``count`` updates, and send what had to wait."""
+        """Add credit for ``count`` updates and send the waiting interfaces."""
         self.credit = min(self.credit + count, self.window)
         while self.credit > 0 and self.dirty:
             channel = next(iter(self.dirty))
@@ -139,7 +140,7 @@ class ZmqSession:
             channel.push_latest(self)
 
     def check_alive(self, now: float) -> None:
-        """Send a heartbeat when it is due; fail when the client was silent for too long."""
+        """Send a heartbeat if it is due; fail the session if the client was silent for too long."""
         if now - self.last_received_s > DEATH * self.heartbeat:
             self.fail(self, ResultCode.SILENT)
         elif now - self.sent > BEAT * self.heartbeat:

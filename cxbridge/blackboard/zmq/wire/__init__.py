@@ -1,1 +1,1 @@
-"""The ZeroMQ protocol without sessions: bytes of frames, codes of refusals, sockets."""
+"""Frames, codes of refusals and sockets of the ZeroMQ protocol, without sessions."""

@@ -1,7 +1,7 @@
-"""Frames: bytes to a checked message and back. Knows the limits, knows no socket.
+"""Encoding and checked decoding of frames.
 
-The protocol is in docs/evidence/protocol-zmq.md, the fields of envelopes in envelope.proto; data
-frames are in :mod:`cxbridge.blackboard.zmq.wire.dataframes`.
+The protocol is described in docs/evidence/protocol-zmq.md, the envelopes in envelope.proto. Data frames are
+in :mod:`cxbridge.blackboard.zmq.wire.dataframes`.
 """
 
 from __future__ import annotations
@@ -27,23 +27,22 @@ from cxbridge.blackboard.zmq.wire.dataframes import (
 )
 
 MAX_FRAME: Final = 1 << 20
-"""Bytes of a frame that a server takes."""
+"""The maximal bytes of a frame to the server."""
 
 MAX_ENVELOPE: Final = 64 << 10
-"""Bytes of an envelope that a server takes."""
+"""The maximal bytes of an envelope to the server."""
 
+# lists of interfaces can be long
 MAX_REPLY: Final = 64 << 20
-"""Bytes of a frame that a client takes: lists are long."""
+"""The maximal bytes of a frame to a client."""
 
 SESSION_SIZE: Final = 16
-"""Bytes of a session, an epoch, an instance's serial."""
+"""The bytes of the ids of sessions, epochs and instances."""
 
 
 def _load() -> Any:
-    """Return the class that protobuf makes of the compiled envelope.proto.
-
-    A generated Python module would bind us to one major version of protobuf: it warns on the next one.
-    """
+    """Return the class that protobuf makes from the compiled envelope.proto."""
+    # a generated Python module warns with the next major version of protobuf
     pool = DescriptorPool()
     files = FileDescriptorSet.FromString(Path(__file__).with_name("envelope.binpb").read_bytes())
     pool.AddSerializedFile(files.file[0].SerializeToString())
@@ -51,11 +50,10 @@ def _load() -> Any:
 
 
 Envelope: Final[Any] = _load()
-"""The protobuf class of the envelope."""
 
 
 class ResultCode(IntEnum):
-    """Outcome of a request, or why a session ended."""
+    """The outcome of a request, or the reason for the end of a session."""
 
     OK = 0
     DECLINED = 1
@@ -87,7 +85,7 @@ class Stamp(IntEnum):
 
 
 class ChangeKind(IntEnum):
-    """Who came or went."""
+    """How the members of an interface changed."""
 
     NONE = 0
     READER_ADDED = 1
@@ -113,10 +111,10 @@ _SERIALS: Final = {
 
 
 def encode(kind: str, number: int, body: dict[str, Any]) -> bytes:
-    """Return an envelope's bytes.
+    """Return the bytes of an envelope.
 
     :param body: the fields of the body ``kind``.
-    :raises ProtocolError: when a value does not fit its field, e.g. a text that has no UTF-8 form.
+    :raises ProtocolError: if a value does not fit its field, e.g. a text without UTF-8 form.
     """
     try:
         envelope = Envelope(version=VERSION, number=number, **{kind: body})
@@ -127,9 +125,9 @@ def encode(kind: str, number: int, body: dict[str, Any]) -> bytes:
 
 
 def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> ZmqFrame:
-    """Return the values of one message's frames, without routing id.
+    """Return the decoded frames of one message, without routing id.
 
-    :raises ProtocolError: when they are not a message of this protocol, or beyond a limit.
+    :raises ProtocolError: if they are invalid or exceed a limit.
     """
     if not 1 <= len(frames) <= 2:  # noqa: PLR2004 - envelope and block
         raise ProtocolError(f"a message has one or two frames, not {len(frames)}")
@@ -156,7 +154,7 @@ def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> ZmqF
 
 
 def _check(kind: str, body: Any, block: bytes | None) -> None:
-    """Refuse values that the types alone allow."""
+    """Check the values that the types of the fields do not restrict."""
     if block is not None and kind not in _MAY_HAVE_BLOCK:
         raise ProtocolError(f"{kind} with a block")
     for name in _SERIALS.get(kind, ()):

@@ -1,7 +1,6 @@
-"""Data frames: frequent messages are a header of fixed size and a block, in one frame.
+"""Data frames: frequent messages with a header of fixed size and a block in one frame.
 
-The layouts are in docs/evidence/protocol-zmq.md. Knows no session and no socket; bytes to checked values
-and back.
+The layouts are described in docs/evidence/protocol-zmq.md.
 """
 
 from __future__ import annotations
@@ -13,10 +12,10 @@ from typing import Any, Final, NamedTuple
 from cxbridge.blackboard.kit.errors import ProtocolError
 
 VERSION: Final = 2
-"""Of the protocol; in each data frame and each envelope."""
+"""The version of the protocol, contained in each data frame and envelope."""
 
 MAX_TEXT: Final = 256
-"""Bytes of an owner, a thread's name, a client's name, a pattern."""
+"""The maximal bytes of the names of owners, threads and clients, and of patterns."""
 
 WRITE: Final = 0xC1
 UPDATE: Final = 0xC2
@@ -39,7 +38,7 @@ _OUTCOME: Final = Struct("<BBH4xQQQ")
 
 
 class WriteBody(NamedTuple):
-    """A writer's block: see :class:`~cxbridge.blackboard.zmq.wire.codec.Stamp`."""
+    """The block of a writer, see :class:`~cxbridge.blackboard.zmq.wire.codec.Stamp`."""
 
     instance: bytes
     stamp: int
@@ -47,7 +46,7 @@ class WriteBody(NamedTuple):
 
 
 class UpdateBody(NamedTuple):
-    """An interface's block after write ``seq``; ``skipped`` ones before it were not sent."""
+    """The block after write ``seq``; ``skipped`` earlier writes were not sent."""
 
     channel: int
     seq: int
@@ -57,7 +56,7 @@ class UpdateBody(NamedTuple):
 
 
 class CreditBody(NamedTuple):
-    """The number of updates that were taken."""
+    """The number of handled updates."""
 
     updates: int
 
@@ -88,7 +87,7 @@ class DeliverBody(NamedTuple):
 
 
 class DeliveredBody(NamedTuple):
-    """What became of a message, as its writer's client says; ``code`` is a Code's number."""
+    """The outcome of a message at the writer's client; ``code`` is a `ResultCode`."""
 
     delivery: int
     code: int
@@ -96,7 +95,7 @@ class DeliveredBody(NamedTuple):
 
 
 class AnswerBody(NamedTuple):
-    """What became of a message, to its sender; ``text`` is for people."""
+    """The outcome of a message for its sender; ``text`` is for log lines."""
 
     request: int
     code: int
@@ -107,10 +106,10 @@ class AnswerBody(NamedTuple):
 class ZmqFrame(NamedTuple):
     """A decoded message.
 
-    :param kind: name of the body, e.g. ``open``.
-    :param body: the protobuf message of that name, or the values of a data frame.
-    :param number: of the frame in its session; 0: none.
-    :param block: the data of the message; None: none.
+    :param kind: the name of the body, e.g. ``open``.
+    :param body: a protobuf message, or the values of a data frame.
+    :param number: the number of the frame in its session, 0 without one.
+    :param block: the data, if any.
     """
 
     kind: str
@@ -119,28 +118,22 @@ class ZmqFrame(NamedTuple):
     block: bytes | None
 
 
-# -- to bytes
-
-
 def pack_write(number: int, instance: bytes, stamp: int, changed: bool, block: bytes) -> bytes:
-    """Return a Write."""
     return WRITE_HEADER.pack(WRITE, VERSION, stamp, changed, number, instance) + block
 
 
 def pack_update(channel: int, seq: int, stamped: bool, changed: bool, skipped: int, block: bytes) -> bytes:
-    """Return an Update; all clients may get the same bytes."""
     return UPDATE_HEADER.pack(UPDATE, VERSION, stamped, changed, channel, seq, skipped) + block
 
 
 def pack_credit(number: int, updates: int) -> bytes:
-    """Return a Credit."""
     return _CREDIT.pack(CREDIT, VERSION, updates, number)
 
 
 def pack_send(number: int, body: SendBody, block: bytes) -> bytes:
-    """Return a Send.
+    """Return the bytes of a Send.
 
-    :raises ProtocolError: when a text is too long, or has no UTF-8 form.
+    :raises ProtocolError: if a text is too long or has no UTF-8 form.
     """
     type_, thread = _texts(body)
     header = _SEND.pack(
@@ -159,9 +152,9 @@ def pack_send(number: int, body: SendBody, block: bytes) -> bytes:
 
 
 def pack_deliver(number: int, body: DeliverBody, block: bytes) -> bytes:
-    """Return a Deliver.
+    """Return the bytes of a Deliver.
 
-    :raises ProtocolError: when a text is too long, or has no UTF-8 form.
+    :raises ProtocolError: if a text is too long or has no UTF-8 form.
     """
     type_, thread = _texts(body)
     header = _DELIVER.pack(
@@ -181,12 +174,10 @@ def pack_deliver(number: int, body: DeliverBody, block: bytes) -> bytes:
 
 
 def pack_delivered(number: int, body: DeliveredBody) -> bytes:
-    """Return a Delivered."""
     return _OUTCOME.pack(DELIVERED, VERSION, body.code, number, body.delivery, body.detail)
 
 
 def pack_answer(number: int, body: AnswerBody) -> bytes:
-    """Return an Answer."""
     header = _OUTCOME.pack(ANSWER, VERSION, body.code, number, body.request, body.detail)
     return header + body.text.encode(errors="replace")
 
@@ -202,18 +193,15 @@ def _texts(body: SendBody | DeliverBody) -> tuple[bytes, bytes]:
     return texts
 
 
-# -- from bytes
-
-
 def is_data_frame(data: bytes) -> bool:
-    """Return whether a frame is none of the envelopes."""
+    """Return whether a frame is a data frame, by its first byte."""
     return WRITE <= data[0] <= ANSWER if data else False
 
 
 def unpack(data: bytes) -> ZmqFrame:
-    """Return the values of a data frame.
+    """Decode a data frame.
 
-    :raises ProtocolError: when it is too short or too long, of another version, or not of this protocol.
+    :raises ProtocolError: if its size or version is wrong.
     """
     kind, header, read = _KINDS[data[0]]
     if len(data) < header.size:
@@ -280,7 +268,7 @@ def _check_end(kind: str, data: bytes, header: Struct) -> None:
 
 
 def _tail(kind: str, data: bytes, start: int, type_size: int, thread_size: int) -> tuple[str, str, bytes]:
-    """Return the type, the thread's name and the block behind a message's header."""
+    """Return the type, thread name and block after a header."""
     if type_size > MAX_TEXT or thread_size > MAX_TEXT:
         raise ProtocolError(f"{kind}: a name is longer than {MAX_TEXT}")
     middle = start + type_size

@@ -1,4 +1,4 @@
-"""Interfaces to open and messages between instances, as bodies of frames, and back."""
+"""Conversion of interfaces and messages to and from bodies of frames."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def open_body(schema: InterfaceSchema, interface_id: str, owner: str, writer: bo
 
 
 def send_body(sender: Interface, message: Message) -> SendBody:
-    """Return a client's frame of a message, without the number of the request."""
+    """Return the body of a message from a client, without request number."""
     return SendBody(
         request=0,
         instance=sender.serial.bytes,
@@ -36,7 +36,7 @@ def send_body(sender: Interface, message: Message) -> SendBody:
 
 
 def deliver_body(message: Message) -> DeliverBody:
-    """Return a server's frame of a message of its process, without delivery and writer."""
+    """Return the body of a message from the server's process, without delivery number and writer."""
     assert message.sender_id is not None
     assert message.source_id is not None
     return DeliverBody(
@@ -54,11 +54,11 @@ def deliver_body(message: Message) -> DeliverBody:
 def receive_message(
     message_class: type[Message], body: SendBody | DeliverBody, block: bytes, sender: bytes, recipient: int
 ) -> Message:
-    """Return a message as it came over the wire.
+    """Return a received message.
 
-    :param sender: serial of the instance that sent it.
-    :param recipient: number of the interface here.
-    :raises InterfaceError: when the block is not of the message's size.
+    :param sender: the serial of the sending instance.
+    :param recipient: the number of the interface in this process.
+    :raises InterfaceError: if the size of the block is wrong.
     """
     message = message_class()
     message.set_from_chunk(block)

@@ -1,4 +1,4 @@
-"""Errors of a blackboard to codes on the wire, and back to the errors that a local one would have raised."""
+"""Conversion of errors to codes on the wire and back."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def raise_refusal(
 ) -> NoReturn:
     """Raise the error that a reply stands for.
 
-    :param uid: of the interface that was asked for.
-    :param hash_: of the type that was to be opened.
-    :param message_type: of the message that was sent.
-    :param serial: of the instance that sent it.
+    :param uid: the interface of the request.
+    :param hash_: the type to be opened.
+    :param message_type: the type of the sent message.
+    :param serial: the sending instance.
     """
     body = reply.body
     interface_type, interface_id = parse_uid(uid)
@@ -57,7 +57,7 @@ def raise_refusal(
 
 
 def refusal_of(error: CxbridgeError) -> tuple[ResultCode, dict[str, Any]]:
-    """Return the code and the fields of the reply that refuses a request for this error."""
+    """Return the code and the fields of the reply that refuses a request."""
     if isinstance(error, WriterActiveError):
         return ResultCode.WRITER_ACTIVE, {"text": error.owner}
     if isinstance(error, VersionMismatchError):

@@ -1,4 +1,4 @@
-"""The sockets of ZeroMQ, set up as both sides of the transport need them."""
+"""Sockets of ZeroMQ, configured for both peers of the transport."""
 
 from __future__ import annotations
 
@@ -19,36 +19,37 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 SERVER_QUEUE = 4096
-"""Frames that wait for a client at most."""
+"""The maximal number of frames waiting for a client."""
 
 CLIENT_QUEUE = 1000
-"""Frames that wait for the server at most."""
+"""The maximal number of frames waiting for the server."""
 
+# further clients retry after a second, by their operating system
 BACKLOG = 1024
-"""Connections that may come at once; the system has those that are too many try again after a second."""
+"""The maximal number of connections waiting to be accepted."""
 
 FAREWELL_MS = 300
-"""The time for the last messages to leave."""
+"""Milliseconds in which a closed socket may send its last messages."""
 
 PATIENCE_S = 0.5
-"""How long to wait for an endpoint that is taken."""
+"""Seconds to wait for an endpoint in use."""
 
 RECONNECT_MS = 50
-"""Between attempts to connect."""
+"""Milliseconds between attempts to connect."""
 
 
 Context = zmq.Context[zmq.Socket[bytes]]
 Socket = zmq.Socket[bytes]
 
-NOBLOCK = int(zmq.NOBLOCK)  # using the flags themselves would make an object each time
+NOBLOCK = int(zmq.NOBLOCK)  # plain integers, because combining flags makes an object each time
 MORE = int(zmq.NOBLOCK | zmq.SNDMORE)
 _POLLIN = int(zmq.POLLIN)
 
 
 def context_for(context: Context | None, endpoints: Sequence[str]) -> tuple[Context, bool]:
-    """Return the context to use, and whether it is the caller's to terminate.
+    """Return the context to use, and whether the caller terminates it.
 
-    :raises EndpointError: on Windows, which cannot poll sockets of ZeroMQ as the server does.
+    :raises EndpointError: on Windows, where sockets of ZeroMQ cannot be polled by descriptor.
     """
     if sys.platform == "win32":
         raise EndpointError(
@@ -58,14 +59,14 @@ def context_for(context: Context | None, endpoints: Sequence[str]) -> tuple[Cont
     if context is not None:
         return context, False
     if any(endpoint.startswith("inproc:") for endpoint in endpoints):
-        return zmq.Context.instance(), False  # both ends must share it
+        return zmq.Context.instance(), False  # both ends of an inproc connection must share their context
     return zmq.Context(), True
 
 
 def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Socket, str]:
-    """Return a server's socket, bound, and the endpoint with its port.
+    """Return a bound server socket and the endpoint with its actual port.
 
-    :raises EndpointError: when it cannot be bound, or has a server already.
+    :raises EndpointError: if the endpoint cannot be bound, or is in use.
     """
     _refuse_taken(endpoint)
     socket = context.socket(zmq.ROUTER)
@@ -94,15 +95,15 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
 
 
 def guard_file(endpoint: str) -> None:
-    """Let only this user connect by the file of an ipc endpoint."""
+    """Restrict the file of an ipc endpoint to this user."""
     if path := _ipc_path(endpoint):
         path.chmod(0o600)
 
 
 def _refuse_taken(endpoint: str) -> None:
-    """Refuse an ipc endpoint that has a server: libzmq would take it away from that without a word.
+    """Check that no process serves an ipc endpoint, because libzmq would silently replace it.
 
-    :raises EndpointError: when it has one, for longer than a socket takes to close.
+    :raises EndpointError: if a server remains for longer than a socket takes to close.
     """
     path = _ipc_path(endpoint)
     if path is None:
@@ -115,28 +116,25 @@ def _refuse_taken(endpoint: str) -> None:
 
 
 def _ipc_path(endpoint: str) -> Path | None:
-    """Return the file of an ipc endpoint; None if it has none."""
+    """Return the file of an ipc endpoint, or None."""
     path = endpoint.removeprefix("ipc://")
     return None if path == endpoint or path.startswith("@") else Path(path)
 
 
 class EndpointFile:
-    """The file of an ipc endpoint that was just bound, which libzmq leaves behind.
-
-    :param endpoint: of any kind; only ipc has a file.
-    """
+    """The file of a bound ipc endpoint, which libzmq does not remove."""
 
     def __init__(self, endpoint: str) -> None:
         self._path = _ipc_path(endpoint)
         self._identity = self._look()
 
     def remove(self) -> None:
-        """Remove it, unless another process has put another one there. Before the endpoint is unbound.
+        """Remove the file unless another process has replaced it.
 
-        As long as we serve it no other daemon takes its place.
+        Call it before the endpoint is unbound, because no other daemon takes an endpoint that is served.
         """
         if self._path is not None and self._identity is not None and self._look() == self._identity:
-            with contextlib.suppress(OSError):  # no right to any more
+            with contextlib.suppress(OSError):  # the permissions may have changed
                 self._path.unlink()
 
     def _look(self) -> tuple[int, int] | None:
@@ -163,25 +161,26 @@ def _is_served(path: str) -> bool:
 
 
 def readable(socket: Socket) -> bool:
-    """Return whether a receive would give something at once."""
+    """Return whether a frame can be received at once."""
     events = socket.getsockopt(zmq.EVENTS)
     return isinstance(events, int) and bool(events & _POLLIN)
 
 
 def sender(socket: Socket) -> Callable[..., Any]:
-    """Return the socket's ``send(data, flags)`` without the layer of Python around it: half the price."""
+    """Return the ``send(data, flags)`` of the underlying C socket."""
+    # half as expensive as the method of pyzmq's Python class
     send: Callable[..., Any] = super(zmq.Socket, socket).send
     return send
 
 
 def receiver(socket: Socket) -> Callable[..., Any]:
-    """Return the socket's ``recv(flags)``, one frame; see :func:`sender`."""
+    """Return the ``recv(flags)`` of the underlying C socket; see :func:`sender`."""
     recv: Callable[..., Any] = super(zmq.Socket, socket).recv
     return recv
 
 
 def rest(socket: Socket) -> list[bytes]:
-    """Return the frames that follow the one just received."""
+    """Receive the remaining frames of a message."""
     frames = []
     while socket.getsockopt(zmq.RCVMORE):
         frames.append(socket.recv())
@@ -189,7 +188,7 @@ def rest(socket: Socket) -> list[bytes]:
 
 
 def _bind_patiently(socket: Socket, endpoint: str) -> None:
-    """Bind; a socket that was closed a moment ago gives its port back a moment later."""
+    """Bind a socket, and retry while the endpoint of a closed socket is being released."""
     until = time.monotonic() + PATIENCE_S
     while True:
         try:
@@ -203,10 +202,10 @@ def _bind_patiently(socket: Socket, endpoint: str) -> None:
 
 
 def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | None) -> Socket:
-    """Return a client's socket that connects by itself as soon as the server runs.
+    """Return a client socket, which connects as soon as the server runs.
 
-    :param route: the routing id of the client at the server.
-    :raises EndpointError: when the endpoint is none.
+    :param route: the routing id of the client.
+    :raises EndpointError: if the endpoint is invalid.
     """
     socket = context.socket(zmq.DEALER)
     try:

@@ -23,7 +23,7 @@ Choice = TypeVar("Choice", bound=Enum)
 
 @dataclass(frozen=True, kw_only=True)
 class _Method:
-    """The subject and the rules of the comparison."""
+    """The subject and rules of the comparison."""
 
     level: Annotated[str, typer.Option(help="transitions, skills, rules, facts or blackboard")] = (
         "transitions"
@@ -56,7 +56,7 @@ class _Method:
 
 @dataclass(frozen=True, kw_only=True)
 class _DiffOutputs:
-    """The reports, and their places."""
+    """The reports and their files."""
 
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="write a JUnit file for CI, too")] = None
@@ -104,14 +104,14 @@ def diff(
 
 
 def _spare(runs: tuple[Path, ...], *outputs: Path | None) -> None:
-    """Refuse to write over a run that is compared."""
+    """Check that outputs do not overwrite a compared run."""
     for output in outputs:
         if output is not None and output.exists() and any(r.exists() and output.samefile(r) for r in runs):
             raise typer.BadParameter(f"'{output}' is one of the runs")
 
 
 def _tolerance(seconds: float | None, since: str) -> Tolerance | None:
-    """Return how far times may be apart, None when they do not count."""
+    """Return the tolerance of times, or None if times are not compared."""
     from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 
     counted = _choice(TimeFrom, "--time-from", since)
@@ -121,7 +121,7 @@ def _tolerance(seconds: float | None, since: str) -> Tolerance | None:
 def _print_outcome(report: ComparisonReport, outputs: _DiffOutputs, method: dict[str, Any]) -> None:
     """Print the outcome, and write the files that were asked for.
 
-    :param method: the options that say how it is compared.
+    :param method: the options of the comparison.
     """
     from cxbridge.trace.compare.render.json import plain_report
     from cxbridge.trace.compare.render.junit import write_junit

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cxbridge.daemon.services.record import RecordReport
 
 NOT_WHOLE = 4
-"""Exit status when something could not be written."""
+"""The exit status after a failed write."""
 
 
 @option_groups
@@ -62,7 +62,7 @@ _CLEAR = "\r\x1b[K"
 
 
 def _show(report: RecordReport) -> None:
-    """Show on one line of the terminal how far it is; the next line of the log comes after it."""
+    """Show the progress on one line of the terminal; the next log line replaces it."""
     count = sum(report.writes.values())
     terminal_of(sys.stderr).write(
         f"{_CLEAR}{report.seconds:.0f} s  {count} writes of {len(report.writes)} interfaces\r"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cxbridge.trace.repair import Mending
 
 UNREADABLE = 2
-"""Exit status when a file is not a recording, or cannot be read, mended or written."""
+"""The exit status if a file is not a recording, or cannot be read, repaired or written."""
 
 
 def repair(
@@ -73,7 +73,7 @@ def repair(
 
 
 def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -> dict[str, Any]:
-    """Mend one file, and return the steps."""
+    """Repair one file; return the result."""
     from cxbridge.trace.repair import examine, read_whole
 
     mending = examine(path)
@@ -93,7 +93,7 @@ def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -
 
 
 def _write(mending: Mending, output: Path | None, *, in_place: bool) -> tuple[Path | None, Path | None]:
-    """Write the mended file; return where it is, and where the backup is."""
+    """Write the repaired file; return its path and that of the backup."""
     if output is not None:
         mending.write_copy(output)
         return output, None
@@ -106,7 +106,7 @@ def _write(mending: Mending, output: Path | None, *, in_place: bool) -> tuple[Pa
 
 
 def _print(result: dict[str, Any], *, several: bool) -> None:
-    """Print the steps, in ffbblog's words."""
+    """Print the actions in the words of ffbblog."""
     if "error" in result:
         return
     if several:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cxbridge.trace.replay.moves import ReplayMove
 
 LOST = 4
-"""Exit status when the connection was lost."""
+"""The exit status after a lost connection."""
 
 INTERRUPTED = 130
 _CLEAR = "\r\x1b[K"
@@ -69,7 +69,7 @@ def replay(
 
 
 def _show(report: ReplayReport) -> None:
-    """Show on a terminal how far it is."""
+    """Show the progress on a terminal."""
     done = sum(report.writes.values()) + report.messages + report.undelivered
     again = f", round {report.rounds}" if report.rounds > 1 else ""
     total = report.total * max(report.rounds, 1)
@@ -80,7 +80,7 @@ def _show(report: ReplayReport) -> None:
 
 
 def _announce(move: ReplayMove) -> None:
-    """Show the next write."""
+    """Show the next event."""
     from cxbridge.trace.listing import describe
 
     text = describe(move.event)

@@ -1,1 +1,1 @@
-"""Renders comparisons: text for people, a page, JSON, JUnit."""
+"""Output of comparisons: text, page, JSON and JUnit."""

@@ -1,4 +1,4 @@
-"""Renders a comparison as values for programs: ``trace diff --json``; docs/comparing.md lists the fields."""
+"""Output of a comparison for programs, ``trace diff --json``; fields: docs/comparing.md."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def plain_report(report: ComparisonReport, options: Mapping[str, Any] | None = N
 
 
 def plain_difference(difference: Difference) -> dict[str, Any]:
-    """Return a difference as values that JSON knows."""
+    """Return a difference as JSON values."""
     return {
         "kind": difference.kind.value,
         "subject": difference.subject,
@@ -57,7 +57,7 @@ def plain_difference(difference: Difference) -> dict[str, Any]:
 
 
 def _first(report: ComparisonReport) -> dict[str, Any]:
-    """Return what led to the first difference."""
+    """Return the causes of the first difference."""
     return {
         "rows": [
             {

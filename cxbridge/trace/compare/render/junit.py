@@ -1,4 +1,4 @@
-"""Renders a comparison as a JUnit file, which CI services show."""
+"""Output of a comparison as a JUnit file for CI services."""
 
 from __future__ import annotations
 
@@ -39,5 +39,5 @@ def write_junit(path: Path, report: ComparisonReport) -> None:
 
 
 def _clean(text: str) -> str:
-    """Return the text without what XML cannot hold, and what would do harm where a service shows it."""
+    """Replace characters that XML cannot contain or that could be harmful when displayed."""
     return _FORBIDDEN.sub("\ufffd", visible(text))

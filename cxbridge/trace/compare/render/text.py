@@ -1,4 +1,4 @@
-"""Renders a comparison as text for people."""
+"""Output of a comparison as text for users."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.base import Run
 
 LISTED: Final = 10
-"""How many differences are listed after the first."""
+"""The number of listed differences after the first."""
 
 LONGEST: Final = 400
-"""How many characters of an event are shown to people."""
+"""The maximal number of displayed characters of an event."""
 
 NOUNS: Final = {
     "transitions": "transitions",
@@ -39,10 +39,10 @@ NOUNS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class ComparisonReport:
-    """A comparison with all that is reported.
+    """A comparison with everything to report.
 
-    :param a: the run that was compared; ``b``: the other one that the outcome is about.
-    :param context_a: what led to the first difference in A; ``context_b``: in B.
+    :param a: the compared run; ``b``: the other run of the result.
+    :param context_a: the causes of the first difference in A; ``context_b``: in B.
     """
 
     comparison: Comparison
@@ -53,14 +53,14 @@ class ComparisonReport:
 
     @property
     def sides(self) -> tuple[tuple[str, Run, DifferenceContext], tuple[str, Run, DifferenceContext]]:
-        """Name, run and context of both sides."""
+        """The name, run and context of both sides."""
         return ("A", self.a, self.context_a), ("B", self.b, self.context_b)
 
 
 def make_report(
     comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
 ) -> ComparisonReport:
-    """Gather the results of a comparison; the runs are read again for the causes of the first difference."""
+    """Build the report of a comparison; the runs are read again for the context of the first difference."""
     b = others[comparison.other]
     first = comparison.differences[0] if comparison.differences else None
     contexts = [
@@ -74,7 +74,7 @@ def make_report(
 
 
 def summary(comparison: Comparison) -> str:
-    """Return the outcome on one line."""
+    """Return the result on one line."""
     noun = NOUNS[comparison.view.value]
     order = f"{comparison.order.value} order"
     if comparison.same:
@@ -84,7 +84,7 @@ def summary(comparison: Comparison) -> str:
 
 
 def text_report(report: ComparisonReport) -> Iterator[str]:
-    """Yield the lines that show how a comparison came out, and what led to the first difference."""
+    """Yield the lines of the report: the result and the context of the first difference."""
     return map(one_line, _lines(report))
 
 
@@ -110,7 +110,7 @@ def _lines(report: ComparisonReport) -> Iterator[str]:
 
 
 def _further(comparison: Comparison) -> Iterator[str]:
-    """Yield the differences after the first, a line each."""
+    """Yield a line per difference after the first."""
     more = comparison.differences[1:]
     if not more:
         return
@@ -124,24 +124,24 @@ def _further(comparison: Comparison) -> Iterator[str]:
 
 
 def _extent(comparison: Comparison) -> str:
-    """Return in words how many differences there are."""
+    """Return the number of differences as text."""
     noun = "place" if comparison.order is Order.TOTAL else "thing"
     return f"{comparison.total} {noun}{'' if comparison.total == 1 else 's'}"
 
 
 def title(difference: Difference) -> str:
-    """Return what differs, on one line."""
+    """Return the subject and differing parts on one line."""
     return f"{short(difference.subject)}: {difference.what}" if difference.subject else difference.what
 
 
 def _side(side: Side) -> str:
-    """Return the event of one run, with its number."""
+    """Return the event of one run with its number."""
     text = short(side.text)
     return text if side.number is None else f"[{side.number}] {text}"
 
 
 def short(text: str) -> str:
-    """Return a text with its middle left out when it is too long to look at; JSON has it whole."""
+    """Shorten a long text in the middle; JSON contains it in full."""
     if len(text) <= LONGEST:
         return text
     half = LONGEST // 2
@@ -149,7 +149,7 @@ def short(text: str) -> str:
 
 
 def _rows(rows: Sequence[AlignedRow]) -> Iterator[str]:
-    """Yield both runs as one list, as diff does."""
+    """Yield both runs as one list in the style of diff."""
     for row in rows:
         if row.same and row.a is not None:
             yield f"  {_line(row.a)}"
@@ -165,7 +165,7 @@ def _line(line: EventLine) -> str:
 
 
 def _context(name: str, context: DifferenceContext, *, lines: bool) -> Iterator[str]:
-    """Yield what led to the first difference on one side."""
+    """Yield the context of the first difference on one side."""
     if lines and context.lines:
         yield ""
         yield f"what led to it in {name}:"

@@ -1,4 +1,4 @@
-"""The files of Fawkes' bblogger, one for each interface, and folders of them."""
+"""Files of Fawkes' bblogger, one per interface, and folders of them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The headers, entries and names of bblogger files, as Fawkes writes them since 2015-03.
+"""Headers, entries and names of bblogger files, as written by Fawkes since 2015-03.
 
-docs/formats.md has the table. Flag and count are wrong as often as not: neither is believed.
+docs/formats.md has the table. Byte order flag and count are often wrong, so neither is used.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from cxbridge.trace.formats.blocks import padded_text
 from cxbridge.trace.formats.files import files_starting
 
 MAGIC: Final = b"\xff\xbb\xff\xbb"
-"""The start of all files."""
+"""The first bytes of all files."""
 
 VERSION: Final = b"\x00\x00\x00\x01"
-"""The version of the file."""
+"""The version of the file format."""
 
 ENTRY_HEADER_SIZE: Final = 8
-"""Bytes of an entry before its block."""
+"""The bytes of an entry before its block."""
 
 MAX_BLOCK: Final = 1 << 24
-"""Largest block, in bytes, that is believed."""
+"""The maximal plausible size of a block in bytes."""
 
 FLAG_OFFSET: Final = len(MAGIC + VERSION)
-"""Where the byte order flag lies; its lowest bit says "big"."""
+"""The offset of the byte order flag, whose lowest bit means big endian."""
 
 COUNT_OFFSET: Final = FLAG_OFFSET + 4
-"""Where the count of the entries lies."""
+"""The offset of the number of entries."""
 
 _TYPE_NAME = re.compile(rb"[A-Za-z_]\w*")
 _SCENARIO_SIZE: Final = 32
@@ -49,7 +49,7 @@ _ENTRY: Final = struct.Struct("<II")
 _UINT32: Final = 0xFFFFFFFF
 
 HEADER_SIZE: Final = FLAG_OFFSET + _FIELDS.size
-"""Bytes before the first entry."""
+"""The bytes before the first entry."""
 
 
 @dataclass(frozen=True)
@@ -57,13 +57,13 @@ class Header:
     """The header of a bblogger file.
 
     :param flag: the first byte of the flag.
-    :param count: how many entries the header says there are; 0 for unknown.
+    :param count: the stated number of entries, 0 for unknown.
     :param kind: the type of the interface.
-    :param hash: the hash of the type, 16 bytes.
+    :param hash: of the type, 16 bytes.
     :param data_size: bytes of a block.
-    :param start_us: when the logger started, microseconds since the epoch.
-    :param schema: the definition of the type; None when there is none that fits the blocks.
-    :param problem: the reason for a missing or doubtful schema; empty: none.
+    :param start_us: the start of the logger in microseconds since the epoch.
+    :param schema: the definition of the type, if one fits the blocks.
+    :param problem: the reason for a missing or doubtful schema.
     """
 
     flag: int
@@ -79,36 +79,35 @@ class Header:
 
     @property
     def uid(self) -> str:
-        """``Type::id``."""
+        """The uid, ``Type::id``."""
         return f"{self.kind}::{self.interface_id}"
 
     @property
     def entry_size(self) -> int:
-        """Bytes of an entry."""
+        """The bytes of an entry."""
         return ENTRY_HEADER_SIZE + self.data_size
 
     @property
     def says_big_endian(self) -> bool:
-        """Whether the flag says so, as it does in every file since 2018; all data are little endian."""
+        """Whether the flag states big endian; since 2018 it always does, although data are little endian."""
         return bool(self.flag & 0x01)
 
 
 def starts_well(head: bytes) -> bool:
-    """Whether a file that begins with ``head`` is one of bblogger's."""
+    """Return whether a file with this start is a bblogger file."""
     return head.startswith(MAGIC + VERSION)
 
 
 def log_files(folder: Path) -> list[Path]:
-    """Return the files of bblogger in a folder, by name."""
+    """Return the bblogger files in a folder, by name."""
     return files_starting(folder, "*.log", HEADER_SIZE, starts_well)
 
 
 def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
-    """Return the header of a file.
+    """Parse the header of a file.
 
-    :param head: the first :data:`HEADER_SIZE` bytes of the file, or all that exists.
-    :param registry: who knows the types of interfaces.
-    :raises TraceError: when it is cut off, or not valid.
+    :param head: the first :data:`HEADER_SIZE` bytes of the file, or all of a shorter one.
+    :raises TraceError: if it is truncated or invalid.
     """
     if len(head) < HEADER_SIZE:
         raise TraceError("cut off within the header", file=path)
@@ -127,7 +126,7 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
 
 
 def _with_schema(header: Header, registry: InterfaceRegistry) -> Header:
-    """Return the header with the definition of its type, or with the reason why there is none."""
+    """Return the header with the definition of its type, or with the reason why it is missing."""
     schema: InterfaceSchema | None = None
     problem = ""
     try:
@@ -152,14 +151,14 @@ def _with_schema(header: Header, registry: InterfaceRegistry) -> Header:
 def pack_header(
     scenario: str, uid: str, version: bytes, data_size: int, *, start_us: int, count: int = 0
 ) -> bytes:
-    """Return the header of a file.
+    """Return the bytes of a header.
 
-    :param scenario: a name; 31 bytes of it are kept.
-    :param uid: ``Type::id``; 47 and 63 bytes are kept.
+    :param scenario: a name, cut to 31 bytes.
+    :param uid: ``Type::id``, cut to 47 and 63 bytes.
     :param version: the hash of the interface type, 16 bytes.
     :param data_size: bytes of a block.
-    :param start_us: the start of the entries' times, microseconds since the epoch.
-    :param count: how many entries follow; 0 for unknown.
+    :param start_us: the reference of the entries' times, in microseconds since the epoch.
+    :param count: the number of entries, 0 for unknown.
     """
     kind, _, interface_id = uid.partition("::")
     texts = _text(scenario, _SCENARIO_SIZE), _text(kind, _TYPE_SIZE), _text(interface_id, _ID_SIZE)
@@ -172,14 +171,14 @@ def pack_count(count: int) -> bytes:
 
 
 def pack_entry(since_us: int, block: bytes) -> bytes:
-    """Return an entry: a block that was written ``since_us`` microseconds after the start."""
+    """Return an entry with a block that was written ``since_us`` microseconds after the start."""
     seconds, microseconds = split_us(since_us)
-    seconds &= _UINT32  # as C's assignment does: a virtual clock may leap over centuries
+    seconds &= _UINT32  # wraps like C's assignment, as a virtual clock may advance by centuries
     return _ENTRY.pack(seconds, microseconds) + block
 
 
 def is_header_of(head: bytes, scenario: str) -> bool:
-    """Whether a file that begins with ``head`` is bblogger's and of this scenario."""
+    """Return whether a file with this start is a bblogger file of a scenario."""
     start = COUNT_OFFSET + _COUNT.size
     field = head[start : start + _SCENARIO_SIZE]
     return starts_well(head) and field == _text(scenario, _SCENARIO_SIZE).ljust(_SCENARIO_SIZE, b"\0")
@@ -188,31 +187,31 @@ def is_header_of(head: bytes, scenario: str) -> bool:
 def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> str:
     """Return Fawkes' name for a file: ``<scenario>-<Type>-<ID>-YYYY-MM-DD-HH-MM-SS.log``.
 
-    In scenario and id, a byte that is neither letter nor digit of ASCII nor one of ``-._~`` becomes ``%XX``.
+    In scenario and id, bytes other than ASCII letters, digits and ``-._~`` become ``%XX``.
 
     :param uid: ``Type::id``.
-    :param utc: tell the time in UTC; else in the machine's zone, as Fawkes does.
+    :param utc: use UTC instead of the machine's time zone, which Fawkes uses.
     """
     kind, _, interface_id = uid.partition("::")
     return f"{_quoted(scenario)}-{kind}-{_quoted(interface_id)}-{_date(start_us, utc=utc)}.log"
 
 
 def file_pattern(scenario: str, start_us: int, *, utc: bool = False) -> str:
-    """Return a shell pattern that finds at least the files of this scenario and start."""
+    """Return a shell pattern that matches at least the files of a scenario and start."""
     return f"{_quoted(scenario)}-*-{_date(start_us, utc=utc)}.log"
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a part of a file's name, without characters of shells and patterns."""
+    """Return a text for a file name, without characters special in shells and patterns."""
     return quote(text, safe="", errors="backslashreplace")
 
 
 def _date(time_us: int, *, utc: bool) -> str:
-    """Return a time for the name of a file."""
+    """Return a time for a file name."""
     second, _ = split_us(time_us)
     return time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(second) if utc else time.localtime(second))
 
 
 def _text(text: str, size: int) -> bytes:
-    """Return a text for a field of ``size`` bytes that ends with a zero; no character is cut in two."""
+    """Return a zero-terminated text for a field of ``size`` bytes, cut between characters."""
     return text.encode("utf-8", "backslashreplace")[: size - 1].decode("utf-8", "ignore").encode()

@@ -1,8 +1,8 @@
-"""Reads the files of Fawkes' bblogger: the writes of one interface each; see docs/formats.md.
+"""Reader of the files of Fawkes' bblogger, the writes of one interface each; see docs/formats.md.
 
-The logger gets things wrong that a reader must cope with: the flag for the byte order says "big" on every
-machine; the count of entries is not updated, or not at the end; the time of an entry is when it got around to
-writing it. None of these is believed here: the time of a write is the timestamp within the block.
+Three values of the files are unreliable and are not used. The flag for the byte order means "big" on every
+machine. The number of entries is not updated, or not at the end. The time of an entry is that of logging. The
+time of a write is therefore taken from the time stamp within the block.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
 from cxbridge.trace.formats.files import reading
 
 RAW = "block"
-"""The one field of a write whose interface is not known: its block in hexadecimal digits, without stamp."""
+"""The only field of a write of an unknown interface: its block as hexadecimal digits, without time stamp."""
 
 _ENTRY = struct.Struct("<II")
 _STAMP = struct.Struct("<qq")
 _READ_SIZE = 1 << 18
-_MAX_US = (1 << 63) // 1000  # what mcap can hold, which counts nanoseconds
+_MAX_US = (1 << 63) // 1000  # the maximum of mcap, which counts nanoseconds
 _ASCTIME_FROM_S = 1_000_000_000
 
 
 class Entry(NamedTuple):
     """An entry of a file.
 
-    :param since_us: microseconds from the start of the logger until it wrote the entry.
+    :param since_us: microseconds from the start of the logger to the logging of the entry.
     :param block: the bytes of the interface.
     """
 
@@ -50,9 +50,9 @@ class Entry(NamedTuple):
 
 
 class BBLoggerFile(Run):
-    """A file of bblogger: interface writes, and for a SkillerInterface the states of the skiller.
+    """A bblogger file: interface writes, and the states of a Skiller for a SkillerInterface.
 
-    A definition of the interface that is in the same folder goes before those of the registry.
+    An interface definition in the same folder takes precedence over the registry.
     """
 
     format = "bblogger"
@@ -61,12 +61,12 @@ class BBLoggerFile(Run):
     def header(self) -> Header:
         """The header of the file.
 
-        :raises TraceError: when it cannot be read.
+        :raises TraceError: if it cannot be read.
         """
         return self._open()[0]
 
     def _open(self) -> tuple[Header, int]:
-        """Return the header, and how many bytes the file has."""
+        """Return the header and the size of the file in bytes."""
         with reading(self.path), self.path.open("rb") as file:
             size = self.path.stat().st_size
             return read_header(file.read(HEADER_SIZE), self.path, self._definitions), size
@@ -78,9 +78,9 @@ class BBLoggerFile(Run):
         return InterfaceRegistry([self.path.parent, *self.registry.dirs], shipped=False)
 
     def entries(self) -> Iterator[Entry]:
-        """Yield the entries; one that is cut off is left out, and noted.
+        """Yield the entries; a truncated one is left out with a note.
 
-        :raises TraceError: when the file cannot be read.
+        :raises TraceError: if the file cannot be read.
         """
         header = self.header
         size = header.entry_size
@@ -102,7 +102,6 @@ class BBLoggerFile(Run):
             self.note(f"the header counts {header.count} entries, the file has {count}")
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield a write for each entry."""
         header = self.header
         if header.problem:
             self.note(header.problem)
@@ -118,7 +117,7 @@ class BBLoggerFile(Run):
                 time_us = seconds * MICROSECONDS + microseconds
             if (
                 not 0 < time_us < _MAX_US
-            ):  # the writer does not stamp, or wrongly: the logger's own time must do
+            ):  # the writer sets no time stamp or a wrong one, so the logger's time is used
                 time_us = max(0, min(start_us + since_us, _MAX_US))
             if states:
                 yield from write_events(kind, uid, time_us, values(block))
@@ -126,14 +125,14 @@ class BBLoggerFile(Run):
                 yield InterfaceWrite(time_us, uid, values(block))
 
     def _values(self) -> Any:
-        """Return what makes the values of a block."""
+        """Return a function from blocks to values."""
         header = self.header
         if header.schema is not None:
             return BlockDecoder(header.schema).values
         return lambda block: {RAW: block[STAMP_SIZE:].hex()}
 
     def metadata(self) -> Mapping[str, str]:
-        """Return scenario, interface and start as the header has them."""
+        """Return scenario, interface and start from the header."""
         header = self.header
         return {
             "scenario": header.scenario,
@@ -143,7 +142,7 @@ class BBLoggerFile(Run):
         }
 
     def description(self) -> Iterator[str]:
-        """Yield the lines of ``ffbblog info``, and a note on a wrong header."""
+        """Yield the lines of ``ffbblog info``, with a note on a wrong byte order."""
         header, size = self._open()
         endian = "Big" if header.says_big_endian else "Little"
         yield f"File version: {1:<10d}  Endianess: {endian} Endian"
@@ -158,14 +157,14 @@ class BBLoggerFile(Run):
 
 
 class BBLoggerFolder(FolderRun):
-    """A folder of files of bblogger, their entries by time. Unreadable files are left out, and noted."""
+    """A folder of bblogger files, merged by time; unreadable files are left out with a note."""
 
     format = "bblogger"
 
     def runs(self) -> list[BBLoggerFile]:
-        """Return the files that can be read, by name.
+        """Return the readable files by name.
 
-        :raises TraceError: when there is none.
+        :raises TraceError: if there are none.
         """
         runs = []
         first: CxbridgeError | None = None
@@ -186,14 +185,14 @@ class BBLoggerFolder(FolderRun):
         return runs
 
     def description(self) -> Iterator[str]:
-        """Yield what ``ffbblog info`` prints of each file."""
+        """Yield the output of ``ffbblog info`` for each file."""
         for run in self.runs():
             yield f"{run.path.name}:"
             yield from (f"  {line}".rstrip() for line in run.description())
 
 
 def start_text(time_us: int) -> str:
-    """Return a time as Fawkes prints it: in the machine's zone; before 2001-09-09 as two numbers."""
+    """Return a time as Fawkes prints it: in the machine's zone, before 2001-09-09 as two numbers."""
     seconds, microseconds = divmod(time_us, MICROSECONDS)
     if seconds >= _ASCTIME_FROM_S:
         try:

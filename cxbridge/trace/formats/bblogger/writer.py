@@ -1,7 +1,6 @@
-"""Writes the blocks of a blackboard as Fawkes' bblogger does, a file an interface.
+"""Writer of bblogger files, one per interface, as in Fawkes; docs/formats.md describes the files.
 
-It learns of writes from the bus and reads no interface itself: so it does not appear among the readers.
-docs/formats.md describes the files.
+Writes come from the event bus, so the writer opens no interface and is not among the readers.
 """
 
 from __future__ import annotations
@@ -29,17 +28,18 @@ from cxbridge.trace.formats.files import writing
 
 
 class BBLoggerWriter(RunWriter):
-    """A folder of bblogger files: one for each interface that is written, begun at its first write.
+    """A folder of bblogger files, one per written interface.
 
-    Each write of an interface, changed or not, is an entry, and whole in the file when :meth:`write` returns.
-    The header counts the entries when the files are closed; until then it says "unknown".
+    Each write, changed or not, becomes an entry, which is complete in the file when :meth:`write` returns.
+    The header has the number of entries only after the file is closed.
 
-    :param folder: where the files go; made if it is missing. Files of an earlier run that had the same
-        scenario and start are removed: they would look like this run's.
+    :param folder: created if it does not exist. Files of an earlier run with the same scenario and start are
+        removed, because they would be mistaken for files of this run.
     :param scenario: the name of the run.
-    :param start_us: when the run starts, microseconds since the epoch.
-    :param utc: name the files by UTC, for a run on the virtual clock; else by the machine's zone, as Fawkes.
-    :raises TraceError: when files cannot be made in the folder.
+    :param start_us: the start of the run in microseconds since the epoch.
+    :param utc: use UTC in file names, for runs on the virtual clock; otherwise the machine's zone as in
+        Fawkes.
+    :raises TraceError: if files cannot be created in the folder.
     """
 
     def __init__(self, folder: str | Path, scenario: str, *, start_us: int, utc: bool = False) -> None:
@@ -58,21 +58,20 @@ class BBLoggerWriter(RunWriter):
             raise TraceError("no file can be made in this folder", file=folder, hint="see its permissions")
 
     def _left_behind(self) -> list[Path]:
-        """Return the files of an earlier run of this scenario and start."""
+        """Return the files of an earlier run with the same scenario and start."""
         pattern = file_pattern(self._scenario, self._start_us, utc=self._utc)
         return [path for path in self.folder.glob(pattern) if path.is_file() and self._is_ours(path)]
 
     def _is_ours(self, path: Path) -> bool:
-        """Whether a file is bblogger's, and of this scenario."""
+        """Return whether a file is a bblogger file of this scenario."""
         with path.open("rb") as file:
             return is_header_of(file.read(HEADER_SIZE), self._scenario)
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
-        """Return writes of blocks, at any level."""
         return frozenset({BlockWrite})
 
     def write(self, event: Event) -> None:
-        """Write an entry, into a new file when it is the interface's first."""
+        """Append an entry; the first write of an interface creates its file."""
         if not isinstance(event, BlockWrite):
             return
         file = self._files.get(event.uid)
@@ -81,7 +80,7 @@ class BBLoggerWriter(RunWriter):
         file.append(pack_entry(event.time_us - self._start_us, event.block))
 
     def _begin(self, event: BlockWrite) -> _InterfaceFile:
-        """Make the file of an interface."""
+        """Create the file of an interface."""
         header = pack_header(
             self._scenario, event.uid, _hash_for_fawkes(event), len(event.block), start_us=self._start_us
         )
@@ -89,15 +88,15 @@ class BBLoggerWriter(RunWriter):
         return _InterfaceFile(self.folder / name, header)
 
     def flush(self) -> None:
-        """Do nothing: every entry is in its file already."""
+        """Do nothing, because every entry is in its file already."""
 
     def settle(self) -> None:
-        """Write the counts; they become "unknown" again with the next entry."""
+        """Write the numbers of entries; the next entry resets its file's to unknown."""
         for file in self._files.values():
             file.settle()
 
     def close(self) -> None:
-        """Write the counts and close the files."""
+        """Write the numbers of entries and close the files."""
         errors = []
         while self._files:
             _, file = self._files.popitem()
@@ -110,10 +109,12 @@ class BBLoggerWriter(RunWriter):
 
 
 class _InterfaceFile:
-    """The file of one interface. Unbuffered: a process that is killed leaves no entry half written.
+    """The file of one interface.
 
-    :param header: its first bytes.
-    :raises TraceError: when it cannot be made.
+    It is unbuffered, so a killed process leaves no partial entry.
+
+    :param header: the first bytes.
+    :raises TraceError: if the file cannot be created.
     """
 
     def __init__(self, path: Path, header: bytes) -> None:
@@ -130,9 +131,9 @@ class _InterfaceFile:
                 raise
 
     def append(self, entry: bytes) -> None:
-        """Add an entry.
+        """Append an entry.
 
-        :raises TraceError: when it cannot be written, as on a full disk; the entry is not counted then.
+        :raises TraceError: if it cannot be written, as on a full disk; it is then not counted.
         """
         with writing(self._path):
             if self._settled:
@@ -143,25 +144,25 @@ class _InterfaceFile:
         self._count += 1
 
     def settle(self) -> None:
-        """Write the count.
+        """Write the number of entries.
 
-        :raises TraceError: when the file cannot be written.
+        :raises TraceError: if the file cannot be written.
         """
         with writing(self._path):
             self._put(pack_count(self._count), COUNT_OFFSET)
         self._settled = True
 
     def close(self) -> None:
-        """Write the count, cut off the rest of a failed write, close the file.
+        """Remove a partial entry, write the number of entries and close the file.
 
-        :raises TraceError: when the file cannot be written.
+        :raises TraceError: if the file cannot be written.
         """
         with writing(self._path), self._file:
             self._file.truncate(self._end)
             self._put(pack_count(self._count), COUNT_OFFSET)
 
     def _put(self, data: bytes, offset: int) -> None:
-        """Write all of ``data`` at an offset."""
+        """Write all data at an offset."""
         self._file.seek(offset)
         rest = memoryview(data)
         while rest:
@@ -169,10 +170,10 @@ class _InterfaceFile:
 
 
 def _hash_for_fawkes(event: BlockWrite) -> bytes:
-    """Return the hash that Fawkes' tools expect of an interface.
+    """Return the hash of an interface that Fawkes' tools expect.
 
-    For a definition of ours it is the one that Fawkes has for the same layout. Any other definition, for
-    example one of a Fawkes checkout, is foreign, and is known by its own hash.
+    For a definition of cxbridge it is Fawkes' hash of the same layout. A foreign definition, for example of a
+    Fawkes checkout, keeps its hash.
     """
     kind = event.uid.partition("::")[0]
     registry = default_registry()

@@ -1,7 +1,6 @@
-"""The CSV files that ``ffbblog convert`` writes, one for each interface.
+"""The CSV files of ``ffbblog convert``, one per interface.
 
-They quote nothing, so a text with semicolons cannot be distinguished from two texts: they are written, not
-read.
+They are only written: without quoting, a text with semicolons cannot be distinguished from two texts.
 """
 
 from __future__ import annotations
@@ -15,11 +14,11 @@ from cxbridge.trace.formats.base import CopyFormat, Format
 from cxbridge.trace.formats.files import files_starting
 
 TITLE: Final = "# Time relative to beginning (in sec)"
-"""The name of the first column, and the start of these files."""
+"""The title of the first column, with which these files start."""
 
 
 def refuse(path: Path, _registry: InterfaceRegistry | None) -> NoReturn:
-    """Refuse to read such a file, or a folder of them.
+    """Refuse to read a CSV file or a folder of them.
 
     :raises TraceError: always.
     """

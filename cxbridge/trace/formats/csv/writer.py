@@ -1,4 +1,4 @@
-"""Writes interfaces as CSV, byte for byte as ``ffbblog convert`` does; see docs/formats.md."""
+"""Writer of interfaces as CSV, byte for byte as ``ffbblog convert``; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from cxbridge.trace.formats.blocks import BlockDecoder, item_names
 from cxbridge.trace.formats.csv import TITLE
 from cxbridge.trace.formats.files import writing
 
+# What stands for a number that is not an item of an enum.
 _UNKNOWN_ITEM: Final = "UNKNOWN"
-"""What stands for a number that is not an item of an enum."""
 
 _SUFFIX = ".csv"
 _SCENARIO_FILE = "scenario.yaml"
+# The bytes of a scenario's name in names of files, as in the header of bblogger's files.
 _NAME_SIZE = 31
-"""The bytes of a scenario's name in names of files, as in the header of bblogger's files."""
 
 
 def convert_bblogger(run: Run, path: Path) -> list[str] | None:
-    """Write bblogger files as CSV files, from their bytes: times and texts are those of the files.
+    """Convert bblogger files to CSV files directly, with the times and texts of the files.
 
-    :param path: a file; for a folder of bblogger files a folder, unless there is but one.
-    :returns: notes for the user; None for a run of another format: nothing is done.
-    :raises TraceError: when a file cannot be read or written.
+    :param path: a file; a folder for several files.
+    :returns: notes for the user, or None for a run of another format.
+    :raises TraceError: if a file cannot be read or written.
     """
     if isinstance(run, BBLoggerFile):
         _convert_file(run, path / f"{run.path.stem}{_SUFFIX}" if path.is_dir() else path)
@@ -59,11 +59,10 @@ def convert_bblogger(run: Run, path: Path) -> list[str] | None:
 
 
 class CsvWriter(RunWriter):
-    """A CSV file an interface, of the interface writes of any run. Times count from the first of them.
+    """CSV files of the interface writes of any run; times count from the first write.
 
-    :param path: the file, if its name ends with ``.csv``: then of one interface; else a folder.
-    :param registry: who knows the types of interfaces.
-    :raises TraceError: when the folder cannot be made.
+    :param path: a name with ``.csv`` is the file of a single interface, any other a folder.
+    :raises TraceError: if the folder cannot be created.
     """
 
     def __init__(self, path: Path, registry: InterfaceRegistry) -> None:
@@ -81,19 +80,18 @@ class CsvWriter(RunWriter):
 
     @property
     def notes(self) -> list[str]:
-        """Notes on the files, for the user."""
+        """Notes for the user about interfaces that were left out."""
         return [f"{uid}: left out: {reason}" for uid, reason in self._unknown.items()]
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - see the class
-        """Return writes of interfaces, at any level."""
         return frozenset({InterfaceWrite})
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Take over the name of the run, for the names of files."""
+        """Set the name of the run for file names."""
         self._scenario = _scenario_name(metadata) or self._scenario
 
     def write(self, event: Event) -> None:
-        """Write a row, into a new file when it is the interface's first."""
+        """Write a row; the first write of an interface creates its file."""
         if not isinstance(event, InterfaceWrite) or event.uid in self._unknown:
             return
         if self._start_us is None:
@@ -109,7 +107,7 @@ class CsvWriter(RunWriter):
         file.write(event.time_us - self._start_us, event.values)
 
     def _begin(self, uid: str) -> _CsvFile:
-        """Make the file of an interface."""
+        """Create the file of an interface."""
         schema = self._registry.schema(uid.partition("::")[0])
         if self._single:
             if self._files:
@@ -119,12 +117,10 @@ class CsvWriter(RunWriter):
         return _CsvFile(self._path / name, schema.fields, heading(schema))
 
     def flush(self) -> None:
-        """Bring all rows into the files."""
         for file in self._files.values():
             file.flush()
 
     def close(self) -> None:
-        """Close the files."""
         while self._files:
             self._files.popitem()[1].close()
 
@@ -172,7 +168,7 @@ class _CsvFile:
 
 
 def _convert_file(run: BBLoggerFile, path: Path) -> None:
-    """Write one bblogger file as CSV."""
+    """Convert one bblogger file to CSV."""
     header = run.header
     if header.schema is None:
         raise TraceError(header.problem, file=run.path, hint="without a definition there are no columns")
@@ -188,7 +184,7 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
 
 
 def _elements(fields: Sequence[FieldSchema]) -> list[tuple[FieldSchema, int]]:
-    """Return the fields, and where in the tuple of :meth:`BlockDecoder.raw` each begins."""
+    """Return the fields with the index of their first element in the tuple of :meth:`BlockDecoder.raw`."""
     found = []
     first = 0
     for field in fields:
@@ -198,7 +194,8 @@ def _elements(fields: Sequence[FieldSchema]) -> list[tuple[FieldSchema, int]]:
 
 
 def _cell(field: FieldSchema, first: int) -> Callable[[tuple[Any, ...]], bytes]:
-    """Return the writer of a field's cell: a string up to the first zero, but one of one byte whole."""
+    """Return a function for the cell of a field."""
+    # a string ends at the first zero, but a single char is written in any case, as in ffbblog
     if field.is_string:
         if field.length == 1:
             return lambda raw: bytes(raw[first])
@@ -212,19 +209,19 @@ def _cell(field: FieldSchema, first: int) -> Callable[[tuple[Any, ...]], bytes]:
 
 
 def _time(since_us: int) -> bytes:
-    """Return microseconds as seconds; computed as Fawkes does, so that they are rounded as there."""
+    """Return microseconds as seconds, rounded as in Fawkes."""
     seconds, microseconds = divmod(since_us, MICROSECONDS)
     return b"%f" % (seconds + microseconds / MICROSECONDS)
 
 
 def _open(path: Path) -> IO[bytes]:
-    """Make a file."""
+    """Create a file."""
     with writing(path):
         return path.open("wb")
 
 
 def _make_folder(path: Path) -> None:
-    """Make a folder, unless it exists."""
+    """Create a folder unless it exists."""
     if path.exists() and not path.is_dir():
         raise TraceError(
             "this is not a folder", file=path, hint="a run of several interfaces becomes a file an interface"
@@ -234,7 +231,7 @@ def _make_folder(path: Path) -> None:
 
 
 def _scenario_name(metadata: Mapping[str, str]) -> str:
-    """Return the name of a run's scenario: of a recording's configuration file the folder or the spec."""
+    """Return the name of a run's scenario, from the folder of its configuration file or from the spec."""
     text = metadata.get("scenario", "")
     if len(file := PurePath(text).parts) > 1:
         text = file[-2] if file[-1] == _SCENARIO_FILE else metadata.get("spec") or PurePath(text).stem
@@ -248,17 +245,14 @@ def _several(path: Path) -> TraceError:
     )
 
 
-# --- columns ----------------------------------------------------------------------------------------------
-
-
 def heading(schema: InterfaceSchema) -> str:
-    """Return the first line of a file, without its end."""
+    """Return the first line of a file without line feed."""
     columns = (f";{each.name} ({each.runtime_type}[{each.runtime_length}])" for each in schema.fields)
     return "".join([TITLE, *columns])
 
 
 def formatter(kind: str) -> Callable[[Any], str]:
-    """Return the writer of one element of a type other than ``string``."""
+    """Return a function for one element of a type other than ``string``."""
     if kind == "bool":
         return lambda value: "true" if value else "false"
     if kind in ("float", "double"):
@@ -269,5 +263,5 @@ def formatter(kind: str) -> Callable[[Any], str]:
 
 
 def _format_float(value: float) -> str:
-    """Return a number as C prints it, which prints the sign of a NaN, too."""
+    """Return a number as C prints it, including the sign of a NaN."""
     return "-nan" if math.isnan(value) and math.copysign(1, value) < 0 else f"{value:f}"

@@ -1,7 +1,7 @@
-"""Writes mcap files (https://mcap.dev/spec): records, chunks without compression, indexes, the summary.
+"""Writer of mcap files (https://mcap.dev/spec): records, uncompressed chunks, indexes, summary.
 
-The format's library writes fewer events a second (docs/evidence/dependencies.md) and takes 50 ms to import;
-the tests read these files with the library.
+The format's library is slower (docs/evidence/dependencies.md) and takes 50 ms to import. The tests read the
+files with the library.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cxbridge.trace.formats.mcap import records as mcap
 from cxbridge.trace.formats.mcap.records import Fields
 
 CHUNK_SIZE: Final = 256 * 1024
-"""The size, in bytes, at which a chunk is finished."""
+"""The size in bytes at which a chunk is completed."""
 
 _MESSAGE_INDEX: Final = 0x07
 _CHUNK_INDEX: Final = 0x08
@@ -28,8 +28,8 @@ _METADATA_INDEX: Final = 0x0D
 _SUMMARY_OFFSET: Final = 0x0E
 _DATA_END: Final = 0x0F
 
+# The start of a message up to its data: its record's head, channel, sequence, log time, publish time.
 _MESSAGE: Final = struct.Struct("<BQHIQQ")
-"""The start of a message up to its data: its record's head, channel, sequence, log time, publish time."""
 _MESSAGE_FIELDS: Final = _MESSAGE.size - mcap.HEAD.size
 _LATEST: Final = (1 << 64) - 1
 
@@ -58,20 +58,20 @@ def _record(kind: int, *parts: bytes) -> bytes:
 
 
 class McapFile:
-    """An mcap file that is being written. Errors are those of the operating system.
+    """An mcap file that is being written; errors are those of the operating system.
 
-    :param file: where to; at its beginning.
+    :param file: positioned at its start.
     :param profile: the name of the file's profile.
-    :param library: who writes it.
+    :param library: the name of the writing program.
     """
 
     def __init__(self, file: IO[bytes], profile: str, library: str) -> None:
         self._file = file
         self._at = 0
-        self._schemas: dict[int, bytes] = {0: b""}  # 0: of channels without one
+        self._schemas: dict[int, bytes] = {0: b""}  # 0 stands for channels without a schema
         self._channels: dict[int, bytes] = {}
         self._chunk = bytearray()
-        self._index: dict[int, list[int]] = {}  # times and places, in turn
+        self._index: dict[int, list[int]] = {}  # times and offsets alternate
         self._earliest, self._latest = _LATEST, 0
         self._counts: dict[int, int] = {}
         self._chunk_index: list[bytes] = []
@@ -80,7 +80,7 @@ class McapFile:
         self._put(mcap.MAGIC, _record(mcap.HEADER, _text(profile), _text(library)))
 
     def _put(self, *parts: bytes | bytearray) -> int:
-        """Write to the file; return where it was written."""
+        """Write data to the file; return their offset."""
         at = self._at
         for part in parts:
             self._file.write(part)
@@ -104,15 +104,15 @@ class McapFile:
         return number
 
     def _define(self, known: dict[int, bytes], number: int, record: bytes) -> None:
-        """Write a schema or a channel; the summary has it, too."""
+        """Write a schema or channel, and keep it for the summary."""
         known[number] = record
         self._chunk += record
 
     def add_messages(self, messages: Iterable[tuple[int, int, bytes]]) -> None:
-        """Write messages: the channel, the time and the data.
+        """Write messages, each with channel, time and data.
 
-        :param messages: their iterator may add channels. Times are
-            nanoseconds since the epoch; what mcap cannot tell becomes the next that it can.
+        :param messages: the iterator may add channels. Times are in nanoseconds since the epoch and are
+            limited to the range of mcap.
         """
         pack, chunk, indexes = _MESSAGE.pack, self._chunk, self._index
         for channel, time_ns, data in messages:
@@ -127,12 +127,10 @@ class McapFile:
                 chunk = self._chunk
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        """Write a metadata record."""
         record = _record(mcap.METADATA, _name(name), _map(values))
         self._put_indexed(record, self._metadata_index, _METADATA_INDEX, _name(name))
 
     def add_attachment(self, time_ns: int, name: str, media_type: str, data: bytes) -> None:
-        """Write an attachment."""
         times, names = struct.pack("<QQ", time_ns, time_ns), _text(name) + _text(media_type)
         content = b"".join((times, names, struct.pack("<Q", len(data)), data))
         record = _record(mcap.ATTACHMENT, content, struct.pack("<I", zlib.crc32(content)))
@@ -141,16 +139,16 @@ class McapFile:
         )
 
     def _put_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
-        """Write a record to the file, and its entry to an index."""
+        """Write a record, and its entry to an index."""
         place = struct.pack("<QQ", self._put(record), len(record))
         index.append(_record(kind, place, *entry))
 
     def copy_record(self, kind: int, content: bytes) -> None:
-        """Write a record of another file, with its numbers of schemas and channels.
+        """Write a record of another file with its numbers of schemas and channels.
 
-        Records that need a schema or a channel that the file lacks are left out.
+        Records whose schema or channel is missing in this file are left out.
 
-        :raises DamageError: when a field of it is not valid.
+        :raises DamageError: if a field is invalid.
         """
         fields, record = Fields(content), _record(kind, content)
         match kind:
@@ -260,7 +258,7 @@ class McapFile:
 
 
 def _pairs(index: list[int]) -> bytes:
-    """Return times and places of messages, as the file has them."""
+    """Return times and offsets of messages in the byte order of the file."""
     numbers = array("Q", index)
     if sys.byteorder == "big":
         numbers.byteswap()

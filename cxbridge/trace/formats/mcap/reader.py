@@ -1,4 +1,4 @@
-"""Reads the runs that cxbridge recorded as mcap; see docs/formats.md."""
+"""Reader of the mcap files that cxbridge records; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from cxbridge.trace.formats.mcap.records import (
     Record,
 )
 
+# The start of a message: its kind, its size, its channel.
 _MESSAGE_HEAD: Final = Struct("<BQH")
-"""The start of a message: its kind, its size, its channel."""
+# Bytes of a message before its data: channel, sequence, two times.
 _MESSAGE_FIELDS: Final = 22
-"""Bytes of a message before its data: channel, sequence, two times."""
 
 
 class McapRun(Run):
-    """A run in an mcap file. One that was cut off can be read up to there, a damaged one up to the damage."""
+    """A run in an mcap file; a truncated or damaged file is read up to the damage."""
 
     format = "mcap"
 
@@ -39,7 +39,7 @@ class McapRun(Run):
         return self.select(*EVENT_TYPES.values())
 
     def select(self, *types: type[Event]) -> Iterator[Event]:
-        """Yield the events of some types in the order of the file; other messages are not decoded."""
+        """Yield the events of some types in the order of the file, and decode only these."""
         channels = _Channels(types)
         unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
         found = False
@@ -72,11 +72,10 @@ class McapRun(Run):
         return found
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        """Yield the records of the run's sources."""
         return self._metadata(SOURCE_NAME)
 
     def files(self) -> Iterator[StoredFile]:
-        """Yield the files that were attached."""
+        """Yield the attached files."""
         with self._opened() as file:
             for record in self._records(file, mcap.ATTACHMENT):
                 with self._noting():
@@ -92,7 +91,7 @@ class McapRun(Run):
     def _attached(self, record: Record, stored: mcap.StoredAttachment) -> bytes:
         """Return the bytes of an attachment.
 
-        :raises TraceError: when they cannot be read, or are damaged.
+        :raises TraceError: if they cannot be read, or are damaged.
         """
         with self._opened() as file:
             try:
@@ -110,7 +109,7 @@ class McapRun(Run):
 
     @contextmanager
     def _knowing_events(self) -> Iterator[None]:
-        """Turn messages that are not events into an error of ours."""
+        """Raise `TraceError` for messages that are not events."""
         try:
             yield
         except EventFormatError as error:
@@ -121,7 +120,7 @@ class McapRun(Run):
             ) from error
 
     def _blocks(self, file: IO[bytes]) -> Iterator[bytes]:
-        """Yield what holds messages: the records within chunks, and those that are in none."""
+        """Yield the bytes with messages: records within chunks, and records outside of chunks."""
         for record in self._records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
             try:
                 if record.kind == mcap.CHUNK:
@@ -133,7 +132,7 @@ class McapRun(Run):
                 return
 
     def _records(self, file: IO[bytes], *kinds: int) -> Iterator[Record]:
-        """Yield the records of these kinds, as far as the file is whole; of a chunk also its beginning."""
+        """Yield the intact records of some kinds, and a truncated chunk."""
         first = True
         with self._noting():
             for record in mcap.walk(file):
@@ -151,13 +150,13 @@ class McapRun(Run):
 
     @contextmanager
     def _opened(self) -> Iterator[IO[bytes]]:
-        """Open the file; errors of the system become errors of cxbridge."""
+        """Open the file, with errors of the system as errors of cxbridge."""
         with reading(self.path), self.path.open("rb") as file:
             yield file
 
     @contextmanager
     def _noting(self) -> Iterator[None]:
-        """Note damage, and continue behind it."""
+        """Record a damage as a note and continue."""
         try:
             yield
         except DamageError as error:
@@ -168,9 +167,9 @@ class McapRun(Run):
 
 
 class _Channels:
-    """What makes events of the messages of each channel.
+    """The decoders of the channels.
 
-    :param wanted: the types of events that are.
+    :param wanted: the types of events to decode.
     """
 
     def __init__(self, wanted: Iterable[type[Event]]) -> None:
@@ -181,7 +180,7 @@ class _Channels:
         self._by_schema: dict[int, Callable[[bytes], Event]] = {}
 
     def take(self, kind: int, data: bytes) -> None:
-        """Take a schema or a channel."""
+        """Process a schema or a channel."""
         fields = Fields(data)
         number = fields.short()
         if kind == mcap.SCHEMA:
@@ -195,7 +194,7 @@ class _Channels:
 
 
 def _rest(file: IO[bytes], record: Record) -> bytes:
-    """Return the content of a record, or the part of it that the file has."""
+    """Return the content of a record, or the existing part of it."""
     if record.whole:
         return mcap.content(file, record)
     file.seek(record.start)

@@ -1,4 +1,4 @@
-"""Records of mcap files (https://mcap.dev/spec): their places in a file, and the contents that we read."""
+"""Records of mcap files (https://mcap.dev/spec): their positions, and the contents that cxbridge reads."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from cxbridge.errors import TraceError
 from cxbridge.extras import install_command
 
 MAGIC: Final = b"\x89MCAP0\r\n"
-"""The first eight bytes of an mcap file, and the last eight of a finished one."""
+"""The first eight bytes of an mcap file, and the last eight of a complete one."""
 
 PROFILE: Final = "cxbridge"
-"""The profile in the header of our files."""
+"""The profile in the header of files of cxbridge."""
 
 METADATA_NAME: Final = "cxbridge"
-"""The name of our metadata records; later ones add to earlier ones."""
+"""The name of metadata records of a run; later ones extend earlier ones."""
 
 SOURCE_NAME: Final = "cxbridge.source"
-"""The name of the metadata records of a run's sources."""
+"""The name of metadata records of a run's sources."""
 
+# larger sizes are taken for damage
 MAX_RECORD: Final = 256 * 1024 * 1024
-"""Largest record, and largest chunk when unpacked, in bytes; anything larger is taken for damage."""
+"""The maximal bytes of a record and of an unpacked chunk."""
 
 HEADER: Final = 0x01
 FOOTER: Final = 0x02
@@ -38,23 +39,23 @@ ATTACHMENT: Final = 0x09
 METADATA: Final = 0x0C
 
 HEAD: Final = struct.Struct("<BQ")
-"""What every record begins with: its kind, and the length of its content."""
+"""The start of every record: its kind and the length of its content."""
 
 _CRC: Final = struct.Struct("<I")
 _LONGEST_NAMES: Final = 64 * 1024
 
 
 class DamageError(ValueError):
-    """The file ends too early, or holds what cannot be."""
+    """The file is truncated or has invalid content."""
 
 
 class Record(Struct, frozen=True):
-    """Where a record is in the file.
+    """The position of a record in the file.
 
     :param kind: one of the constants above.
-    :param start: where its content begins.
-    :param size: of its content, in bytes.
-    :param whole: whether the file holds all of it.
+    :param start: the offset of its content.
+    :param size: bytes of its content.
+    :param whole: whether the file contains all of it.
     """
 
     kind: int
@@ -64,12 +65,11 @@ class Record(Struct, frozen=True):
 
 
 def walk(file: IO[bytes]) -> Iterator[Record]:
-    """Yield the records of a file, those of its chunks not among them, up to the footer.
+    """Yield the records of a file outside of chunks, up to the footer.
 
-    A last record that was cut off is yielded as not whole, and ends it. The file's position may be moved
-    between two records.
+    A truncated record is the last one. The position of the file may be changed between two records.
 
-    :raises DamageError: when the file ends without a footer.
+    :raises DamageError: if the file ends without a footer.
     """
     at = len(MAGIC)
     while True:
@@ -93,7 +93,7 @@ def walk(file: IO[bytes]) -> Iterator[Record]:
 def content(file: IO[bytes], record: Record) -> bytes:
     """Return the content of a record.
 
-    :raises DamageError: when it is too large, or cut off.
+    :raises DamageError: if the record is too large, or truncated.
     """
     if record.size > MAX_RECORD:
         raise DamageError("a record that is too large")
@@ -105,28 +105,28 @@ def content(file: IO[bytes], record: Record) -> bytes:
 
 
 class Fields:
-    """Reads the fields of a record, one after the other.
+    """Reads the fields of a record in order.
 
-    Every method raises :class:`DamageError` when the record is too short, or has no text where one belongs.
+    The methods raise :class:`DamageError` if the record is too short, or a text is invalid.
 
-    :param data: the content of the record, or its beginning.
+    :param data: the content of the record, or its start.
     """
 
     def __init__(self, data: bytes) -> None:
         self._data = data
         self.at = 0
-        """Where the next field begins."""
+        """The offset of the next field."""
 
     def short(self) -> int:
-        """Return a number of 16 bits."""
+        """Return a 16 bit number."""
         return int.from_bytes(self._take(2), "little")
 
     def number(self) -> int:
-        """Return a number of 32 bits."""
+        """Return a 32 bit number."""
         return int.from_bytes(self._take(4), "little")
 
     def long(self) -> int:
-        """Return a number of 64 bits."""
+        """Return a 64 bit number."""
         return int.from_bytes(self._take(8), "little")
 
     def text(self) -> str:
@@ -155,11 +155,11 @@ class Fields:
 
 
 class StoredAttachment(Struct, frozen=True):
-    """An attachment, without its bytes.
+    """An attachment without its bytes.
 
-    :param time_ns: nanoseconds since the epoch.
-    :param start: where its bytes are in the file.
-    :param size: how many there are.
+    :param time_ns: in nanoseconds since the epoch.
+    :param start: the offset of its bytes in the file.
+    :param size: the number of its bytes.
     """
 
     name: str
@@ -170,9 +170,9 @@ class StoredAttachment(Struct, frozen=True):
 
 
 def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
-    """Return what an attachment says about itself.
+    """Return the description of an attachment.
 
-    :raises DamageError: when a field of it is not valid.
+    :raises DamageError: if a field is invalid.
     """
     file.seek(record.start)
     fields = Fields(file.read(min(record.size, _LONGEST_NAMES)))
@@ -187,7 +187,7 @@ def attachment_at(file: IO[bytes], record: Record) -> StoredAttachment:
 def attachment_data(file: IO[bytes], stored: StoredAttachment, record: Record) -> bytes:
     """Return the bytes of an attachment.
 
-    :raises DamageError: when they are not those that were attached.
+    :raises DamageError: if the checksum is wrong.
     """
     data = content(file, record)
     (crc,) = _CRC.unpack_from(data, record.size - _CRC.size)
@@ -200,8 +200,8 @@ def chunk_records(data: bytes, *, whole: bool) -> bytes:
     """Return the records within a chunk.
 
     :param data: the content of the chunk's record.
-    :param whole: whether that is all of it; else the records end early.
-    :raises DamageError: when they are damaged, too large, or packed in an unknown way.
+    :param whole: whether the data are complete.
+    :raises DamageError: if they are damaged or too large, or have an unknown compression.
     """
     fields = Fields(data)
     fields.long(), fields.long()
@@ -218,7 +218,8 @@ def chunk_records(data: bytes, *, whole: bool) -> bytes:
 
 
 def _unpacked(packing: str, data: bytes, size: int) -> bytes:
-    """Return the unpacked data, at most one byte more than ``size``."""
+    """Decompress data to at most ``size`` + 1 bytes."""
+    # the extra byte reveals that there is more than the chunk states
     if not packing:
         return data
     if packing not in ("lz4", "zstd"):

@@ -1,4 +1,4 @@
-"""Repairs mcap files that were cut off or damaged: copies whole records, and writes the index."""
+"""Repair of truncated or damaged mcap files by copying intact records and writing the index."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from cxbridge.trace.formats.mcap.records import (
 
 
 def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
-    """Return the damage of an mcap file of any program, and the writer of its whole parts to another file.
+    """Return the damage of an mcap file, and a function that writes its intact parts to another file.
 
-    :raises TraceError: when nothing of it can be read.
+    :raises TraceError: if nothing can be read.
     """
     with open(os.devnull, "wb") as nothing:  # noqa: PTH123 - no path of a file
         problems = _copy(path, nothing)
@@ -43,9 +43,9 @@ def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
 
 
 def _copy(source: Path, target: IO[bytes]) -> list[str]:
-    """Write the whole records of ``source`` to ``target``, with summary and footer; return the damage.
+    """Write the intact records of ``source`` to ``target``, with summary and footer; return the damage.
 
-    :raises TraceError: when there is none.
+    :raises TraceError: if there are none.
     """
     left_out = 0
     ended = False
@@ -76,7 +76,7 @@ def _copy(source: Path, target: IO[bytes]) -> list[str]:
 
 
 def _parts(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
-    """Yield a record, or those within a chunk; of a chunk that was cut off its whole records."""
+    """Yield a record, or those within a chunk; of a truncated chunk its complete records."""
     if record.kind != CHUNK:
         if record.whole:
             yield record.kind, content(file, record)

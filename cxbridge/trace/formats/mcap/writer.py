@@ -1,6 +1,6 @@
-"""Writes a run as mcap (https://mcap.dev/spec): JSON messages, one topic a kind; see docs/formats.md.
+"""Writer of runs as mcap (https://mcap.dev/spec) with JSON messages; see docs/formats.md.
 
-Chunks are not compressed: that keeps recording cheap, and ``mcap compress`` does it later when wanted.
+Chunks are not compressed, to make recording cheap; ``mcap compress`` can do it later.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ _MOST_PENDING = 512
 class McapWriter(RunWriter):
     """An mcap file.
 
-    Whatever was written more than half a second of real time before the last event is safe in the file: a run
-    that is killed can be read up to there.
+    Events that are older than half a second of real time at the next event are in the file, so a killed run
+    can be read up to there.
 
-    :param path: the file; one that is there is replaced.
-    :param definition: returns the definition of an interface type, to be attached before its first event.
+    :param path: replaced if it exists.
+    :param definition: returns the definition of an interface type, to attach it before the first event.
     :param files: whether to attach the run's sources.
-    :raises TraceError: when the file cannot be made.
+    :raises TraceError: if the file cannot be created.
     """
 
     def __init__(
@@ -61,16 +61,16 @@ class McapWriter(RunWriter):
                 self._mcap = McapFile(self._file, PROFILE, f"cxbridge {VERSION}")
                 self._file.flush()
         except TraceError:
-            with suppress(OSError):  # again, for what could not be written before
+            with suppress(OSError):  # once more for data that could not be written before
                 self._file.close()
             raise
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
-        """Return the types of events of the level, all of them, and the run's sources."""
         return level.event_types | {SourceRead} if self._files else level.event_types
 
     def write(self, event: Event) -> None:
-        """Take one event, to be written with the next ones: many in a row cost a third of single ones."""
+        """Queue an event for the next write."""
+        # writing many events in a row costs a third of writing single ones
         self._pending.append(event)
         if len(self._pending) >= _MOST_PENDING:
             self._write_pending()
@@ -78,13 +78,13 @@ class McapWriter(RunWriter):
             self.flush()
 
     def _write_pending(self) -> None:
-        """Write the events that were taken."""
+        """Write the queued events."""
         pending, self._pending = self._pending, []
         with writing(self.path):
             self._mcap.add_messages(self._messages(pending))
 
     def _messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
-        """Yield events as messages: channel, time and JSON. The run's sources are written on the way."""
+        """Yield events as messages of channel, time and JSON, and write the run's sources."""
         channels = self._channels
         for event in events:
             event_type = type(event)
@@ -101,14 +101,12 @@ class McapWriter(RunWriter):
             yield channel, event.time_us * 1000, encode(event)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Write a metadata record."""
         self._write_pending()
         with writing(self.path):
             self._mcap.add_metadata(METADATA_NAME, metadata)
             self._file.flush()
 
     def attach(self, attachment: Attachment) -> None:
-        """Write an attachment record."""
         self._write_pending()
         with writing(self.path):
             self._store_attachment(attachment)
@@ -119,14 +117,14 @@ class McapWriter(RunWriter):
         )
 
     def _store_source(self, event: SourceRead) -> None:
-        """Write the record of something that the run is made of, and attach it when it is new."""
+        """Write the record of a source, and attach it if it is new."""
         record, attachment = self._sources.record(event)
         if attachment is not None:
             self._store_attachment(attachment)
         self._mcap.add_metadata(SOURCE_NAME, record)
 
     def _define(self, interface_type: str, time_us: int) -> None:
-        """Attach the definition of an interface type, once."""
+        """Attach the definition of an interface type once."""
         if interface_type and interface_type not in self._types and self._files:
             self._types.add(interface_type)
             source = self._definition(interface_type, time_us)
@@ -134,7 +132,7 @@ class McapWriter(RunWriter):
                 self._store_source(source)
 
     def flush(self) -> None:
-        """Finish the chunk, and bring it into the file."""
+        """Complete the chunk and write it to the file."""
         self._flushed = time.monotonic()
         self._write_pending()
         with writing(self.path):
@@ -154,9 +152,9 @@ class McapWriter(RunWriter):
                 self._file.close()
 
     def _add_channel(self, event_type: type[Event], about: str) -> int:
-        """Register the channel of a kind of event, and its schema.
+        """Add the channel of a kind of event, with its schema.
 
-        :param about: the value of the field that its topic ends with.
+        :param about: the value of the field with which its topic ends.
         """
         schema = self._schemas.get(event_type)
         if schema is None:

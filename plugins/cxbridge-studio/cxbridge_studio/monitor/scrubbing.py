@@ -1,4 +1,4 @@
-"""A recorded run that can be looked at at any of its moments."""
+"""A recorded run that can be viewed at any moment."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 
 MOST_EVENTS: Final = 1_000_000
-"""Events that are kept of a run; the first ones."""
+"""The maximal number of loaded events."""
 
 STRIDE: Final = 10_000
-"""After this many events the state is remembered: going back takes no longer than these."""
+"""The number of events between stored states, which limits the time of going back."""
 
 _AT_ONCE: Final = 500
 
 
 class Scrubber:
-    """A run, and a moment of it: :attr:`at` events have happened. It is read little by little.
+    """A run and its state after ``at`` events, loaded step by step.
 
     :param run: the recording.
-    :param stride: see :data:`STRIDE`.
+    :param stride: as `STRIDE`.
     """
 
     def __init__(self, run: Run, stride: int = STRIDE) -> None:
@@ -43,7 +43,7 @@ class Scrubber:
         self.times = array("q")
         """Microseconds since the start of the run, never decreasing."""
         self.transitions = array("q")
-        """After which event counts a transition has just happened."""
+        """The numbers of events after which the last event is a transition."""
         self.log_lines = array("q")
         """The numbers of the events that are log lines."""
         self.at = 0
@@ -52,28 +52,28 @@ class Scrubber:
 
     @property
     def is_loading(self) -> bool:
-        """Whether it is not read to its end yet."""
+        """Whether the run is not completely read."""
         return self._reader is not None
 
     @property
     def start_us(self) -> int:
-        """The run's clock at the start of the run."""
+        """The clock at the start of the run."""
         return self._clock.first_us or 0
 
     @property
     def end_us(self) -> int:
-        """When the last event was."""
+        """The time of the last event."""
         return self.times[-1] if self.times else 0
 
     @property
     def now_us(self) -> int:
-        """When the last event was that has happened."""
+        """The time of the last event before the present moment."""
         return self.times[self.at - 1] if self.at else 0
 
     def load(self, seconds: float, now: Callable[[], float] = time.monotonic) -> None:
-        """Read on for so long, or to the end.
+        """Read further events for some seconds, or to the end.
 
-        Unreadable parts are reported in :attr:`notes`; the parts before them stay.
+        Unreadable parts are reported in `notes`; the events before them are kept.
         """
         until = now() + seconds
         while self._reader is not None and now() < until:
@@ -112,7 +112,7 @@ class Scrubber:
             self._kept.append(self._ahead.copy())
 
     def _is_new(self, event: Event) -> bool:
-        """Whether it has news: a Skiller repeats its status over and over."""
+        """Return whether an event is news; a Skiller repeats its status."""
         if not isinstance(event, SkillStatus):
             return True
         key, status = (event.env, event.skiller), (event.skill_string, event.status)
@@ -121,7 +121,7 @@ class Scrubber:
         return not same
 
     def go(self, at: int) -> None:
-        """Go to the moment after a number of events; to the start or the end beyond them."""
+        """Go to the moment after ``at`` events, limited to the run."""
         at = max(0, min(at, len(self.events)))
         nearest = at // self._stride
         if at < self.at or nearest > self.at // self._stride:
@@ -133,17 +133,17 @@ class Scrubber:
         self.at = at
 
     def go_transitions(self, count: int) -> None:
-        """Go a number of transitions forward, or back when it is negative; events, in a run without any."""
+        """Go forward or back by a number of transitions, or of events in a run without transitions."""
         steps = self.transitions
         if not steps:
             self.go(self.at + count)
             return
         passed = bisect_right(steps, self.at)
         if count < 0 and passed and steps[passed - 1] < self.at:
-            count += 1  # back to the one that has happened last
+            count += 1  # back to the last transition before the present moment
         wanted = passed + count - 1
         self.go(0 if wanted < 0 else steps[wanted] if wanted < len(steps) else len(self.events))
 
     def go_time(self, time_us: int) -> None:
-        """Go to the moment when everything up to a time has happened, microseconds since the first event."""
+        """Go to the moment after all events up to a time, in microseconds since the first event."""
         self.go(bisect_right(self.times, time_us))
