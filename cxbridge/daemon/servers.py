@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import replace
 from typing import Generic, Protocol, TypeVar
 
 from cxbridge.blackboard.fawkesnet.components.configuration import ConfigurationComponent
 from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
 from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager
-from cxbridge.blackboard.fawkesnet.server import DEFAULT_LIMITS, FawkesServer
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq.security import CurveServer
-from cxbridge.blackboard.zmq.server import MOST_CONNECTIONS, ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.plugins import DaemonPlugins
-from cxbridge.process.file_limit import ZMQ_SHARE, most_clients, raise_file_limit, share
+from cxbridge.process.file_limit import raise_file_limit
 from cxbridge.rights import Right
 from cxbridge.run.components.component import Component
 
@@ -68,6 +67,7 @@ class ServerComponent(Component, ABC, Generic[ServerType]):
 class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
     def make(self) -> ZmqBlackBoardServer:
         """Make the server, with CURVE if there are keys."""
+        raise_file_limit()
         settings, keys = self._daemon.settings, None
         if settings.secret_key is not None and settings.clients is not None:
             keys = CurveServer(settings.secret_key, settings.clients)
@@ -77,7 +77,6 @@ class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
             keys=keys,
             insecure=settings.insecure,
             rights=settings.rights,
-            most_connections=share(raise_file_limit(), MOST_CONNECTIONS, ZMQ_SHARE),
         )
 
     def endpoints(self, server: ZmqBlackBoardServer) -> list[str]:
@@ -89,6 +88,8 @@ class FawkesComponent(ServerComponent[FawkesServer]):
     """Serves the blackboard over Fawkes' protocol."""
 
     def make(self) -> FawkesServer:
+        """Make the server."""
+        raise_file_limit()
         daemon = self._daemon
         settings, rights = daemon.settings.fawkes, daemon.settings.rights
         assert settings is not None  # otherwise the component is not needed
@@ -99,7 +100,6 @@ class FawkesComponent(ServerComponent[FawkesServer]):
             ConfigurationComponent(daemon.config, writable=rights.allow(Right.PROGRAMS)),
             NetworkLogger(daemon.bus),
         )
-        clients = most_clients(raise_file_limit(), DEFAULT_LIMITS.most_clients)
         return FawkesServer(
             daemon.board,
             settings.host,
@@ -108,7 +108,6 @@ class FawkesComponent(ServerComponent[FawkesServer]):
             components=components,
             allow=settings.allow,
             rights=rights,
-            limits=replace(DEFAULT_LIMITS, most_clients=clients),
         )
 
     def endpoints(self, server: FawkesServer) -> list[str]:

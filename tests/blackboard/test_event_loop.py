@@ -15,7 +15,6 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
@@ -26,7 +25,7 @@ TIMES = 20
 
 
 def made() -> LoopThread:
-    return LoopThread("tested", Shortage(lambda _text: None))
+    return LoopThread("tested")
 
 
 def free_port() -> int:
@@ -101,7 +100,7 @@ def close_the_door_of_foxglove() -> None:
     from cxbridge_web.foxglove.door import FoxgloveDoor
     from cxbridge_web.foxglove.settings import FoxgloveSettings
 
-    door = FoxgloveDoor(FoxgloveSettings(port=0), ("127.0.0.1", 1), lambda _text: None)
+    door = FoxgloveDoor(FoxgloveSettings(port=0), ("127.0.0.1", 1))
     door.close()
     door.close()
     with socket.socket() as client:

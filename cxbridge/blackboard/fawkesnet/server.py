@@ -21,7 +21,6 @@ from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardNetwor
 from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.blackboard.fawkesnet.sockets import GONE_SECONDS, acknowledge, tune
-from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.kit.server import BoardServer
@@ -88,7 +87,6 @@ class FawkesServer(BoardServer):
     ) -> None:
         bus = bus or board.bus or EventBus(board.clock)
         super().__init__("FawkesNetServer", bus.logger(NETWORK))
-        self._shortage = Shortage(self._warn)
         self._allowed: Final = AllowedPeers(allow)
         self._stall_seconds: Final = limits.stall_seconds
         self._most_clients: Final = limits.most_clients
@@ -202,8 +200,8 @@ class FawkesServer(BoardServer):
                 sock, address = self._listener.accept()
             except (BlockingIOError, ConnectionAbortedError):
                 return
-            except OSError as error:  # no file descriptors left: the connection stays in the backlog
-                self._shortage.report(error.strerror or str(error))
+            except OSError as error:  # no file descriptors left: the connection waits where it is
+                self._complaints.add("accept", f"cannot accept connections: {error.strerror}; they wait")
                 self._selector.unregister(self._listener)
                 self._resume_at = time.monotonic() + _PAUSE
                 return

@@ -8,7 +8,6 @@ from collections.abc import Callable, Coroutine
 from concurrent.futures import Future
 from typing import Any, Final, TypeVar
 
-from cxbridge.blackboard.kit.accepting import Shortage, heed_shortage
 from cxbridge.closing import Closing
 
 T = TypeVar("T")
@@ -23,10 +22,9 @@ class LoopThread(Closing):
     coroutines and `close` are processed in order.
     """
 
-    def __init__(self, name: str, shortage: Shortage) -> None:
+    def __init__(self, name: str) -> None:
         self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
         self._loop = self._runner.get_loop()
-        heed_shortage(self._loop, shortage)
         self._over = asyncio.Event()
         self._thread = threading.Thread(target=self._work, name=name, daemon=True)
         try:

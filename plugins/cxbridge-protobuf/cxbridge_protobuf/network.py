@@ -10,10 +10,8 @@ import itertools
 import socket
 import threading
 from collections.abc import Callable, Coroutine
-from functools import partial
 from typing import Any, Final, TypeVar
 
-from cxbridge.blackboard.kit.accepting import PatientListener, Shortage
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf import frames
@@ -72,8 +70,7 @@ class Network:
         listening = self._listen(port)
 
         async def start() -> asyncio.Server:
-            patient = PatientListener.of(listening)
-            return await asyncio.get_running_loop().create_server(self._accept, sock=patient)
+            return await asyncio.get_running_loop().create_server(self._accept, sock=listening)
 
         self._server = self._run(start())
 
@@ -216,8 +213,7 @@ class Network:
 
     def _started(self) -> LoopThread:
         if self._thread is None:
-            warn = partial(self._inbox.warn, kind="shortage")
-            self._thread = LoopThread("clips-protobuf", Shortage(warn, "protobuf clients"))
+            self._thread = LoopThread("clips-protobuf")
         return self._thread
 
     def _run(self, work: Coroutine[Any, Any, T]) -> T:

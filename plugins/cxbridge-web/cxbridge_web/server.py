@@ -11,7 +11,6 @@ from cxbridge_web.event_collector import EventCollector
 from cxbridge_web.event_streams import EventStreams
 from cxbridge_web.extensions import Figures
 from cxbridge_web.guard import Guard
-from cxbridge_web.http.connections import MOST_SOCKETS
 from cxbridge_web.http.serving import HttpThread
 from cxbridge_web.pages import Pages
 from cxbridge_web.queue import RequestQueue
@@ -31,13 +30,11 @@ class WebServer:
     """Serves in a thread, from :meth:`start` to :meth:`stop`; keeps events from when it is made.
 
     :param host: the process around it.
-    :param most_sockets: connections at a time, at most :data:`~cxbridge_web.http.connections.MOST_SOCKETS`.
     """
 
-    def __init__(self, host: WebHost, settings: WebSettings, most_sockets: int = MOST_SOCKETS) -> None:
+    def __init__(self, host: WebHost, settings: WebSettings) -> None:
         self._host = host
         self._settings = settings
-        self._most_sockets = most_sockets
         self._queue = RequestQueue()
         self._log = host.bus.logger(COMPONENT)
         self._collector = EventCollector(host)
@@ -58,7 +55,7 @@ class WebServer:
 
         :raises CxbridgeError: when that is not possible.
         """
-        thread = HttpThread(self._settings, self._log, self._most_sockets)
+        thread = HttpThread(self._settings, self._log)
         self.port = thread.port
         try:
             self._streams = EventStreams(self._host, self._collector)

@@ -4,6 +4,6 @@ One thread owns all sockets, sessions and channels. Other threads reach it only 
 the listeners that local writers call.
 """
 
-from cxbridge.blackboard.zmq.server.server import MOST_CONNECTIONS, ZmqBlackBoardServer
+from cxbridge.blackboard.zmq.server.server import ZmqBlackBoardServer
 
-__all__ = ["MOST_CONNECTIONS", "ZmqBlackBoardServer"]
+__all__ = ["ZmqBlackBoardServer"]

@@ -20,7 +20,6 @@ from cxbridge.blackboard.kit.server import BoardServer
 from cxbridge.blackboard.listeners import Observer
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
-from cxbridge.blackboard.zmq.server.connection_limit import ConnectionLimit
 from cxbridge.blackboard.zmq.server.requests import RequestHandler
 from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, ZmqSession
 from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, ResultCode, decode, encode
@@ -43,10 +42,6 @@ MIN_HEARTBEAT: Final = 0.05
 MAX_SESSIONS: Final = 1024
 """The maximal number of clients."""
 
-# a client has two sockets; the rest is for connections whose handshake is pending
-MOST_CONNECTIONS: Final = 2 * MAX_SESSIONS + 64
-"""The maximal number of TCP connections."""
-
 WINDOW: Final = 256
 """The maximal number of unacknowledged updates per client."""
 
@@ -64,7 +59,6 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     :param keys: required for endpoints that other machines can reach.
     :param insecure: allow such endpoints without keys.
     :param window: the maximal number of unacknowledged updates per client.
-    :param most_connections: of TCP, including connections without handshake; a client has two.
     :param context: the ZeroMQ context; None makes one, or takes that of the process for inproc.
     :raises InsecureEndpointError: if an endpoint needs keys.
     """
@@ -80,7 +74,6 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         window: int = WINDOW,
         max_sessions: int = MAX_SESSIONS,
         rights: Rights = EVERYTHING,
-        most_connections: int = MOST_CONNECTIONS,
         context: zmq.Context[zmq.Socket[bytes]] | None = None,
     ) -> None:
         for endpoint in endpoints:
@@ -103,7 +96,6 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._sockets: list[zmq.Socket[bytes]] = []
         self._files: list[EndpointFile] = []
         self._sessions: dict[bytes, ZmqSession] = {}
-        self._connections: Final = ConnectionLimit(most_connections, partial(self._complaints.add, "most"))
         self._failed: deque[tuple[ZmqSession, ResultCode]] = deque()
         self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         self._skipped = 0
@@ -124,7 +116,6 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             socket, self.endpoints[index] = bind(self._context, endpoint, self._keys)
             self._sockets.append(socket)
             self._files.append(EndpointFile(endpoint))
-            self._connections.watch(self._context, socket, self.endpoints[index])
         self.board.register_observer(self)
         self._info(f"serving at {', '.join(self.endpoints)}")
 
@@ -143,7 +134,6 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self.board.unregister_observer(self)
         for file in self._files:
             file.remove()
-        self._connections.close()
         for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
             with contextlib.suppress(zmq.ZMQError):  # the file of the endpoint may be removed
                 socket.unbind(endpoint)  # releases the endpoint at once for another server
@@ -193,21 +183,18 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             return  # the context refuses Windows
         poll = select.poll()
         poll.register(self._wakeup, select.POLLIN)
-        for descriptor in (*self._by_descriptor, *self._connections.descriptors):
+        for descriptor in self._by_descriptor:
             poll.register(descriptor, select.POLLIN)
         due = last = time.monotonic()
         batch = 1
         ready: Sequence[tuple[int, int]] = ()
         while not self._stopping:
             self._wakeup.clear()
-            if self._connections.has_news(ready):
-                self._connections.look()
             self.drain()
             self._end_failed()
             now = time.monotonic()
             if now >= due:
                 self._look_after_sessions(now, now - last)
-                self._connections.look()
                 shortest = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
                 last, due = now, now + shortest / _TICKS
             # ZeroMQ's descriptors only report events since the last look, and sending looks, too: nothing may

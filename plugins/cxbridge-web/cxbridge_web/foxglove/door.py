@@ -10,11 +10,10 @@ import asyncio
 import secrets
 import socket
 import sys
-from collections.abc import Callable, Collection, Coroutine
+from collections.abc import Collection, Coroutine
 from contextlib import suppress
 from typing import Any, Final
 
-from cxbridge.blackboard.kit.accepting import PatientListener, Shortage
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.closing import Closing
 from cxbridge.listening import LOCAL_NAMES, LOOPBACK, is_loopback, is_named, is_own_page
@@ -45,13 +44,10 @@ def hidden_host() -> str:
 class FoxgloveDoor(Closing):
     """Listens where Foxglove connects, in a thread.
 
-    :param warn: gets errors.
     :raises OSError: when the address or the port cannot be had.
     """
 
-    def __init__(
-        self, settings: FoxgloveSettings, inner: tuple[str, int], warn: Callable[[str], None]
-    ) -> None:
+    def __init__(self, settings: FoxgloveSettings, inner: tuple[str, int]) -> None:
         self._inner, self._origins = inner, settings.allow_origins
         here = is_loopback(settings.host)
         self._names: Collection[str] | None = LOCAL_NAMES | {settings.host.lower()} if here else None
@@ -59,15 +55,15 @@ class FoxgloveDoor(Closing):
         self._connections = 0
         listening = socket.create_server((settings.host, settings.port), family=family)
         self.port: int = listening.getsockname()[1]
-        self._thread = LoopThread("foxglove door", Shortage(warn, "Foxglove"))
-        self._server = self._thread.spawn(self._serve(PatientListener.of(listening))).result(_START_S)
+        self._thread = LoopThread("foxglove door")
+        self._server = self._thread.spawn(self._serve(listening)).result(_START_S)
 
     def close(self) -> None:
         """End all connections, and listen no more."""
         self._thread.call(self._server.close)
         self._thread.close()
 
-    async def _serve(self, listening: PatientListener) -> asyncio.Server:
+    async def _serve(self, listening: socket.socket) -> asyncio.Server:
         return await asyncio.start_server(self._greet, sock=listening, limit=_MOST_HEAD)
 
     async def _greet(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

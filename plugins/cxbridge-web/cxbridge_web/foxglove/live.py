@@ -70,7 +70,7 @@ class FoxgloveServer:
                 context=self._context,
                 server_listener=_Subscriptions(self._note),
             )
-            self._door = FoxgloveDoor(self._settings, (behind, self._server.port), log.warn)
+            self._door = FoxgloveDoor(self._settings, (behind, self._server.port))
         except (OSError, RuntimeError) as error:
             self.stop()
             raise CxbridgeError(

@@ -1,21 +1,14 @@
-"""The connections of the web server: ended when nothing moves, limited in number."""
+"""The connections of the web server: ended when nothing moves."""
 
 from __future__ import annotations
 
 import asyncio
-import socket
-import weakref
 from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from cxbridge.blackboard.kit.accepting import PatientListener
-
 PATIENCE_S: Final = 10.0
 """Seconds after which a connection on which nothing moves is ended; it may take twice as long."""
-
-MOST_SOCKETS: Final = 256
-"""Connections that are taken at all, those that are still at TLS' handshake included."""
 
 
 class Connection(H11Protocol):
@@ -52,28 +45,3 @@ class Connection(H11Protocol):
             return
         self._mark = mark
         self._timer = self.loop.call_later(self.patience_s, self._look)
-
-
-class Door(PatientListener):
-    """A listening socket that keeps at most :data:`MOST_SOCKETS` connections, and ends further ones.
-
-    Without it strangers could use up the files that the process may open.
-    """
-
-    most: int = MOST_SOCKETS
-
-    def __init__(self, family: int, kind: int) -> None:
-        super().__init__(family, kind)
-        self._inside: weakref.WeakSet[socket.socket] = weakref.WeakSet()
-
-    def accept(self) -> tuple[socket.socket, Any]:
-        """Take a connection.
-
-        :raises ConnectionAbortedError: when there are too many.
-        """
-        connection, address = super().accept()
-        if sum(inside.fileno() >= 0 for inside in self._inside) >= self.most:
-            connection.close()
-            raise ConnectionAbortedError
-        self._inside.add(connection)
-        return connection, address

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Final
 
 import uvicorn
 
-from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.errors import CxbridgeError
-from cxbridge_web.http.connections import MOST_SOCKETS, Connection, Door
+from cxbridge_web.http.connections import Connection
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
@@ -64,17 +63,14 @@ class HttpThread:
     """Serves an application.
 
     :param log: gets errors.
-    :param most_sockets: connections at a time, at most :data:`~cxbridge_web.http.connections.MOST_SOCKETS`.
     :raises CxbridgeError: when the address cannot be bound, or the settings are invalid.
     """
 
-    def __init__(self, settings: WebSettings, log: Logger, most_sockets: int = MOST_SOCKETS) -> None:
+    def __init__(self, settings: WebSettings, log: Logger) -> None:
         settings.check()
         self._settings = settings
         self._log = log
         self._listening = _listen(settings.host, settings.port)
-        if most_sockets < MOST_SOCKETS:
-            self._listening.most = most_sockets
         self.port: int = self._listening.getsockname()[1]
         """Where it serves."""
         self._server: _Uvicorn | None = None
@@ -100,7 +96,7 @@ class HttpThread:
             raise
         logging.getLogger("uvicorn.error").addHandler(self._handler)
         serving = self._server.serving
-        self._thread = LoopThread("web", Shortage(self._log.warn))
+        self._thread = LoopThread("web")
         self._served = self._thread.spawn(self._server.serve(sockets=[self._listening]))
         self._served.add_done_callback(lambda _: serving.set())
         if not serving.wait(_START_S) or self._served.done():
@@ -153,14 +149,14 @@ class HttpThread:
         logging.getLogger("uvicorn.error").removeHandler(self._handler)
 
 
-def _listen(host: str, port: int) -> Door:
+def _listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens.
 
     :raises CxbridgeError: when that is not possible.
     """
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        listening = Door(family, socket.SOCK_STREAM)
+        listening = socket.socket(family, socket.SOCK_STREAM)
     except OSError as error:
         raise CxbridgeError(f"the web server cannot be at {host}: {error.strerror}") from error
     try:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.mainloop import Hook
-from cxbridge.process.file_limit import WEB_SHARE, raise_file_limit, share
+from cxbridge.process.file_limit import raise_file_limit
 from cxbridge.run.components.component import Component
 from cxbridge_web.daemon_source import DaemonWeb
-from cxbridge_web.http.connections import MOST_SOCKETS
 from cxbridge_web.options import WebOptions
 from cxbridge_web.server import WebServer
 from cxbridge_web.settings import WebSettings
@@ -23,9 +22,9 @@ class WebComponent(Component):
         settings, self._daemon = daemon.section("web"), daemon
         assert isinstance(settings, WebSettings)
         self._options = daemon.options.group(WebOptions)
-        most = share(raise_file_limit(), MOST_SOCKETS, WEB_SHARE)
+        raise_file_limit()
         host = DaemonWeb(self._daemon)
-        self._server = WebServer(host, settings, most)
+        self._server = WebServer(host, settings)
 
     def activate(self) -> None:
         """Begin to serve."""

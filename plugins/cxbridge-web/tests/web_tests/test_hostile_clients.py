@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge.events import LogLine
 from cxbridge_web import api
-from cxbridge_web.http.connections import Connection, Door
+from cxbridge_web.http.connections import Connection
 from tests.daemon.test_daemon import WAIT_S
 from web_tests.support import serving
 
@@ -175,29 +175,6 @@ def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
         assert lost.wait(WAIT_S)
         assert other.get("/api/cxbridge/status").status == 200
     assert client.get("/api/cxbridge/status").status == 200
-
-
-def test_only_so_many_connections_are_taken(monkeypatch, served):
-    """Further clients would have used up the files that the daemon may open."""
-    _, client = served
-    monkeypatch.setattr(Door, "most", 0)
-    with connect(client) as refused:
-        assert rest_of(refused) == b""
-    monkeypatch.setattr(Door, "most", 1000)
-    idle = [connect(client) for _ in range(3)]
-    assert client.get("/api/cxbridge/status").status == 200
-    monkeypatch.setattr(Door, "most", 3)
-    with connect(client) as refused:
-        assert rest_of(refused) == b""
-    for peer in idle:
-        peer.close()
-    pause = threading.Event()
-    for _ in range(WAIT_S * 20):
-        if talk(client, get(b"/")).startswith(b"HTTP/1.1 200"):
-            break
-        pause.wait(0.05)
-    else:
-        raise AssertionError("nobody gets in any more")
 
 
 def test_a_thousand_bad_requests_are_not_a_thousand_lines(served):
