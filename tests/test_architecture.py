@@ -182,7 +182,6 @@ def test_only_one_module_compares_names():
 
 SLOW_ON_PURPOSE = {
     "executive/robmem/mongo_server.py",  # a server that answers late
-    "hostile/test_descriptors.py",  # what a process uses while it is attacked
     "run/comings_and_goings.py",  # a robot that stands still
     "trace/test_recorder.py",  # a writer that takes its time
 }
