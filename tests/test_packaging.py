@@ -161,7 +161,7 @@ STATUS = {"cxbridge-rcll": 2}
 """The exit status of a command that ends with another than 0: the folder is no referee box."""
 
 
-@pytest.mark.parametrize("name", share(SMOKE, 3, row=lambda name: name == "cxbridge"))
+@pytest.mark.parametrize("name", share(SMOKE, 2, row=lambda name: name == "cxbridge"))
 def test_each_wheel_works_with_what_it_declares(name, wheels, tmp_path):
     """In an environment with the wheel and its dependencies alone; cxbridge's with no plug-in."""
     python = alone.make_environment(tmp_path / "venv", name, wheels(name))

@@ -15,7 +15,7 @@ from cxbridge.cli.main import invoke
 from tests.docs.pages import blocks
 from tests.docs.test_samples import PART, write
 from tests.forked import IGNORED, nursery
-from tests.support import FAWKES_DIR, ROOT, needs_fawkes, needs_plugin
+from tests.support import FAWKES_DIR, ROOT, needs_fawkes, needs_plugin, share
 
 
 @pytest.fixture(autouse=True)
@@ -73,7 +73,7 @@ def test_the_agent_of_the_tutorial_runs_passes_and_has_no_mistake(here, capsys):
     launches(project)
 
 
-@pytest.mark.parametrize("is_there", [True, False])
+@pytest.mark.parametrize("is_there", share([True, False], 1))
 def test_a_pytest_that_does_not_know_cxbridge_says_what_to_do(here, monkeypatch, is_there):
     invoke(["new", "my-robot"])
     there = str(Path(sys.executable).parent)

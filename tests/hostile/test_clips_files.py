@@ -14,6 +14,7 @@ from cxbridge.executive.host import endless
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.editing import assert_text
 from cxbridge.executive.host.source import find_excess, prepare
+from tests.support import share
 
 
 class Bench:
@@ -75,7 +76,10 @@ RECURSIONS = {
 }
 
 
-@pytest.mark.parametrize("functions", RECURSIONS.values(), ids=RECURSIONS.keys())
+RECURRING = share(RECURSIONS, 5)
+
+
+@pytest.mark.parametrize("functions", [RECURSIONS[name] for name in RECURRING], ids=RECURRING)
 def test_recursion_without_end_ends_the_right_hand_side_only(bench, functions):
     assert bench.load(
         functions + "(deffacts d (a) (b)) (defrule r (a) => (f 1)) (defrule s (b) => (assert (done)))"

@@ -57,10 +57,10 @@ def check(status: int, text: str) -> None:
         assert len(causes) == 1, text
 
 
-SPOILING: Final = share(product(files(AGENT), SPOILT), 30, row=lambda case: case[1])
+SPOILING: Final = share(product(files(AGENT), SPOILT), 16, row=lambda case: case[1])
 MISSPELT: Final = share(
     [(f"{line}: {change}", text) for change, line, text in keys((AGENT / _CONFIG).read_text())],
-    40,
+    20,
     row=lambda case: case[0].partition(" is ")[2],
 )
 

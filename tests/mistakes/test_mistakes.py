@@ -93,7 +93,7 @@ def test_each_names_the_line_where_it_is_told() -> None:
     assert len(without) <= MOST_WITHOUT_LINE
 
 
-@pytest.mark.parametrize("mistake", share(ROWS, 40, row=lambda row: str(row.id).partition(":")[0]))
+@pytest.mark.parametrize("mistake", share(ROWS, 24, row=lambda row: str(row.id).partition(":")[0]))
 def test_it_is_told_at_once_with_its_place(mistake: Mistake, tmp_path: Path, forks: Nursery) -> None:
     status, lines = told(mistake, tmp_path, forks)
     text = "\n".join(lines)

@@ -46,7 +46,7 @@ def boards():
     "name",
     [
         pytest.param(name, marks=needs_plugin("studio")) if name == "monitor" else name
-        for name in share(stops.PROGRAMS, 4)
+        for name in share(stops.PROGRAMS, 3)
     ],
 )
 def test_stops_at_random_instants(name, boards, monkeypatch):

@@ -11,7 +11,7 @@ import pytest
 
 from cxbridge.run.result import COMPLETED, FAULT
 from tests.run.comings_and_goings import TIMEOUT_S, Client, Robot, until
-from tests.support import FULL
+from tests.support import FULL, share
 
 STATES = ("asked", "sent", "running", "ended")
 WAYS = ("daemon", "run", "gateway")
@@ -39,7 +39,7 @@ def befall(fate: str, robot: Robot) -> None:
             robot.reload()
 
 
-@pytest.mark.parametrize(("way", "fate", "state"), USUAL)
+@pytest.mark.parametrize(("way", "fate", "state"), share(USUAL, 8))
 def test_an_action_fails_when_the_skiller_is_lost_and_the_agent_goes_on_when_it_is_back(
     way: str, fate: str, state: str, tmp_path: Path
 ) -> None:

@@ -30,6 +30,7 @@ from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from tests.cli.boards import WAIT_S
 from tests.run.mini import write_scenario
 from tests.run.used_skiller import OTHERS_SKILL, STATES, UsedSkiller
+from tests.support import share
 
 IDS = (0, 1, 2, 3, 4, 5, 6, 65534, 65535)
 """Ids of the last message: all that the first messages of another sender may get, and where counting ends."""
@@ -82,7 +83,7 @@ class Seen(Listener):
             assert self.news.wait_for(lambda: (interface.read(), condition())[1], WAIT_S), self.states
 
 
-@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("state", share(STATES, 2))
 @pytest.mark.parametrize("transport", TRANSPORTS)
 def test_a_run_sees_an_idle_skiller_and_then_its_own_skill(transport, state, tmp_path):
     for last_id in IDS:
@@ -131,7 +132,7 @@ def wait_free(board) -> None:
             time.sleep(0.002)
 
 
-@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("state", share(STATES, 2))
 @pytest.mark.parametrize("transport", TRANSPORTS)
 def test_a_skill_call_waits_for_its_own_skill(transport, state, tmp_path):
     clock = RealClock()

@@ -7,6 +7,7 @@ import pytest
 from cxbridge.events import Level
 from cxbridge.executive.host import endless
 from cxbridge.executive.host.endless import ring_of
+from tests.support import share
 
 FIRINGS = 6_000
 MANY = 300
@@ -172,7 +173,7 @@ def build(env, rules, facts):
         assert env.assert_string(fact) is not None
 
 
-@pytest.mark.parametrize("strategy", ["depth", "breadth"])
+@pytest.mark.parametrize("strategy", share(["depth", "breadth"], 1))
 @pytest.mark.parametrize(("rules", "facts", "names"), RINGS.values(), ids=RINGS)
 def test_a_ring_is_ended_and_named(env, log, impatient, rules, facts, names, strategy):
     env.eval(f"(set-strategy {strategy})")
@@ -189,7 +190,7 @@ def test_a_ring_is_ended_and_named(env, log, impatient, rules, facts, names, str
     assert env.run() == 0
 
 
-@pytest.mark.parametrize("strategy", ["depth", "breadth"])
+@pytest.mark.parametrize("strategy", share(["depth", "breadth"], 1))
 @pytest.mark.parametrize(("rules", "facts", "firings"), WORK.values(), ids=WORK)
 def test_much_to_do_is_no_ring(env, log, impatient, rules, facts, firings, strategy):
     env.eval(f"(set-strategy {strategy})")

@@ -39,7 +39,7 @@ from ros2_tests.experts.test_services import named
 from tests.blackboard.fawkesnet.raw import raw_client
 from tests.daemon.test_daemon import running
 from tests.daemon.test_rights import rest
-from tests.support import needs_plugin
+from tests.support import needs_plugin, share
 
 CONFIG = """
 cxbridge:
@@ -252,7 +252,7 @@ def asking(folder: Path, domain: int, settings: str, endpoint: str) -> Iterator[
 
 
 @needs_plugin("web")
-@pytest.mark.parametrize("name", SETTINGS)
+@pytest.mark.parametrize("name", share(SETTINGS, 2))
 def test_each_way_in_asks_the_table(name: str, domain: int, tmp_path: Path):
     settings, endpoint, highest = SETTINGS[name]
     with asking(tmp_path, domain, settings, endpoint) as ask:

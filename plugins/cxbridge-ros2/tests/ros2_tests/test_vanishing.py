@@ -18,6 +18,7 @@ from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.hub import Side
 from ros2_tests.peer import PACKAGES
+from tests.support import share
 
 ACTION = "example_interfaces/action/Fibonacci"
 STATES = ("before it answers", "after it has accepted", "while it executes", "while it cancels")
@@ -94,7 +95,7 @@ def until(done: Callable[[], Any], *loops: Callable[[], None]) -> None:
 
 
 @pytest.mark.parametrize("comes_back", [False, True], ids=["for good", "restarted"])
-@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("state", share(STATES, 2))
 def test_a_server_goes_away(side: Side, domain: int, state: str, comes_back: bool):
     server = Server(domain + 17, state)
     master = side.ask("count")

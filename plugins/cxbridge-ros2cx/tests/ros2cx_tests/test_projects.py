@@ -9,7 +9,7 @@ import pytest
 import cxbridge_ros2cx
 from cxbridge.cli.main import invoke
 from tests.cli.test_new import files_in, launches, passes_its_test
-from tests.support import CX_DIR, ROS2CX_DIR, needs_cx, needs_ros2cx
+from tests.support import CX_DIR, ROS2CX_DIR, needs_cx, needs_ros2cx, share
 
 OWN = Path(cxbridge_ros2cx.__file__).parent / "examples" / "params"
 AGENTS = ("hello.yaml", "chat.yaml", "count.yaml")
@@ -30,7 +30,7 @@ def test_the_agent_of_the_thesis_stays_where_it_is(here):
     launches(project)
 
 
-@pytest.mark.parametrize("agent", AGENTS)
+@pytest.mark.parametrize("agent", share(AGENTS, 1))
 def test_an_agent_of_parameters_without_a_checkout(agent, here):
     assert invoke(["new", "mine", "--from-ros2cx", str(OWN / agent)]) == 0
     passes_its_test(here / "mine")

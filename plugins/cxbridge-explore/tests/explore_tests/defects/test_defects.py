@@ -13,7 +13,7 @@ from explore_tests.defects.seeded import DEFECTS, Defect, runs
 from explore_tests.pytest_files import pytest_of
 from tests.support import many, share
 
-EACH = pytest.mark.parametrize("defect", share(DEFECTS, 2), ids=lambda each: each.name.replace(" ", "-"))
+EACH = pytest.mark.parametrize("defect", share(DEFECTS, 1), ids=lambda each: each.name.replace(" ", "-"))
 
 
 @EACH

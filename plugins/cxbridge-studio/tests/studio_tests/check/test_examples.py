@@ -17,7 +17,7 @@ def test_the_agent_of_the_page_is_fine(tmp_path):
     assert output_of(FINE.files, tmp_path, portable=True) == ""
 
 
-@pytest.mark.parametrize("example", share(MISTAKES, 25), ids=lambda example: example.title)
+@pytest.mark.parametrize("example", share(MISTAKES, 15), ids=lambda example: example.title)
 def test_an_example_says_what_the_page_says(example: Example, tmp_path):
     if example.title[:5] in OF_PLUGINS and not WHOLE:
         pytest.skip("explore or ROS 2 is not installed")

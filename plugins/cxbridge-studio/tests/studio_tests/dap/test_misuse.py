@@ -5,13 +5,14 @@ from __future__ import annotations
 import pytest
 
 from studio_tests.dap.conftest import GOALS, line_of
-from tests.support import ROOT
+from tests.support import ROOT, share
 
 GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")
 
 
 @pytest.mark.parametrize(
-    "name", ["scenarios/no-such.clp", "scenarios", "README.md", "scenarios/test-scenario/domain.pddl"]
+    "name",
+    share(["scenarios/no-such.clp", "scenarios", "README.md", "scenarios/test-scenario/domain.pddl"], 2),
 )
 def test_breakpoints_in_files_without_rules(client, name):
     client.launch(scenario="test-scenario")

@@ -119,7 +119,7 @@ def unharmed(home: Path) -> bool:
     )
 
 
-@pytest.mark.parametrize("rule", share([*EVIL], 9))
+@pytest.mark.parametrize("rule", share([*EVIL], 5))
 def test_nothing_of_a_recording_runs(scene, tmp_path, capsys, rule):
     facts = [("robot", "(robot (name a))")]
     run = record(tmp_path / "run.mcap", FUNCTIONS + rules_of(EVIL), *facts)
@@ -157,7 +157,7 @@ NAMES = [
 
 
 WHERE = ("template", "slot", "value", "rule", "function")
-NUMBERS = share(product(WHERE, range(len(NAMES))), 14, row=lambda case: case[1])
+NUMBERS = share(product(WHERE, range(len(NAMES))), 8, row=lambda case: case[1])
 
 
 @pytest.mark.parametrize(("where", "number"), NUMBERS)

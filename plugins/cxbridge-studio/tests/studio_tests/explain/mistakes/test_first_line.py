@@ -46,7 +46,7 @@ def test_there_are_enough():
     assert len({mistake.name for mistake in MISTAKES}) == len(MISTAKES)
 
 
-@pytest.mark.parametrize("mistake", share(MISTAKES, 8), ids=lambda mistake: mistake.name)
+@pytest.mark.parametrize("mistake", share(MISTAKES, 5), ids=lambda mistake: mistake.name)
 def test_the_true_cause_is_in_the_first_line(mistake, tmp_path):
     agent, recording = mistake.write(tmp_path), tmp_path / "run.mcap"
     with scenario_evidence(RunOptions(scenario=agent, **TO_THE_END), mistake.at) as evidence:
