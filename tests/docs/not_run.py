@@ -100,7 +100,6 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "games.md": {
         "cp -r scenarios/workshop mine": "the agent is then changed by hand",
         "cxbridge game workshop --against mine --games 20": "is what plugins/cxbridge-explore/tests/explore_tests/game/test_game.py does with fewer games",
-        "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,
         "cxbridge sweep courier --against courier-v2 --runs 1000": SWEEP,
         "pip install 'cxbridge-explore[dask]'": INDEX,
         "cxbridge sweep courier --runs 100000 --engine dask://scheduler:8786 --resume out/rows.jsonl": DASK,
