@@ -136,7 +136,25 @@ def picture(browser: Any, url: str, name: str, **options: Any) -> None:
     tab.close()
 
 
-PARTS: dict[str, Callable[[Any, Path], None]] = {"timeline": film, "reports": reports}
+def exploration(browser: Any, folder: Path) -> None:
+    """Take the picture of the map of an exploration."""
+    page = folder / "map.html"
+    broken = "never (goal (mode FINISHED) (outcome FAILED) (class TALK))"
+    options = ["--property", broken, "--out", folder / "out", "--html", page]
+    command = [sys.executable, "-m", "cxbridge", "explore", "scenarios/test-scenario", *options]
+    subprocess.run([str(each) for each in command], check=False, cwd=ROOT, stdout=subprocess.DEVNULL)
+    tab = browser.new_page(viewport=DESK)
+    tab.goto(page.as_uri())
+    tab.wait_for_selector("svg.runs")
+    tab.screenshot(path=HERE / "explore-map.png")
+    tab.close()
+
+
+PARTS: dict[str, Callable[[Any, Path], None]] = {
+    "timeline": film,
+    "reports": reports,
+    "exploration": exploration,
+}
 
 
 def main(names: list[str]) -> None:

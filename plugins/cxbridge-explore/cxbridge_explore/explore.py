@@ -29,7 +29,7 @@ from cxbridge_explore.worlds.points import DivergedError
 from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 
-def explore(
+def explore(  # noqa: PLR0913 - each is an option of the command line, or shows the progress
     options: RunOptions,
     bounds: Bounds,
     means: ExecutionOptions,
@@ -39,6 +39,7 @@ def explore(
     make: MakeAssembly = make_scenario,
     resume: Path | None = None,
     show: Callable[[str], None] | None = None,
+    draw: Callable[[ExploreResult], None] | None = None,
 ) -> ExploreResult:
     """Explore until no edge is open, or a signal requests the end.
 
@@ -51,6 +52,7 @@ def explore(
     :param make: makes the program to run.
     :param resume: the checkpoint of an interrupted exploration.
     :param show: called with a line of progress from time to time.
+    :param draw: called with the result so far, some seconds apart.
     :raises CxbridgeError: if the scenario or an option is invalid.
     """
     options.check()
@@ -61,10 +63,15 @@ def explore(
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
         read_checkpoint(resume, graph, identity_of(options, bounds, properties, world, make))
-    progress = ProgressReporter(graph, show)
     coordinator: Coordinator | None = None
     hidden: tuple[str, ...] = ()
     started, cpu_s = time.perf_counter(), _cpu_seconds()
+
+    def draw_so_far(explored_graph: Graph) -> None:
+        if draw is not None:
+            draw(ExploreResult(explored_graph, tuple(properties), (), 0.0, time.perf_counter() - started))
+
+    progress = ProgressReporter(graph, show, None if draw is None else draw_so_far)
     with _signals() as received, closing(UsualRun(explored)) as usual:
 
         def is_over() -> bool:

@@ -9,6 +9,10 @@ from typing import Final
 from cxbridge_explore.graph import Graph
 
 _PERIOD_S: Final = 0.2
+_DRAW_S: Final = 2.0
+_REST: Final = 20
+"""Drawing takes at most one part in this many of the time."""
+
 _LEAST_SHARE: Final = 1e-3
 """Below this share, an estimate of the total is meaningless."""
 
@@ -18,11 +22,19 @@ class ProgressReporter:
 
     :param graph: the explored graph.
     :param show: called with the line; None to show nothing.
+    :param draw: called with the graph, less often; None: nothing draws it.
     """
 
-    def __init__(self, graph: Graph, show: Callable[[str], None] | None) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        show: Callable[[str], None] | None,
+        draw: Callable[[Graph], None] | None = None,
+    ) -> None:
         self._graph = graph
         self._show = show
+        self._draw = draw
+        self._next_draw = 0.0
         self._begin = self._next = time.monotonic()
 
     def tick(self) -> None:
@@ -31,6 +43,9 @@ class ProgressReporter:
         if self._show is not None and now >= self._next:
             self._next = now + _PERIOD_S
             self._show(self.line(now - self._begin))
+        if self._draw is not None and now >= self._next_draw:
+            self._draw(self._graph)
+            self._next_draw = time.monotonic() + max(_DRAW_S, _REST * (time.monotonic() - now))
 
     def line(self, seconds: float) -> str:
         """Return the progress as text.

@@ -6,6 +6,7 @@ import shlex
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
@@ -115,7 +116,8 @@ class _Judging:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write a page: a map of the runs, what faults lead to, and what no run has reached.",
+            help="Write a page, live while it explores: a map of the runs, what faults lead to, and what no "
+            "run has reached. Its bars open pages of the runs, in a folder next to it.",
             show_default=False,
         ),
     ] = None
@@ -176,8 +178,17 @@ def explore(
     show = _show_line if sys.stderr.isatty() else None
     properties = properties_of(options, judging.properties, is_cut=game is not None)
     world = None if judging.world is None else read_world(judging.world)
+    command = shlex.join(["cxbridge", *sys.argv[1:]])
     result = explore_scenario(
-        options, limits, execution, properties=properties, world=world, make=make, resume=resume, show=show
+        options,
+        limits,
+        execution,
+        properties=properties,
+        world=world,
+        make=make,
+        resume=resume,
+        show=show,
+        draw=None if judging.html is None else partial(_draw, judging.html, command),
     )
     if show is not None:
         _show_line("")
@@ -190,11 +201,33 @@ def explore(
         )
     coverage = _coverage(result, options) if execution.coverage else None
     if coverage is not None and judging.html is not None:
-        from cxbridge_explore.map.page import write_page
-
-        write_page(result, coverage, judging.html, shlex.join(["cxbridge", *sys.argv[1:]]))
+        _write_page(result, coverage, judging.html, command, (options, world, make))
     _say(result, coverage, as_json=as_json)
     return result.status
+
+
+def _draw(file: Path, command: str, result: ExploreResult) -> None:
+    """Write the page of an exploration that continues."""
+    from cxbridge_explore.map.page import write_page
+
+    write_page(result, None, file, command, is_live=True)
+
+
+def _write_page(
+    result: ExploreResult,
+    coverage: Coverage,
+    file: Path,
+    command: str,
+    played: tuple[RunOptions, WorldModel | None, MakeAssembly],
+) -> None:
+    """Write the page, with the pages of runs and counterexamples."""
+    from cxbridge_explore.map.page import write_page
+    from cxbridge_explore.map.rows import run_rows
+    from cxbridge_explore.map.run_pages import violation_stories, write_run_pages
+
+    pages = write_run_pages(result.graph, run_rows(result.graph), file, *played)
+    stories = violation_stories(result.counterexamples, file)
+    write_page(result, coverage, file, command, pages=pages, stories=stories)
 
 
 def _coverage(result: ExploreResult, options: RunOptions) -> Coverage:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from cxbridge.run.program.finished import write_document
@@ -14,23 +15,41 @@ from cxbridge_explore.result import ExploreResult
 from cxbridge_studio.explain.coverage.model import Coverage
 
 
-def write_page(result: ExploreResult, coverage: Coverage, file: Path, command: str) -> None:
+def write_page(
+    result: ExploreResult,
+    coverage: Coverage | None,
+    file: Path,
+    command: str,
+    *,
+    pages: Mapping[int, str] = MappingProxyType({}),
+    stories: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
+    is_live: bool = False,
+) -> None:
     """Write the page.
 
+    :param coverage: None: not known yet.
     :param command: the command that makes the page again.
+    :param pages: the addresses of the pages of runs, by row.
+    :param stories: ``story`` and ``address`` of the counterexample of each violated property.
+    :param is_live: whether the exploration continues: the page loads itself again.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
-    write_document(file, "exploration", "Exploration", as_document(result, coverage, command))
+    document = as_document(result, coverage, command)
+    for number, address in pages.items():
+        document["rows"][number]["page"] = address
+    for each in document["properties"]:
+        each.update(stories.get(each["name"], {}))
+    write_document(file, "exploration", "Exploration", document | {"live": is_live})
 
 
-def as_document(result: ExploreResult, coverage: Coverage, command: str) -> dict[str, Any]:
+def as_document(result: ExploreResult, coverage: Coverage | None, command: str) -> dict[str, Any]:
     """Return the values of the page as JSON values."""
     return {
         "command": command,
         "summary": _summary(result),
         "rows": [asdict(row) for row in run_rows(result.graph)],
         "properties": list(_properties(result)),
-        "coverage": as_dict(coverage),
+        "coverage": None if coverage is None else as_dict(coverage),
     }
 
 

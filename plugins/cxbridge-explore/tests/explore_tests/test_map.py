@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
+from cxbridge_explore.counterexample import write_counterexample
 from cxbridge_explore.explore import explore
 from cxbridge_explore.graph import Graph
+from cxbridge_explore.judging import properties_of
 from cxbridge_explore.map.coverage import as_dict, explored_coverage
 from cxbridge_explore.map.page import write_page
 from cxbridge_explore.map.rows import OPEN, MapRow, run_rows
+from cxbridge_explore.map.run_pages import violation_stories, write_run_pages
 from cxbridge_explore.result import ExploreResult
+from cxbridge_explore.worlds.points import read_path
+from cxbridge_explore.worlds.run import make_scenario
 from explore_tests.test_explore import SCENARIO, explored
 from tests.support import needs_plugin
 from tests.trace.html.browser import needs_browser, show
@@ -96,3 +102,42 @@ def test_of_very_many_runs_those_with_few_faults_are_drawn(
 def test_a_page_that_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(AssertionError, match="cannot be written: there is no such folder"):
         explored("test-scenario", "--html", tmp_path / "none" / "map.html")
+
+
+@needs_plugin("web")
+@needs_browser
+def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
+    """The page begins with the violation; its bar opens the run at the moment of the fault."""
+    file = tmp_path / "map.html"
+    no_talk = "never (goal (class TALK) (outcome FAILED))"
+    properties = properties_of(OPTIONS, (no_talk,))
+    result = explore(OPTIONS, Bounds(faults=1), ExecutionOptions(fork=False), properties=properties)
+    path = read_path(result.violations[0]["choices"])
+    example = write_counterexample(OPTIONS, properties, no_talk, path, tmp_path / "found")
+    rows = run_rows(result.graph)
+    pages = write_run_pages(result.graph, rows, file, OPTIONS, None, make_scenario)
+    assert set(pages) == set(range(5))
+    found = replace(result, counterexamples={no_talk: example})
+    stories = violation_stories(found.counterexamples, file)
+    write_page(found, None, file, "cxbridge explore", pages=pages, stories=stories)
+    shown = show(file, tmp_path / "profile")
+    assert shown.console == []
+    assert shown.dom.index("The shortest run in which that happens") < shown.dom.index("What faults lead to")
+    assert f'href="{pages[1]}"' in shown.dom
+    page, _, moment = pages[1].partition("#")
+    run = show(tmp_path / page, tmp_path / "profile", fragment=f"#{moment}")
+    assert run.console == []
+    assert f"{rows[1].begin_s:.3f} s" in run.dom
+
+
+@needs_plugin("web")
+def test_the_page_is_live_while_it_explores(tmp_path: Path) -> None:
+    drawn: list[int] = []
+
+    def draw(so_far: ExploreResult) -> None:
+        drawn.append(len(so_far.graph.leaves))
+        write_page(so_far, None, tmp_path / "map.html", "x", is_live=True)
+
+    explore(OPTIONS, Bounds(faults=0), ExecutionOptions(fork=False), draw=draw)
+    assert drawn[0] == 0
+    assert (tmp_path / "map.html").stat().st_size > 0

@@ -46,8 +46,8 @@ function run(row, place, places, x) {
     text = (row.violations.length ? "✖ " : "") + (row.choice || "the usual run"),
     above = row.parent === null ? null : HEAD + ROW * places.get(row.parent) + ROW / 2;
   return svg(
-    "g",
-    {},
+    row.page ? "a" : "g",
+    row.page ? { href: row.page } : {},
     svg("title", {}, [words, end, ...row.violations].join("\n")),
     above === null ? null : svg("path", { d: "M" + left + " " + above + " V" + middle }),
     svg("rect", {
@@ -97,6 +97,7 @@ function map(rows) {
       "p",
       { class: "dim" },
       "A bar begins where its run did other than the one above, from which the line comes. ",
+      drawn.some((number) => rows[number].page) ? "A bar that is a link opens its run at that moment. " : "",
       "Green: completed; orange: unsuccessful; red: stuck, or worse; grey: goes on as another run does.",
     ),
   ];
@@ -133,6 +134,21 @@ function properties(list) {
   );
 }
 
+/** The violated properties first: each begins with its shortest story. */
+const violations = (list) =>
+  list
+    .filter(({ verdict }) => verdict === "violated")
+    .map(({ name, message, story, address }) =>
+      el(
+        "div",
+        { class: "violation" },
+        el("h3", {}, "✖ " + name),
+        el("p", {}, message),
+        story ? el("p", {}, "The shortest run in which that happens: ", story, ".") : null,
+        address ? el("p", {}, el("a", { href: address }, "Open this run")) : null,
+      ),
+    );
+
 function unreached({ rules, goals, actions }) {
   const lines = [
     ...rules.never.map(({ file, line, rule }) => ["rule", file + ":" + line, rule]),
@@ -156,19 +172,28 @@ const goalsOf = ({ outcomes: ended, modes_never_reached: never }) =>
     { empty: "no goals" },
   );
 
+const AGAIN_MS = 2500;
+
 /** Show an exploration. */
 export function open(main, report) {
+  const broken = violations(report.properties);
+  if (report.live) setTimeout(() => location.reload(), AGAIN_MS);
   main.append(
     el(
       "div",
       { class: "document" },
-      el("p", { class: "verdict" }, report.summary),
+      el("p", { class: "verdict", role: "status" }, report.live ? "Exploring: " : "", report.summary),
       command(report.command),
+      broken.length ? section("violations", "Violations", broken) : null,
       section("map", "Runs", map(report.rows)),
       section("faults", "What faults lead to", faults(report.rows)),
       section("properties", "Properties", properties(report.properties)),
-      section("unreached", "What no run has reached", unreached(report.coverage)),
-      section("goals", "Goals", goalsOf(report.coverage.goals)),
+      report.coverage
+        ? [
+            section("unreached", "What no run has reached", unreached(report.coverage)),
+            section("goals", "Goals", goalsOf(report.coverage.goals)),
+          ]
+        : null,
     ),
   );
 }

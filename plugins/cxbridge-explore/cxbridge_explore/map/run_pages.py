@@ -1,0 +1,86 @@
+"""Pages of the runs of an exploration: a run is played again, its page opens at the last unusual choice."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import CxbridgeError
+from cxbridge.file_access import write_file
+from cxbridge.run.explainers import explainer
+from cxbridge.run.options import RunOptions
+from cxbridge.run.program.finished import VIEWS
+from cxbridge.trace.formats.registry import open_run
+from cxbridge_explore.counterexample import Counterexample
+from cxbridge_explore.counterexample_playing import play
+from cxbridge_explore.graph import Graph
+from cxbridge_explore.map.rows import MERGED, OPEN, MapRow
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worlds.points import PathChooser, read_path
+from cxbridge_explore.worlds.run import MakeAssembly
+
+MOST_PAGES: Final = 25
+"""Runs that get a page: the runs that violate a property, then the runs with the fewest faults."""
+
+
+def write_run_pages(
+    graph: Graph,
+    rows: Sequence[MapRow],
+    page: Path,
+    options: RunOptions,
+    world: WorldModel | None,
+    make: MakeAssembly,
+) -> dict[int, str]:
+    """Play runs again and write a page of each, in a folder next to the page of the exploration.
+
+    :param page: the page of the exploration.
+    :returns: by row the address of the run at its last unusual choice, as seen from the page.
+    :raises CxbridgeError: if a run cannot be played, or a page not written.
+    """
+    folder = page.with_suffix(".runs")
+    folder.mkdir(exist_ok=True)
+    report = VIEWS.load(VIEWS.find("report"))
+    ended = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
+    ended.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
+    found: dict[int, str] = {}
+    for number in sorted(ended[:MOST_PAGES]):
+        row = rows[number]
+        path = read_path(graph.choices_to(row.edge))
+        with TemporaryDirectory(prefix="cxbridge-run-") as scratch:
+            recording = Path(scratch, f"run-{number}.mcap")
+            played = play(options, (), PathChooser(path), recording, world=world, make=make)
+            title = row.path[-1] if row.path else "the usual run"
+            write_file(folder / f"run-{number}.html", report(open_run(recording), title).encode("utf-8"))
+        time_us = played.start_us + round(row.begin_s * MICROSECONDS)
+        moment = f"#/timeline?time={time_us}" if row.path else ""
+        found[number] = f"{folder.name}/run-{number}.html{moment}"
+    return found
+
+
+def violation_stories(counterexamples: Mapping[str, Counterexample], page: Path) -> dict[str, dict[str, str]]:
+    """Return the story of each counterexample in a sentence, and the address of its page.
+
+    :param page: the page of the exploration.
+    """
+    report = VIEWS.load(VIEWS.find("report"))
+    found = {}
+    for name, example in counterexamples.items():
+        run = open_run(example.recording)
+        file = example.recording.with_suffix(".html")
+        write_file(file, report(run, f"{name}: {example.words}").encode("utf-8"))
+        address = Path(os.path.relpath(file, page.parent)).as_posix()
+        found[name] = {"address": address, "story": _headline(example)}
+    return found
+
+
+def _headline(example: Counterexample) -> str:
+    """Return the first sentence of the story of a counterexample; empty when no plug-in explains runs."""
+    try:
+        headline: str = explainer(open_run(example.recording))("run", "")["data"]["headline"]
+    except CxbridgeError:
+        return ""
+    return headline
