@@ -611,6 +611,7 @@ def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
         "cxbridge.executive.planning",
         "cxbridge_protobuf.feature",
         "cxbridge.blackboard.gateway",
+        "cxbridge.skiller.board",
         "google.protobuf",
         "pymongo",
         "zmq",

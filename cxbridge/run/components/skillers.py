@@ -1,4 +1,4 @@
-"""Skillers, speech and skill board as components."""
+"""Skillers and speech as components."""
 
 from __future__ import annotations
 
@@ -16,9 +16,6 @@ from cxbridge.run.components.component import Component
 from cxbridge.run.components.table import local_skillers
 from cxbridge.run.skillers import SkillerGroup, SkillerSettings
 from cxbridge.skiller.backend import SkillerBackend
-from cxbridge.skiller.board.executor import Execution, as_executor
-from cxbridge.skiller.board.service import SkillBoardService
-from cxbridge.skiller.board.settings import BoardSettings
 
 if TYPE_CHECKING:
     from cxbridge.skiller.simulation.deciders import Decider
@@ -79,67 +76,6 @@ class Speech(Component):
 
     def close(self) -> None:
         self._writer.close()
-
-
-class SkillBoardComponent(Component):
-    """Finds executors for skills.
-
-    :param settings: settings of a replay; None: those of the configuration.
-    :raises CxbridgeError: if an executor cannot be made or an interface has another writer.
-    """
-
-    hooks = (Hook.SKILL,)
-
-    def __init__(self, context: Run, settings: BoardSettings | None = None) -> None:
-        from_recording = settings is not None
-        settings = settings or context.skill_board
-        assert settings is not None  # the component's row is not needed without a skill board
-        policy = context.source.board_policy(context.config)
-        self.service = SkillBoardService(
-            context.board, context.clock, context.bus, settings, policy, _execution(context)
-        )
-        self._run = context
-        context.skill_service = self.service
-        try:
-            if not from_recording:
-                context.source.prepare_board(context)
-        except Exception:
-            self.close()
-            raise
-
-    def loop(self) -> None:
-        self.service.loop()
-
-    @property
-    def running(self) -> bool:
-        return self.service.running
-
-    @property
-    def is_quiet(self) -> bool:
-        return not self.running
-
-    def close(self) -> None:
-        self._run.skill_service = None
-        self.service.close()
-
-
-def _execution(context: Run) -> Execution:
-    """Return the function that executes calls; with ``--skiller simulator`` it simulates failures.
-
-    :raises SkillerError: if the configuration of failures is wrong.
-    """
-    if context.execution is not None:
-        return context.execution
-    if context.options.skiller != "simulator":
-        return as_executor
-    from cxbridge.skiller.simulation.deciders import Deciders  # noqa: PLC0415
-    from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
-    from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415
-
-    make_failures(context.config, "")  # raises configuration errors now rather than at the first call
-    return DecidedExecution(
-        lambda agent: Deciders([make_failures(context.config, agent), *make_deciders(context, agent)])
-    )
 
 
 DECIDERS: Final[Table[Callable[[Run, str], Decider]]] = Table(

@@ -57,7 +57,7 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
     Row("skiller", f"{_PACKAGE}.skillers:Skillers", lambda run: bool(local_skillers(run))),
     Row(
         "skill-board",
-        f"{_PACKAGE}.skillers:SkillBoardComponent",
+        f"{_PACKAGE}.skill_board:SkillBoardComponent",
         lambda run: run.skill_board is not None,
     ),
     Row(PLANNING, f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard),

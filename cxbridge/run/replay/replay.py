@@ -18,7 +18,8 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.components.skillers import SkillBoardComponent, Skillers
+from cxbridge.run.components.skill_board import SkillBoardComponent
+from cxbridge.run.components.skillers import Skillers
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import fawkes_interface_dirs
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
