@@ -15,7 +15,7 @@ from cxbridge.config import Configuration
 from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.errors import ConfigError
 from tests.docs.config_keys import fixed_lists, keys_that_are_read
-from tests.docs.pages import PAGES
+from tests.docs.pages import PAGES, name_of
 from tests.support import ROOT, SHARED, module_files, needs_shared
 
 DOCS = ROOT / "docs"
@@ -135,6 +135,15 @@ def test_every_page_is_in_the_menu_of_the_site_once():
     pages = [path.name for path in PAGES if path.parent == DOCS]
     assert sorted(names) == sorted([*pages, "evidence/index.md"])
     assert len(pages) <= MOST_PAGES
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in PAGES if path.parent == DOCS and path.name != "index.md"], ids=name_of
+)
+def test_a_page_begins_with_its_use_and_ends_with_the_next_page(path):
+    first, *_, last = [each for each in path.read_text().split("\n\n") if not each.startswith("# ")]
+    assert first.startswith("After this page ")
+    assert last.startswith("Next: ")
 
 
 # the Python API
