@@ -93,8 +93,6 @@ def film(browser: Any, folder: Path) -> None:
 
         shoot(FILM_S)
         tab.click(".tl-names [role=treeitem]:has-text('gen18')")
-        shoot(1.5)
-        tab.click(".tl-detail a:text-is('Why')")
         shoot(3)
         tab.close()
     frames = [Image.open(io.BytesIO(shot)).convert("RGB") for shot in shots]
@@ -122,7 +120,7 @@ def reports(browser: Any, folder: Path) -> None:
     two = (folder / "two-robots.html").as_uri()
     test = (folder / "test-scenario.html").as_uri()
     picture(browser, two, "page-light")
-    picture(browser, f"{test}#/timeline/goal/gen18/why", "page-dark", color_scheme="dark")
+    picture(browser, f"{test}#/timeline/goal/gen18", "page-dark", color_scheme="dark")
     picture(browser, test, "page-phone", viewport=PHONE)
 
 

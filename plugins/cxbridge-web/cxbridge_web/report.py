@@ -13,8 +13,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
+from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.resources import VERSION
+from cxbridge.run.explainers import explainer
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.escaping import embed, html
@@ -23,6 +26,9 @@ from cxbridge_web.pages import FOLDER, base_script, digest, site_module, views_m
 
 STYLES: Final = ("app", "parts", "views", "outcomes", "timeline", "plot", "map", "documents")
 """The style sheets of ``index.html`` besides the one that all pages share, in their order."""
+
+MOST_ANSWERS: Final = 20
+"""Goals that failed or wait whose reasons a report has."""
 
 _START: Final = """
 document.addEventListener("DOMContentLoaded", () => {
@@ -45,8 +51,25 @@ def report(run: Run, title: str = "") -> str:
     else:
         data = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
     name = title or run.path.name or "run"
-    links = guessed_links(run)  # reads the run, which makes its notes
-    return page_with(name, data, {"name": name, "links": links, "notes": run.notes})
+    history = RunHistory.of(run, UNLIMITED, run.start_us)  # reads the run, which makes its notes
+    inside = {
+        "name": name,
+        "links": guessed_links(history),
+        "notes": run.notes,
+        "answers": _answers(run, history),
+    }
+    return page_with(name, data, inside)
+
+
+def _answers(run: Run, history: RunHistory) -> dict[str, Any]:
+    """Return the story of a run, and why its goals failed or wait, as far as a plug-in explains runs."""
+    try:
+        ask = explainer(run)
+        found = {"run": ask("run", "")["data"]}
+        wrong = [goal.name for goal in history.goals if goal.ended is None or goal.outcome == "FAILED"]
+        return found | {f"goal {name}": ask("goal", name)["data"] for name in wrong[:MOST_ANSWERS]}
+    except (CxbridgeError, RecursionError):  # goals below each other by the thousand
+        return {}
 
 
 def document_page(kind: str, title: str, document: Mapping[str, Any]) -> str:

@@ -164,7 +164,7 @@ def _events(file: Path, *, with_links: bool) -> Response:
     """Return a recording, or its guessed pairs of plan-actions and skill calls."""
     headers = {"Cache-Control": "no-cache"}
     if with_links:
-        return JSONResponse(guessed_links(open_run(file)), headers=headers)
+        return JSONResponse(guessed_links(_history(open_run(file))), headers=headers)
     if is_mcap(file):
         return FileResponse(file, media_type="application/octet-stream", headers=headers)
     return StreamingResponse(_lines(file), media_type="application/x-ndjson", headers=headers)
@@ -211,9 +211,12 @@ def _lines(path: Path) -> Iterator[bytes]:
             yield encode_with_kind(event) + b"\n"
 
 
-def guessed_links(run: Run) -> list[list[Any]]:
+def _history(run: Run) -> RunHistory:
+    return RunHistory.of(run, UNLIMITED, run.start_us)
+
+
+def guessed_links(history: RunHistory) -> list[list[Any]]:
     """Return the guessed pairs: environment, goal, plan, action; Skiller, text, message, begin."""
-    history = RunHistory.of(run, UNLIMITED, run.start_us)
     start_us = history.clock.first_us or 0
     pairs = [(link.action, link.call) for link in links(history) if link.guessed]
     return [

@@ -108,9 +108,16 @@ def test_a_browser_shows_a_run(tmp_path):
     run = [*family(), LogLine(9_000_000, Level.WARN, "c", "a needle")]
     page = report(MemoryRun(run), "My run")
     shown = look_at(page, tmp_path)
-    assert len(re.findall(r'role="treeitem"', shown.dom)) == 6
+    assert len(re.findall(r'role="treeitem"', shown.dom)) == 5
     assert "My run" in shown.dom
     assert "a needle" in look_at(page, tmp_path, "#/log").dom
+
+
+def test_the_story_and_the_reasons_of_failures_are_inside():
+    pytest.importorskip("cxbridge_studio", reason="the studio explains runs")
+    answers = inside_of(report(MemoryRun(family())))["answers"]
+    assert [part["text"] for part in answers["run"]["wanted"]]
+    assert all(name == "run" or name.startswith("goal ") for name in answers)
 
 
 @needs_browser

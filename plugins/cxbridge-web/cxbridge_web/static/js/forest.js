@@ -21,3 +21,15 @@ export function parentsOf(goals) {
   }
   return parents;
 }
+
+/** The goals below each goal: key -> goals. @param parents as parentsOf has them */
+export function childrenOf(goals, parents) {
+  const children = new Map();
+  for (const goal of goals) {
+    const parent = parents.get(goal.key);
+    if (!parent) continue;
+    if (children.has(parent)) children.get(parent).push(goal);
+    else children.set(parent, [goal]);
+  }
+  return children;
+}

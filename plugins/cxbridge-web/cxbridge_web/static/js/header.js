@@ -5,6 +5,17 @@ import { stateBadge } from "cx/looks.js";
 import { chooseFile } from "cx/recording/open.js";
 import { themeSwitch } from "cx/theme.js";
 
+/** Copy the address of what is shown: it has the run, the view, the selection and the moment. */
+async function copyLink(app) {
+  app.selection.write();
+  try {
+    await navigator.clipboard.writeText(location.href);
+    app.toast("The address of this view, selection and moment is copied");
+  } catch {
+    prompt("Copy this address", location.href); // a page without TLS may not write to the clipboard
+  }
+}
+
 /** @param search the button that opens the search over everything */
 export function header(app, search) {
   const state = el("span", { id: "state", role: "status" });
@@ -22,6 +33,11 @@ export function header(app, search) {
     "aria-keyshortcuts": "p",
   });
   const open = button("Open a recording", () => chooseFile(app), { id: "open-recording", class: "quiet" });
+  const link = button("Link", () => copyLink(app), {
+    id: "copy-link",
+    class: "quiet",
+    title: "Copy the address of this view, selection and moment (l)",
+  });
   const help = button("?", () => document.getElementById("help").showModal(), {
     class: "quiet",
     "aria-label": "Help",
@@ -51,6 +67,7 @@ export function header(app, search) {
       search,
       debugBar(app),
       pause,
+      link,
       open,
       themeSwitch(app),
       help,

@@ -3,24 +3,59 @@ import { button, el } from "cx/dom.js";
 
 export function keys(app, views) {
   const help = document.getElementById("help");
-  const rows = [
-    ...views.slice(0, 9).map(([, title], at) => [String(at + 1), title]),
-    ["Ctrl K", "search over everything"],
-    ["/", "search in the view"],
-    ["↑ ↓", "walk in a list"],
-    ["← →", "close and open what is in a tree"],
-    ["p", "pause and resume"],
-    [", .", "a recording: one step back, one step on"],
-    ["o", "open a recording"],
-    ["Esc", "leave the search"],
-    ["?", "this help"],
+  const groups = [
+    [
+      "Everywhere",
+      ...views.slice(0, 9).map(([, title], at) => [String(at + 1), title]),
+      ["Ctrl K", "search over everything"],
+      ["/", "search in the view"],
+      ["p", "pause and resume"],
+      ["l", "copy the address of this view, selection and moment"],
+      ["o", "open a recording"],
+      [", .", "a recording: one step back, one step on"],
+      ["Esc", "leave the search"],
+      ["?", "this help"],
+    ],
+    [
+      "Timeline",
+      ["+ - w s", "zoom"],
+      ["a d", "pan; also Shift ← →"],
+      ["0", "the whole run"],
+      ["f", "zoom to the selection"],
+      ["e E", "the next error, the one before"],
+      ["n", "the newest moment, and follow it"],
+      ["Backspace", "up one level, from a goal to the story of the run"],
+    ],
+    [
+      "Lists and trees",
+      ["↑ ↓", "walk; also Page and Home, End"],
+      ["← →", "close and open"],
+      ["Enter", "choose"],
+    ],
+    [
+      "Plot and Map",
+      ["← → ↑ ↓", "the cursor, or the map"],
+      ["+ - 0", "zoom, and show all"],
+      ["Enter", "choose the moment"],
+    ],
   ];
   help.append(
     el("h2", { id: "help-title" }, "Keys"),
     el(
-      "dl",
-      { class: "pairs" },
-      rows.map(([key, what]) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, what)]),
+      "div",
+      { class: "key-groups" },
+      groups.map(([title, ...rows]) =>
+        el(
+          "section",
+          {},
+          el("h3", {}, title),
+          el(
+            "dl",
+            { class: "pairs" },
+            rows.map(([key, about]) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, about)]),
+          ),
+        ),
+      ),
     ),
     el(
       "form",
@@ -49,6 +84,7 @@ export function keys(app, views) {
       }
     } else if (event.key === "?") help.showModal();
     else if (event.key === "p" && !app.recording) document.getElementById("pause").click();
+    else if (event.key === "l") document.getElementById("copy-link").click();
     else if (event.key === "o" && (!app.recording || app.runs))
       document.getElementById("open-recording").click();
     else if ((event.key === "," || event.key === ".") && app.recording)

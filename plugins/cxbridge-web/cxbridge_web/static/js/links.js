@@ -1,8 +1,8 @@
-// Text in which the names of goals, rules and facts are links to them.
+// Text in which the names of goals, rules and facts, and moments, are links to them.
 import { part } from "cx/api.js";
 import { el } from "cx/dom.js";
 
-const WORD = /[A-Za-z_][\w-]*(?:#\d+)?/g;
+const WORD = /[A-Za-z_][\w-]*(?:#\d+)?|\b\d+\.\d{3} s\b/g;
 
 /**
  * @param rules names of rules that are known, a Set
@@ -12,14 +12,15 @@ export function linked(app, text, rules = new Set()) {
   const found = [];
   let at = 0;
   for (const match of text.matchAll(WORD)) {
-    const [word] = match;
-    const href = /^f-\d+$/.test(word)
-      ? "#/clips/facts/" + word
-      : app.model.goals.has(word) || app.model.gone.has(word)
-        ? "#/goals/" + part(word)
-        : rules.has(word)
-          ? "#/clips/rules/" + part(word)
-          : "";
+    const [word] = match,
+      isRule = rules.has(word) || text.slice(0, match.index).endsWith("rule ");
+    let href = "";
+    if (/^f-\d+$/.test(word)) href = "#/clips/facts/" + word;
+    else if (app.model.goals.has(word) || app.model.gone.has(word))
+      href = (location.hash.startsWith("#/timeline") ? "#/timeline/goal/" : "#/goals/") + part(word);
+    else if (isRule) href = "#/clips/rules/" + part(word);
+    else if (/^\d/.test(word) && app.zero !== null)
+      href = "#/timeline?time=" + Math.round(app.zero + parseFloat(word) * 1e6);
     if (!href) continue;
     found.push(text.slice(at, match.index), el("a", { href }, word));
     at = match.index + word.length;

@@ -43,6 +43,10 @@ _SETTLE_MS: Final = 1500
 _POSE: Final = "Position3DInterface::Pose.translation"
 _SERIES: Final = (f"{_POSE}[0]", f"{_POSE}[1]", "executive:plan-action{id=3}.state", "loop")
 
+FAULTY: Final = "two-robots, a place is missing"
+"""The run of two robots with a navigation graph that lacks a place."""
+_MISSING: Final = "lab"
+
 Prepare = Callable[[Any], None]
 
 
@@ -52,8 +56,8 @@ class Shot:
 
     :param address: of the view, below ``#/``.
     :param prepare: what to do before, on the page.
-    :param run: the scenario whose recording is shown; empty: the page of the daemon; ``compare``: a run of
-        two robots beside one of the same robots in which skills fail.
+    :param run: the scenario whose recording is shown, or FAULTY; empty: the page of the daemon;
+        ``compare``: a run of two robots next to one of the same robots in which skills fail.
     """
 
     address: str
@@ -70,6 +74,11 @@ def _search(page: Any) -> None:
     page.keyboard.press("Control+k")
     page.keyboard.type("lab")
     page.wait_for_selector(".found")
+
+
+def _keys(page: Any) -> None:
+    page.keyboard.press("?")
+    page.wait_for_selector("#help[open]")
 
 
 def _debug(page: Any) -> None:
@@ -93,8 +102,11 @@ def _moment(part: float) -> Prepare:
 
 
 SHOTS: Final[Mapping[str, Shot]] = {
-    "run": Shot("goals?goal="),
-    "goals": Shot("goals/INSPECT-lab"),
+    "story": Shot("timeline", run=FAULTY),
+    "now": Shot("timeline"),
+    "goals": Shot("goals/INSPECT-lab", run=FAULTY),
+    "failed": Shot("goals?goal=&outcome=failed", run=FAULTY),
+    "keys": Shot("timeline", _keys),
     "search": Shot("goals?goal=", _search),
     "debug": Shot("goals?goal=", _debug),
     "skills": Shot("skills/move"),
@@ -115,11 +127,12 @@ SHOTS: Final[Mapping[str, Shot]] = {
 
 def record(folder: Path, scenario: str) -> Path:
     """Return the recording of a run; that of the tour has loop times: its clock is not a virtual one."""
-    path = folder / f"{scenario}.mcap"
+    path = folder / f"{scenario.partition(',')[0]}.mcap"
     options = ["--trace", str(path), "--trace-level", "facts", "--quiet"]
     options += ["--clock", "scaled:8"] if scenario == "waypoints" else []
-    command = [sys.executable, "-m", "cxbridge", "run", str(ROOT / "scenarios" / scenario), *options]
-    subprocess.run(command, check=True)
+    options += ["--config", str(_fault(folder))] if scenario == FAULTY else []
+    command = [sys.executable, "-m", "cxbridge", "run", str(ROOT / "scenarios" / path.stem), *options]
+    subprocess.run(command, check=scenario != FAULTY)
     return path
 
 
@@ -129,6 +142,16 @@ def with_failures(folder: Path) -> Path:
     options = RunOptions(scenario=ROOT / "scenarios" / "two-robots", skiller="none", timeout=120.0)
     play(options, (), RandomChooser(_SEED), path)
     return path
+
+
+def _fault(folder: Path) -> Path:
+    """Write the configuration of a navigation graph without a place, and return its path."""
+    lines = (ROOT / "scenarios" / "two-robots" / "navgraph.yaml").read_text("utf-8").splitlines(keepends=True)
+    graph, config = folder / "navgraph.yaml", folder / "fault.yaml"
+    graph.write_text("".join(line for line in lines if _MISSING not in line), "utf-8")
+    move = f"{{executors: {{move: {{navgraph: {graph}}}}}}}"
+    config.write_text(f"skill-board: {{agents: {{robot1: {move}, robot2: {move}}}}}\n", "utf-8")
+    return config
 
 
 @contextmanager

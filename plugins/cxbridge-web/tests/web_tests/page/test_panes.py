@@ -65,17 +65,16 @@ def failed_run(daemon):
     )
 
 
-def test_after_a_run_its_outcome_counts_and_the_way_to_the_failure_are_there(tab, site, failed_run):
+def test_the_table_of_goals_says_why_in_words_and_how_long(tab, site, failed_run):
     tab.goto(f"{site.url}#/goals")
-    tab.wait_for_selector("#run .detail-head >> text=failed")
-    tab.wait_for_selector("#run .way >> text=move{to=")
-    way = [line.strip() for line in tab.locator("#run .way li").all_inner_texts()]
-    assert ["ROOT" in way[0], "LEAF STUCK" in way[1], "action 1 move" in way[2]] == [True] * 3
-    assert "of robot1" in way[3]
-    tab.wait_for_selector("[role=treeitem]:has-text('LEAF') >> text=3.0 s")
+    row = tab.locator("[role=treeitem]:has-text('LEAF')")
+    wait_for(tab, lambda: 'robot1 could not do move{to="lab"}' in row.inner_text())
+    assert "3.0 s" in row.inner_text()
     tab.wait_for_selector("[role=treeitem]:has-text('ROOT') >> text=2/2")
-    tab.click("#run .way >> text=action 1 move")
-    tab.wait_for_selector("#goal .action.selected >> text=move")
+    tab.click("[role=treeitem] >> text=LEAF")
+    tab.wait_for_selector("#goal .error-box >> text=STUCK")
+    tab.click("#goal .action >> text=1 move")
+    tab.wait_for_selector(".tl-detail h2:has-text('Action 1 move')")
 
 
 def test_goals_are_filtered_by_outcome_class_and_robot(tab, site, daemon, failed_run):
@@ -105,6 +104,14 @@ def test_goals_are_filtered_by_outcome_class_and_robot(tab, site, daemon, failed
     ):
         tab.get_by_label(name, exact=True).select_option(value)
         wait_for(tab, partial(_same, left, wanted))
+    tab.get_by_label("outcome", exact=True).select_option("failed")
+    assert tab.url.endswith("#/goals?class=CLASS&outcome=failed")
+    tab.goto("about:blank")
+    tab.goto(f"{site.url}#/goals?outcome=failed")  # as it was sent
+    show_gone(tab)
+    wait_for(tab, partial(_same, left, ["ROOT", "LEAF"]))
+    tab.click("[role=treeitem] >> text=LEAF")
+    tab.wait_for_url("**#/goals/LEAF?outcome=failed")
 
 
 def test_an_operator_shows_its_effects_and_which_atom_is_false_now(tab, site, daemon):

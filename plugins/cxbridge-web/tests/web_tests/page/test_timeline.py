@@ -147,9 +147,7 @@ def test_goals_that_were_there_before_the_page_was_opened_are_shown(tab, site, d
 @in_both
 def test_bars_have_the_colours_of_their_outcomes(recorded):
     tab = recorded
-    row = y_of(tab, "FETCH")
-    for seconds, outcome in ((1.0, "formulated"), (4.5, "failed")):
-        assert colour(tab, x_of(tab, seconds), row) == fill(tab, outcome)
+    assert colour(tab, x_of(tab, 4.5), y_of(tab, "FETCH")) == fill(tab, "failed")
     assert colour(tab, x_of(tab, 0.5), y_of(tab, "IDLE")) != fill(tab, "failed")
 
 
@@ -169,46 +167,36 @@ def test_bars_of_a_report_are_beside_their_names(tab):
 
 @pytest.mark.smoke
 @in_both
-def test_a_click_leads_from_the_goal_to_the_line_of_the_log_and_why_and_back(recorded):
+def test_the_first_screen_tells_the_story_and_leads_to_each_part_of_it_and_back(recorded):
+    """The robot that failed, and the cause, need no click; the skill call with its log needs one."""
     tab = recorded
-    tab.mouse.click(x_of(tab, 4), y_of(tab, "FETCH"))
-    tab.wait_for_selector(".tl-detail h3:has-text('Goal FETCH')")
-    tab.wait_for_selector(".tl-detail .error-box >> text=PATH-BLOCKED")
-    tab.click(".tl-detail a:has-text('1 move')")
-    tab.wait_for_selector(".tl-detail h3:has-text('Action 1 move')")
-    tab.click(".tl-detail a:has-text('move{to')")
+    tab.wait_for_selector(".story-head >> text=Failed after 7.0 s")
+    tab.wait_for_selector('.story-head >> text=robot1 could not do move{to="lab"}')
+    steps = tab.locator(".story .tl-why li a").all_inner_texts()
+    ends = ["ROOT failed", "path blocked", "action 1 move failed", 'robot1 could not do move{to="lab"}']
+    assert [step.lower().endswith(end.lower()) for step, end in zip(steps, ends, strict=True)] == [True] * 4
+    tab.click(".story .tl-why a >> nth=3")
     tab.wait_for_selector(".tl-detail code >> text=move{to")
-    tab.click(".tl-detail a:text-is('Log lines')")
     tab.wait_for_selector(".tl-log >> text=the way is blocked")
-    assert tab.locator(".tl-log li").count() == 2
     crumbs = tab.locator(".tl-crumbs li").all_inner_texts()
-    assert crumbs == ["All", "FETCH", "1 move", 'move{to="lab"}', "Log"]
+    assert crumbs == ["The run", "FETCH", "1 move", 'move{to="lab"}']
     tab.go_back()
-    tab.wait_for_selector(".tl-detail code >> text=move{to")
-    tab.click(".tl-detail a:text-is('Why')")
-    tab.wait_for_selector(".tl-why >> text=the way is blocked")
+    tab.wait_for_selector(".story")
+    tab.mouse.click(x_of(tab, 4), y_of(tab, "FETCH"))
+    tab.wait_for_selector(".tl-detail h2:has-text('Action 1 move')")
     tab.click(".tl-crumbs a:text-is('FETCH')")
-    tab.wait_for_selector(".tl-detail h3:has-text('Goal FETCH')")
+    tab.wait_for_selector(".tl-detail h2:has-text('FETCH')")
+    tab.wait_for_selector(".tl-detail .error-box >> text=path blocked")
     tab.click(".tl-detail [aria-label=close]")
-    tab.wait_for_selector(".tl-detail", state="hidden")
-
-
-@in_both
-def test_why_goes_down_to_the_cause(recorded):
-    tab = recorded
-    tab.evaluate("location.hash = '#/timeline/goal/ROOT/why'")
-    tab.wait_for_selector(".tl-why li >> nth=4")
-    steps = [text.replace("\n", " ") for text in tab.locator(".tl-why li").all_inner_texts()]
-    ends = ["Goal ROOT failed", "PATH-BLOCKED", "(FAILED)", 'ended move{to="lab"}', "the way is blocked"]
-    assert [step.endswith(end) for step, end in zip(steps, ends, strict=True)] == [True] * 5
+    tab.wait_for_selector(".story")
 
 
 @in_both
 def test_an_address_is_gone_to_at_once(tab, site, daemon):
     daemon.files["run.jsonl"] = "\n".join(map(json.dumps, failure())).encode()
     tab.goto(f"{site.url}?run=files/run.jsonl#/timeline/goal/FETCH/action/P%201")
-    tab.wait_for_selector(".tl-detail h3:has-text('Action 1 move')")
-    tab.wait_for_selector(".tl [role=treeitem][aria-selected=true] >> text=move")
+    tab.wait_for_selector(".tl-detail h2:has-text('Action 1 move')")
+    tab.wait_for_selector(".tl [role=treeitem][aria-selected=true] >> text=FETCH")
 
 
 @in_both
@@ -218,7 +206,7 @@ def test_errors_are_marks_with_their_text(recorded):
     tab.mouse.move(x_of(tab, 6), box["y"] + 34)
     tab.wait_for_selector(".tl-tip >> text=the way is blocked")
     tab.mouse.move(x_of(tab, 4.5), y_of(tab, "FETCH"))
-    tab.wait_for_selector(".tl-tip >> text=failed, 5.0 s")
+    tab.wait_for_selector(".tl-tip >> text=failed, 4.0 s")
     tab.click("text=Next error")
     tab.wait_for_selector("#told >> text=6.000 s")
 
@@ -251,7 +239,7 @@ def test_wheel_keys_and_buttons_zoom_and_pan(recorded):
     tab.click(".tl-zoom >> text=Fit")
     wait_for(tab, lambda: window(tab) == whole)
     box = tab.locator(".tl-overview").bounding_box()
-    tab.mouse.dblclick(x_of(tab, 4.5), y_of(tab, "move"))
+    tab.mouse.dblclick(x_of(tab, 4.5), y_of(tab, "FETCH"))
     wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < whole[1] - whole[0])
     tab.mouse.dblclick(box["x"] + 200, box["y"] + 10)
     wait_for(tab, lambda: window(tab) == whole)
@@ -323,12 +311,15 @@ def test_arrows_walk_and_fold_without_steps_in_the_history(recorded):
     tab.get_by_role("tree").focus()
     for key in ("Home", "ArrowDown", "ArrowDown", "ArrowDown"):
         tab.keyboard.press(key)
-    tab.wait_for_selector(".tl-detail h3:has-text('Goal FETCH')")
+    tab.wait_for_selector(".tl-detail h2:has-text('FETCH')")
+    assert not any("action" in each for each in labels(tab)), "the action is within the bar of its goal"
+    tab.keyboard.press("ArrowRight")
+    wait_for(tab, lambda: any("action" in each for each in labels(tab)))
     tab.keyboard.press("ArrowLeft")
     wait_for(tab, lambda: not any("action" in each for each in labels(tab)))
     assert tab.evaluate("history.length") == length
     tab.keyboard.press("Backspace")
-    tab.wait_for_selector(".tl-detail", state="hidden")
+    tab.wait_for_selector(".story")
 
 
 @in_both

@@ -55,27 +55,23 @@ def go(tab: Any, address: str) -> None:
 def test_a_move_is_below_the_action_of_its_own_robot(opened: Any):
     for goal, robot in (("INSPECT-lab", "robot1"), ("INSPECT-store", "robot2")):
         go(opened, f"#/timeline/goal/{goal}/action/{goal}-PLAN%201")
-        opened.wait_for_selector(f".tl-detail h3:has-text('Action 1 move {robot}')")
-        calls = opened.locator(".tl-detail section:has(h4:text-is('Skill calls')) li a").all_inner_texts()
+        opened.wait_for_selector(f".tl-detail h2:has-text('Action 1 move {robot}')")
+        calls = opened.locator(".tl-detail section:has(h3:text-is('Skill calls')) li a").all_inner_texts()
         assert calls == [f'{robot}: move{{to="{goal.removeprefix("INSPECT-")}"}}']
 
 
 def test_an_older_recording_has_the_same_calls_probably(tab: Any, older: Path):
     with viewing(older) as (url, recordings):
         tab.goto(f"{url}{recordings.start}#/timeline/goal/INSPECT-lab/action/INSPECT-lab-PLAN%201")
-        tab.wait_for_selector(".tl-detail h4:text-is('Probably its skill calls')")
-        calls = tab.locator(".tl-detail section:has(h4:has-text('skill calls')) li a").all_inner_texts()
+        tab.wait_for_selector(".tl-detail h3:text-is('Probably its skill calls')")
+        calls = tab.locator(".tl-detail section:has(h3:has-text('skill calls')) li a").all_inner_texts()
         assert calls == ['robot1: move{to="lab"}']
 
 
-def test_the_run_is_summed_up_beside_its_goals_and_no_call_counts_twice(opened: Any):
-    opened.wait_for_selector("#run h2:text-is('The run')")
-    assert "Nothing has happened yet" not in opened.inner_text("main")
-    row = opened.locator("#run tr:has(th:text-is('skill calls')) td.n").first
-    wait_for(opened, lambda: row.inner_text() == "8")
-    began = opened.locator("#run dt:text-is('began') + dd, #run tr:has-text('began')").first.inner_text()
-    assert "0.0" in began  # seconds into the run
-    assert ":" not in began
+def test_the_story_counts_no_call_twice(opened: Any):
+    go(opened, "#/timeline")
+    opened.wait_for_selector(".story-head >> text=Completed in 45.0 s")
+    opened.wait_for_selector(".story-counts >> text=8 skill calls. No errors in the log")
 
 
 def test_only_robots_are_listed_as_robots(opened: Any):

@@ -1,7 +1,7 @@
 // One rule: where it is, its source, why it has not fired.
 import { get, part } from "cx/api.js";
 import { button, el } from "cx/dom.js";
-import { ruleWhy } from "cx/goals/why.js";
+import { ruleWhy } from "cx/why.js";
 import { MAIN_ENV } from "cx/model.js";
 import { constructText } from "cx/clips/constructs.js";
 import { highlighted } from "cx/clips/source.js";

@@ -1,26 +1,49 @@
-// Choices above the goals: outcome, class, robot. They stay when another view was open.
-import { el } from "cx/dom.js";
+// Choices above the goals: words, outcome, class, robot. The address has them, and they stay when another view was open.
+import { el, search } from "cx/dom.js";
+import { goalText } from "cx/looks.js";
 import { goalOutcome, NAMES, OUTCOMES } from "cx/outcome.js";
+import { parseAddress } from "cx/selection.js";
 import { robotsOf } from "cx/goals/numbers.js";
 
-const chosen = { outcome: "", cls: "", robot: "" };
+const NOTHING = { words: "", outcome: "", class: "", robot: "" },
+  FILTERS = Object.keys(NOTHING);
+const chosen = { ...NOTHING };
 
-function choice(name, label, changed) {
-  const select = el("select", { "aria-label": label, class: "filter" });
+/** The choices as the query of an address. */
+export function filterQuery(more = {}) {
+  const set = FILTERS.filter((name) => chosen[name]).map((name) => [name, chosen[name]]);
+  const text = new URLSearchParams([...Object.entries(more), ...set]).toString();
+  return text ? "?" + text : "";
+}
+
+function write() {
+  const { path, query } = parseAddress(location.hash);
+  for (const name of FILTERS)
+    if (chosen[name]) query.set(name, chosen[name]);
+    else query.delete(name);
+  const text = query.toString();
+  history.replaceState(history.state, "", path + (text ? "?" + text : ""));
+}
+
+function choice(name, changed) {
+  const select = el("select", { "aria-label": name, class: "filter" });
   let drawn = "";
   select.addEventListener("change", () => {
     chosen[name] = select.value;
+    write();
     changed();
   });
   /** @param options pairs of value and text */
   select.offer = (options) => {
-    const all = options.some(([value]) => value === chosen[name]) || !chosen[name];
-    if (!all) chosen[name] = "";
-    const sign = JSON.stringify([options, chosen[name]]);
+    const all =
+        chosen[name] && !options.some(([value]) => value === chosen[name])
+          ? [...options, [chosen[name], chosen[name]]]
+          : options,
+      sign = JSON.stringify([all, chosen[name]]);
     if (sign === drawn) return;
     drawn = sign;
     select.replaceChildren(
-      ...[["", "any " + label], ...options].map(([value, text]) =>
+      ...[["", "any " + name], ...all].map(([value, text]) =>
         el("option", { value, selected: value === chosen[name] }, text),
       ),
     );
@@ -30,17 +53,32 @@ function choice(name, label, changed) {
 }
 
 export function goalFilter(app, changed) {
-  const outcome = choice("outcome", "outcome", changed),
-    cls = choice("cls", "class", changed),
-    robot = choice("robot", "robot", changed);
+  const find = search("Search goals", (text) => {
+    chosen.words = text;
+    write();
+    changed();
+  });
+  const outcome = choice("outcome", changed),
+    cls = choice("class", changed),
+    robot = choice("robot", changed);
   const robotsBelow = (goal) => robotsOf(app.model.actions.get(goal.key));
   return {
-    nodes: [outcome, cls, robot],
+    nodes: [find, outcome, cls, robot],
     get isSet() {
-      return Object.values(chosen).some(Boolean);
+      return FILTERS.some((name) => chosen[name]);
     },
     clear() {
-      Object.assign(chosen, { outcome: "", cls: "", robot: "" });
+      Object.assign(chosen, NOTHING);
+      find.value = "";
+      write();
+    },
+    /** Take over what the address says; what it does not say stays, and is written there. */
+    read() {
+      const { query } = parseAddress(location.hash);
+      if (FILTERS.some((name) => query.has(name)))
+        for (const name of FILTERS) chosen[name] = query.get(name) || "";
+      if (document.activeElement !== find) find.value = chosen.words;
+      write();
     },
     /** Offer what there is among these goals. */
     offer(goals) {
@@ -54,11 +92,16 @@ export function goalFilter(app, changed) {
       cls.offer([...classes].sort().map((name) => [name, name]));
       robot.offer([...robots].sort().map((name) => [name, name]));
       robot.hidden = robots.size < 2 && !chosen.robot;
-      cls.hidden = classes.size < 2 && !chosen.cls;
+      cls.hidden = classes.size < 2 && !chosen.class;
     },
     fits: (goal) =>
       (!chosen.outcome || goalOutcome(goal) === chosen.outcome) &&
-      (!chosen.cls || goal.cls === chosen.cls) &&
-      (!chosen.robot || robotsBelow(goal).has(chosen.robot)),
+      (!chosen.class || goal.cls === chosen.class) &&
+      (!chosen.robot || robotsBelow(goal).has(chosen.robot)) &&
+      (!chosen.words ||
+        [goal.id, goal.cls, goalText(goal), goal.error, goal.subType]
+          .join(" ")
+          .toLowerCase()
+          .includes(chosen.words)),
   };
 }

@@ -10,7 +10,7 @@ export function durationOf(goal, now) {
   const { history } = goal;
   if (!history.length) return null;
   const run = history.find((step) => step.mode === "DISPATCHED"),
-    end = history.find((step) => hasEnded(step.mode)),
+    end = history[history.findLastIndex((step) => !hasEnded(step.mode)) + 1], // a goal may be tried again
     begin = run || history[0];
   if (hasEnded(goal.mode) && !end) return null;
   return {

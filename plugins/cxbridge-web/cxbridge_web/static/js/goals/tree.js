@@ -1,17 +1,5 @@
 // Trees of goals: from the goals that there are to the rows that are shown.
 
-/** Map goal's key -> the goals below. */
-export function childrenOf(goals, parents) {
-  const children = new Map();
-  for (const goal of goals) {
-    const parent = parents.get(goal.key);
-    if (!parent) continue;
-    if (!children.has(parent)) children.set(parent, []);
-    children.get(parent).push(goal);
-  }
-  return children;
-}
-
 const MOST_BELOW = 9999;
 export function countBelow(goal, children) {
   let count = 0;
@@ -46,7 +34,6 @@ export function rowsOf(goals, parents, children, { isFlat, fits, closed }) {
         depth: isFlat ? 0 : depth,
         open: isFlat ? null : isOpen,
         inside: isOpen === false ? countBelow(goal, children) : 0,
-        rowClass: goal.mode === "RETRACTED" ? "later" : "",
       });
     if (isOpen) for (let at = kids.length - 1; at >= 0; at--) stack.push([kids[at], depth + 1]);
   }

@@ -4,6 +4,8 @@ import { button, el } from "cx/dom.js";
 import { readLines } from "cx/recording/lines.js";
 import { isMcap, readMcap } from "cx/recording/mcap.js";
 import { Recording } from "cx/recording/run.js";
+import { failureOf } from "cx/story/causes.js";
+import { timesOf } from "cx/timeline/spans.js";
 
 const MOST_BYTES = 512 << 20,
   SLICE_MS = 30,
@@ -44,7 +46,7 @@ function progress(app, name) {
   };
 }
 
-async function openBytes(app, name, bytes, shown, readLinks = null) {
+async function openBytes(app, name, bytes, shown, server = {}) {
   const {
     events,
     notes,
@@ -58,10 +60,18 @@ async function openBytes(app, name, bytes, shown, readLinks = null) {
   }
   const recording = new Recording(name, events, notes, sources);
   await playAll(recording, shown.pause);
-  if (readLinks && ![...recording.history.actions.values()].some((action) => action.calls.length))
-    recording.history.linkGuessed(await readLinks());
+  recording.why = server.why && ((...question) => server.why(recording, ...question));
+  if (server.readLinks && ![...recording.history.actions.values()].some((action) => action.calls.length))
+    recording.history.linkGuessed(await server.readLinks());
+  if (SITE.inside && location.hash.length < 3) app.select({ time: failureTime(recording.history) });
   app.look(recording);
   for (const note of notes) app.toast(note, true);
+}
+
+/** When the run failed, microseconds: a report opens there. Null: nothing failed. */
+function failureTime(history) {
+  const failure = failureOf(history);
+  return failure && timesOf(failure, history).end?.time;
 }
 
 /** Let all events of a recording happen, and let the page draw meanwhile. */
@@ -88,10 +98,10 @@ export async function openPast(app, recording) {
   }
 }
 
-async function attempt(app, name, load, readLinks) {
+async function attempt(app, name, load, server) {
   const shown = progress(app, name);
   try {
-    await openBytes(app, name, await load(), shown, readLinks);
+    await openBytes(app, name, await load(), shown, server);
   } catch (error) {
     if (!(error instanceof Cancelled)) app.toast(name + " could not be read: " + error.message, true);
   } finally {
@@ -115,14 +125,32 @@ export async function inside() {
   return new Uint8Array(await new Response(unpacked).arrayBuffer());
 }
 
+/** The answer of a server of recordings to why: at the chosen moment, and at the end for the story of the run. */
+async function askServer(url, { time, begin, end, environments }, kind, name, env) {
+  const query = new URLSearchParams({ kind, name });
+  if (environments.includes(env)) query.set("env", env);
+  if (kind !== "run" && time < end) query.set("at", (time - begin) / 1e6);
+  const reply = await fetch(url + "?why&" + query),
+    answer = await reply.json();
+  if (!reply.ok) throw new Error(answer.message);
+  return answer.data;
+}
+/** The answers to why that a report has inside. */
+const toldInside = (answers) => async (recording, kind, name) => {
+  const found = answers[(kind + " " + name).trim()];
+  if (!found)
+    throw new Error("The report does not have this answer: open the recording with 'cxbridge view'");
+  return found;
+};
+
 /**
  * The recording in the page, or the one that the address asks for: `?run=PATH` of a file of this server. One that serves recordings
  * only has one for addresses without.
  */
 export async function openLinked(app) {
   if (SITE.inside) {
-    const { name, links, notes } = SITE.inside;
-    await attempt(app, name, inside, async () => links);
+    const { name, links, notes, answers } = SITE.inside;
+    await attempt(app, name, inside, { readLinks: async () => links, why: answers && toldInside(answers) });
     for (const note of notes) app.toast(note, true);
     return;
   }
@@ -130,8 +158,11 @@ export async function openLinked(app) {
     path = new URLSearchParams(location.search).get("run") || (first && first.path);
   if (!path) return;
   const url = new URL(path, location.href);
-  // which action a skill call was for, where the recording does not say it: only a server of recordings knows
-  const readLinks = async () => (await fetch(url + "?links")).json();
+  // which action a skill call was for, where the recording does not say it, and why: a server of recordings knows
+  const server = first && {
+    readLinks: async () => (await fetch(url + "?links")).json(),
+    why: (...question) => askServer(url, ...question),
+  };
   const load = async () => {
     if (url.origin !== location.origin) throw new Error("it is on another server; open it as a file");
     const reply = await fetch(url);
@@ -139,7 +170,7 @@ export async function openLinked(app) {
       throw new Error(reply.status === 404 ? "this server has no " + url.pathname : "HTTP " + reply.status);
     return new Uint8Array(await reply.arrayBuffer());
   };
-  await attempt(app, path.split("/").pop() || path, load, first && readLinks);
+  await attempt(app, path.split("/").pop() || path, load, server || {});
 }
 
 export function chooseFile(app) {

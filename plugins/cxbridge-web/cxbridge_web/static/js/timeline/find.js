@@ -31,22 +31,19 @@ export function findAt({ window, history, now, high, rows, marks, scroll }, x, y
   const at = Math.floor((y - AXIS - MARKS + scroll) / high),
     row = rows[at];
   if (!row) return null;
-  const isStrip = (y - AXIS - MARKS + scroll) % high > high - 11;
   const among = (items) => {
     for (const item of items) {
-      const span = spansOf(item, history).findLast((each) => within(each, value, window, now, slack / 3));
+      const span = spansOf(item, history).findLast(
+        (each) => each.part !== "tail" && within(each, value, window, now, slack / 3),
+      );
       if (span) return { row, item, span };
     }
     return null;
   };
   if (row.kind === "robot") return among(row.item) || { row };
-  if (row.kind === "marks") {
-    const point = row.item.points.find((each) => Math.abs(each[window.axis] - value) <= slack);
-    return point ? { row, mark: point } : { row };
-  }
-  if (row.kind !== "goal" && row.kind !== "action") return { row };
-  const below = isStrip && among(row.kind === "goal" ? row.item.actions : row.item.calls);
-  return below || among([row.item]) || { row };
+  if (row.kind === "group") return { row };
+  const inside = row.kind === "goal" && !row.isSummary && among(row.item.actions);
+  return (inside && inside.span.part === "run" ? inside : among([row.item])) || { row };
 }
 
 /** What is found, in lines: the first one says what it is. */
@@ -66,10 +63,10 @@ export function tipOf(found, { now, zero }) {
   const took = durationText(Math.max(0, (span.to || now).time - span.from.time)),
     { icon, word } = OUTCOMES[span.outcome],
     error = item.error || (item.kind === "goal" && item.changes.at(-1).error);
-  const what = span.part === "tail" ? "over, still there for " : span.part === "wait" ? "waited " : "";
+  const waited = span.part === "wait" ? "waited " : "";
   return [
     name,
-    icon + " " + word + ", " + what + took + (span.to ? "" : " so far"),
+    icon + " " + word + ", " + waited + took + (span.to ? "" : " so far"),
     "from " +
       axisText(span.from.time, 0.001, 1e6, zero) +
       (span.to ? " to " + axisText(span.to.time, 0.001, 1e6, zero) : ""),

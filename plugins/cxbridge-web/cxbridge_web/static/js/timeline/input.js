@@ -5,9 +5,8 @@ const STEP = 0.15, // of the width: how far a key pans
 /**
  * @param surface the canvas
  * @param component the timeline
- * @param isEmbedded within a page that scrolls: the wheel alone scrolls that page
  */
-export function pointerInput(surface, component, isEmbedded) {
+export function pointerInput(surface, component) {
   const { window } = component,
     pointers = new Map();
   let press = null,
@@ -19,13 +18,10 @@ export function pointerInput(surface, component, isEmbedded) {
   surface.addEventListener(
     "wheel",
     (event) => {
-      const scale = event.deltaMode === 1 ? 16 : 1,
-        isZoom = event.ctrlKey || event.metaKey || !isEmbedded;
+      const scale = event.deltaMode === 1 ? 16 : 1;
       if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY))
         window.pan((event.deltaX || event.deltaY) * scale);
-      else if (isZoom)
-        window.zoom(Math.exp((event.deltaY * scale) / (event.ctrlKey ? 120 : 500)), place(event)[0]);
-      else return;
+      else window.zoom(Math.exp((event.deltaY * scale) / (event.ctrlKey ? 120 : 500)), place(event)[0]);
       event.preventDefault();
     },
     { passive: false },

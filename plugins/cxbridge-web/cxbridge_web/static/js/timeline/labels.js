@@ -3,6 +3,8 @@ import { durationText, el } from "cx/dom.js";
 import { OUTCOMES } from "cx/outcome.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 
+const SHORT = 14,
+  TAIL = 6; // characters of a name that are always seen: they tell goals of a class apart
 const isLife = ({ kind }) => kind === "goal" || kind === "action";
 
 /** Changes when a row has to be drawn again. @param step the moment */
@@ -21,18 +23,22 @@ export function nameOf(row, history, step) {
       { class: "main-text" },
       el("b", {}, row.name),
       row.kind === "robot" ? el("span", { class: "dim" }, " " + item.length) : null,
-      item.note ? el("span", { class: "dim" }, " " + item.note) : null,
     );
   const outcome = outcomeAt(item, step),
-    about = item.id + " " + (item.cls || item.name || "");
+    about = item.id + " " + (item.cls || item.name || ""),
+    isQuiet = outcome === "completed" || !outcome;
   const icon = el(
     "i",
-    { class: "tl-icon" + (outcome ? " o-" + outcome : ""), "aria-hidden": "true" },
+    { class: "tl-icon" + (isQuiet ? " dim" : " o-" + outcome), "aria-hidden": "true" },
     outcome ? OUTCOMES[outcome].icon : "",
   );
   const text =
     row.kind === "goal"
-      ? [item.id, item.cls && item.cls !== item.id ? el("span", { class: "dim" }, " " + item.cls) : null]
+      ? [
+          item.id.length > SHORT ? el("span", {}, item.id.slice(0, -TAIL)) : null,
+          el("span", {}, item.id.length > SHORT ? item.id.slice(-TAIL) : item.id),
+          item.cls && !item.id.includes(item.cls) ? el("span", { class: "dim" }, " " + item.cls) : null,
+        ]
       : [el("span", { class: "dim" }, item.id + " "), item.text];
   return [
     icon,

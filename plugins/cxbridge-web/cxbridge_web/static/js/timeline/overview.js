@@ -136,8 +136,8 @@ export class Overview {
       most = Math.max(most, running);
       return running;
     });
-    context.fillStyle = palette.outcomes.running.edge;
-    context.globalAlpha = 0.5;
+    context.fillStyle = palette.dim;
+    context.globalAlpha = 0.25;
     for (const [x, count] of heights.entries())
       if (count)
         context.fillRect(x, HIGH - 3 - (count / most) * (HIGH - 10), 1, (count / most) * (HIGH - 10));

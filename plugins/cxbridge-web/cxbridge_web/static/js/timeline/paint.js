@@ -1,13 +1,16 @@
 // Draws rows, the axis and marks onto a canvas: only what is seen, and of what falls on one pixel only one.
 import { clockText, durationText } from "cx/dom.js";
-import { spansOf } from "cx/timeline/spans.js";
+import { spansOf, stacked } from "cx/timeline/spans.js";
 import { ticks } from "cx/timeline/window.js";
 
 export const AXIS = 24; // pixels: the axis
 export const MARKS = 18; // and the lane of errors below it
 const FONT = "11px system-ui, sans-serif",
   LETTER = 6.1,
-  LEAST = 4; // no bar is narrower
+  LEAST = 4, // no bar is narrower
+  LOUD = new Set(["failed"]);
+
+const lastError = (goal) => (goal.changes.findLast(({ error }) => error) || { error: "" }).error;
 
 /** What stands at a value of the axis. `zero`: where a recording begins; null: the time of day. */
 export function axisText(value, step, unit, zero) {
@@ -32,7 +35,7 @@ const cutTo = (text, room) => {
 export class Painter {
   /**
    * @param context of a canvas
-   * @param scene what is drawn: {window, history, palette, now, zero, high, selected}
+   * @param scene what is drawn: {window, history, palette, now, zero, high, selected, chosen}
    */
   constructor(context, scene) {
     this.context = context;
@@ -42,7 +45,7 @@ export class Painter {
     context.lineJoin = "round";
   }
 
-  /** Left and right of a span in pixels; null: not seen. */
+  /** Left and right of a span in pixels; null: it is out of sight. */
   edges({ from, to }) {
     const { window } = this,
       left = window.place(from),
@@ -52,127 +55,92 @@ export class Painter {
       : [Math.max(left, -20), Math.min(right, window.width + 20)];
   }
 
-  fill(look, left, top, width, height, round = 3) {
-    const { context } = this;
-    context.fillStyle = look.fill;
-    context.strokeStyle = look.edge;
-    context.lineWidth = 1;
-    context.beginPath();
-    if (width > 8)
-      context.roundRect(left + 0.5, top + 0.5, width - 1, height - 1, Math.min(round, width / 4));
-    else context.rect(left, top, width, height);
-    context.fill();
-    if (look.pattern && width > 5) {
-      context.fillStyle = look.pattern;
-      context.fill();
-    }
-    if (width > 3) context.stroke();
-  }
-
-  /** A bar with its icon, and a text within it or, where it is too narrow, behind it. */
-  bar(span, top, height, text, freeUntil) {
-    const edges = this.edges(span);
-    if (!edges) return;
-    const { context } = this,
-      look = this.palette.outcomes[span.outcome],
-      left = edges[0],
-      width = Math.max(edges[1] - left, LEAST);
-    if (span.part === "tail") {
-      context.fillStyle = look.edge;
-      context.globalAlpha = 0.55;
-      context.fillRect(left, top + height / 2 - 1, width, 2);
-      context.globalAlpha = 1;
-      return;
-    }
-    const isThin = span.part === "wait" && span.outcome === "formulated";
-    this.fill(look, left, isThin ? top + height * 0.28 : top, width, isThin ? height * 0.44 : height);
-    if (isThin) return;
-    const middle = top + height / 2 + 1,
-      seen = Math.max(left, 0),
-      room = Math.min(left + width, this.window.width) - seen;
-    if (room > 15) this.label(look, look.icon + " " + text, seen + 4, middle, room - 8);
-    else if (width <= 15 && freeUntil - left - width > 30) {
-      context.fillStyle = look.edge;
-      context.fillText(look.icon, left + width + 3, middle);
-      context.fillStyle = this.palette.dim;
-      context.fillText(cutTo(text, freeUntil - left - width - 20), left + width + 15, middle);
-    }
-  }
-  label(look, text, x, y, room) {
-    const shown = room < 20 ? text[0] : cutTo(text, room),
-      { context } = this;
-    if (!shown) return;
-    if (look.pattern) {
-      // a halo, so that the texture does not cross the letters
-      context.strokeStyle = look.fill;
-      context.lineWidth = 3;
-      context.strokeText(shown, x, y);
-    }
-    context.fillStyle = look.ink;
-    context.fillText(shown, x, y);
-  }
-
   row(row, y) {
-    const { context, high } = this,
-      hasStrip = row.kind === "goal" || row.kind === "action",
-      top = y + 4,
-      height = hasStrip ? high - 14 : high - 9;
-    context.fillStyle = this.palette.line;
-    context.globalAlpha = 0.45;
-    context.fillRect(0, y + high - 1, this.window.width, 1);
-    context.globalAlpha = 1;
+    const { context, high } = this;
     if (row.key === this.selected) {
       context.fillStyle = this.palette.focus;
       context.globalAlpha = 0.1;
       context.fillRect(0, y, this.window.width, high - 1);
       context.globalAlpha = 1;
     }
-    if (row.kind === "robot") this.calls(row.item, top, height, true);
-    else if (row.kind === "marks") this.points(row.item, top, height);
-    else if (row.kind === "curve") this.curve(row.item, top, height);
-    else if (row.kind !== "group") this.life(row, top, height);
-    else if (row.open === false && row.key === "robots")
-      for (const lane of row.item) this.calls(lane.item, top, height, false);
+    if (row.kind === "robot") this.robot(row.item, y);
+    else if (row.kind === "group") {
+      if (row.key === "robots" && !row.open) for (const lane of row.item) this.robot(lane.item, y);
+    } else if (row.isSummary) this.summary(row.item, y);
+    else this.life(row.item, y);
   }
 
-  /** A goal or an action: its bars, and below them the skill calls, of a goal its actions. */
-  life(row, top, height) {
-    const { item } = row,
-      spans = spansOf(item, this.history),
-      strip = top + height + 1;
-    for (let at = 0; at < spans.length; at++) {
-      const next = spans.slice(at + 1).find(({ part }) => part !== "tail"),
-        until = next ? this.window.place(next.from) : this.window.width;
-      this.bar(spans[at], top, height, this.textOf(item, spans[at]), until);
+  /** A goal whose parts have rows of their own: a line. */
+  summary(goal, y) {
+    for (const span of spansOf(goal, this.history)) {
+      const edges = this.edges(span);
+      if (!edges || span.part === "tail") continue;
+      if (span.part === "wait") {
+        this.wait(edges, y);
+        continue;
+      }
+      this.line(span.outcome, edges, y);
     }
-    if (item.kind === "action") this.calls(item.calls, strip, 5, false);
-    else
-      for (const action of item.actions)
-        for (const span of spansOf(action, this.history)) if (span.part === "run") this.thin(span, strip);
+  }
+  line(outcome, [left, right], y) {
+    const { context, high } = this,
+      look = this.palette.outcomes[outcome],
+      isLoud = LOUD.has(outcome);
+    context.fillStyle = isLoud ? look.fill : look.edge;
+    context.globalAlpha = isLoud ? 1 : 0.55;
+    context.fillRect(left, y + high / 2 - 2, Math.max(right - left, 2), 4);
+    context.globalAlpha = 1;
+  }
+
+  /** A goal with its actions within its bar, or an action. */
+  life(item, y) {
+    const spans = spansOf(item, this.history).filter(({ part }) => part !== "tail");
+    for (const [at, span] of spans.entries()) {
+      const edges = this.edges(span);
+      if (!edges) continue;
+      if (span.part === "wait") {
+        this.wait(edges, y);
+        continue;
+      }
+      const next = spans[at + 1],
+        until = next ? this.window.place(next.from) : this.window.width;
+      if (item.kind === "goal" && item.actions.length) {
+        this.wait(edges, y);
+        this.actions(item.actions, span, y, until);
+      } else this.bar(span.outcome, edges, y, this.textOf(item, span), until, item === this.chosen);
+    }
+  }
+  /** The actions that ran within a span of their goal; those at the same time below each other. */
+  actions(actions, whole, y, until) {
+    const spans = stacked(actions, whole, this.history);
+    for (const [at, { item, span, lane, lanes }] of spans.entries()) {
+      const edges = this.edges(span);
+      if (!edges) continue;
+      const next = spans.slice(at + 1).find((each) => each.lane === lane),
+        free = next ? this.window.place(next.span.from) : until;
+      const text = lanes > 1 ? "" : this.textOf(item, span);
+      this.bar(span.outcome, edges, y, text, free, item === this.chosen, lane, lanes);
+    }
   }
   textOf(item, span) {
-    const to = (span.to || this.now).time,
-      took = durationText(Math.max(0, to - span.from.time));
-    if (item.kind === "action") {
-      const [call] = item.calls;
-      return (call ? call.text : item.text || item.name) + "  " + took;
-    }
-    const error = span.outcome === "failed" && item.changes.findLast((each) => each.error);
-    return error ? took + "  " + error.error : took;
-  }
-  thin(span, top) {
-    const edges = this.edges(span);
-    if (edges) {
-      const look = this.palette.outcomes[span.outcome];
-      this.context.fillStyle = span.outcome === "failed" ? look.edge : look.fill;
-      this.context.fillRect(edges[0], top, Math.max(edges[1] - edges[0] - 0.5, 2), 5);
-      this.context.fillStyle = look.edge;
-      this.context.fillRect(edges[0], top + 4, Math.max(edges[1] - edges[0] - 0.5, 2), 1);
-    }
+    const took = durationText(Math.max(0, (span.to || this.now).time - span.from.time));
+    if (item.kind === "goal") return [took, span.outcome === "failed" ? lastError(item) : ""].join("  ");
+    const call = item.calls?.findLast(({ begin }) => begin.step <= (span.to || this.now).step),
+      name = call ? call.text : item.text || item.name,
+      error = span.outcome === "failed" ? (call || item).error : "";
+    return error ? name + ": " + error : name;
   }
 
-  /** Calls of a lane, in the order of their beginnings. */
-  calls(calls, top, height, isWide) {
+  wait([left, right], y) {
+    const { context, high } = this;
+    context.fillStyle = this.palette.outcomes.formulated.edge;
+    context.globalAlpha = 0.6;
+    context.fillRect(left, y + high / 2 - 0.5, right - left, 1);
+    context.globalAlpha = 1;
+  }
+
+  /** The calls of a robot, in the order of their beginnings. */
+  robot(calls, y) {
     let drawn = -Infinity;
     for (let at = firstSeen(calls, this.window); at < calls.length; at++) {
       const call = calls[at];
@@ -181,48 +149,47 @@ export class Painter {
         edges = this.edges(span);
       if (!edges || edges[1] < drawn + 0.5) continue;
       drawn = Math.max(edges[0], edges[1]);
-      const next = calls[at + 1];
-      if (isWide)
-        this.bar(
-          span,
-          top,
-          height,
-          call.text || call.name,
-          next ? this.window.place(next.begin) : this.window.width,
-        );
-      else this.thin(span, top);
+      const next = calls[at + 1],
+        until = next ? this.window.place(next.begin) : this.window.width;
+      this.bar(span.outcome, edges, y, call.text || call.name, until, call === this.chosen);
     }
   }
-  points({ points, outcome }, top, height) {
-    const { context, window } = this;
-    context.fillStyle = outcome ? this.palette.outcomes[outcome].edge : this.palette.dim;
-    let drawn = -1;
-    for (let at = firstSeen(points, window, (each) => each); at < points.length; at++) {
-      const x = Math.round(window.place(points[at]));
-      if (x > window.width) break;
-      if (x === drawn) continue;
-      drawn = x;
-      context.fillRect(x - 1, top + 2, 2, height - 4);
-    }
-  }
-  curve({ points }, top, height) {
-    const { context, window } = this,
-      values = points.map(({ value }) => value),
-      least = Math.min(...values),
-      most = Math.max(...values, least + 1);
+
+  /** A bar with its text in it, or, of a narrow one that matters, behind it. */
+  bar(outcome, [left, right], y, text, freeUntil, isChosen = false, lane = 0, lanes = 1) {
+    const { context, high } = this,
+      look = this.palette.outcomes[outcome],
+      isLoud = LOUD.has(outcome),
+      height = (high - 8) / lanes,
+      top = y + 4 + lane * height,
+      width = Math.max(right - left - (right - left > 4 ? 1 : 0), LEAST);
     context.beginPath();
-    let y = top + height;
-    context.moveTo(-5, y);
-    for (const point of points) {
-      const x = Math.min(Math.max(window.place(point), -5), window.width + 5);
-      context.lineTo(x, y);
-      y = top + height - ((point.value - least) / (most - least)) * height;
-      context.lineTo(x, y);
+    context.roundRect(left, top, width, height - (lanes > 1 ? 1 : 0), Math.min(3, width / 4));
+    context.fillStyle = look.fill;
+    context.fill();
+    if (outcome !== "completed" && outcome !== "failed" && width > 3) {
+      context.strokeStyle = look.edge;
+      context.lineWidth = 1;
+      context.stroke();
     }
-    context.lineTo(Math.min(window.place(this.now), window.width + 5), y);
-    context.strokeStyle = this.palette.focus;
-    context.lineWidth = 1.3;
-    context.stroke();
+    if (isChosen) {
+      context.strokeStyle = this.palette.focus;
+      context.lineWidth = 2.5;
+      context.stroke();
+    }
+    if (!text) return;
+    const middle = top + height / 2 + 1,
+      words = isLoud || outcome === "rejected" ? look.icon + " " + text : text,
+      seen = Math.max(left, 0),
+      room = Math.min(left + width, this.window.width) - seen - 10;
+    if (room > 20) {
+      context.fillStyle = look.ink;
+      context.fillText(cutTo(words, room), seen + 5, middle);
+    }
+    if (room < words.length * LETTER && isLoud && freeUntil - left - width > 60) {
+      context.fillStyle = this.palette.loud;
+      context.fillText(cutTo(words, freeUntil - left - width - 12), left + width + 5, middle);
+    }
   }
 
   /** The axis, with lines through the rows below it. */
@@ -250,7 +217,7 @@ export class Painter {
     const { context, window, palette } = this;
     let drawn = -10;
     context.fillStyle = palette.outcomes.failed.fill;
-    context.strokeStyle = palette.error;
+    context.strokeStyle = palette.loud;
     context.lineWidth = 1.2;
     for (let at = firstSeen(marks, window, (each) => each); at < marks.length; at++) {
       const x = window.place(marks[at]);

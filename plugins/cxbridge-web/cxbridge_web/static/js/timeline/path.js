@@ -1,21 +1,15 @@
-// What is chosen, as the parts of an address: goal/KEY/action/PLAN ID/skill/NUMBER, then log or why.
+// What is chosen, as the parts of an address: goal/KEY/action/PLAN ID/skill/NUMBER.
 const NAMES = ["goal", "action", "skill"];
-const ENDS = ["log", "why"];
 
-/** @returns {{goal?: string, action?: string, skill?: string, what?: "log" | "why"}} */
+/** @returns {{goal?: string, action?: string, skill?: string}} */
 export function pathOf(parts) {
   const path = {};
-  for (let at = 0; at < parts.length; at++) {
+  for (let at = 0; at < parts.length; at++)
     if (NAMES.includes(parts[at]) && parts[at + 1]) path[parts[at]] = parts[++at];
-    else if (ENDS.includes(parts[at])) path.what = parts[at];
-  }
   return path;
 }
 
-export const partsOf = (path) => [
-  ...NAMES.flatMap((name) => (path[name] ? [name, path[name]] : [])),
-  ...(path.what ? [path.what] : []),
-];
+export const partsOf = (path) => NAMES.flatMap((name) => (path[name] ? [name, path[name]] : []));
 
 /** The path of a goal, an action or a skill call. */
 export function pathTo(item) {

@@ -1,18 +1,17 @@
 // Rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters.
-import { parentsOf } from "cx/forest.js";
+import { childrenOf, parentsOf } from "cx/forest.js";
 import { NAMES } from "cx/outcome.js";
 import { outcomeAt, spansOf } from "cx/timeline/spans.js";
 
 /**
  * @typedef {object} Row
  * @property {string} key
- * @property {"group" | "robot" | "goal" | "action" | "marks" | "curve"} kind
- * @property {object} item the goal or action; the calls of a robot; the marks
+ * @property {"group" | "robot" | "goal" | "action"} kind
+ * @property {object} item the goal or action; the calls of a robot
  * @property {number} depth
  * @property {boolean | null} open null: nothing is below it
+ * @property {boolean} isSummary a goal whose parts have rows; else the actions are within the bar of the goal
  */
-
-const SMALL = 80; // so many rows are all open at first
 
 /** What is shown of a history: which rows are folded, which outcomes and words are wanted. */
 export class Rows {
@@ -22,9 +21,8 @@ export class Rows {
     this.wanted = "";
     this.outcomes = new Set(); // empty: all
     this.inSight = null; // a TimeWindow: only rows with a bar in it
-    this.extra = []; // further lanes: {kind: "marks" | "curve", title, points}
     this.env = "";
-    this.opensAll = null; // whether all is open at first; null: by their number
+    this.opensAll = null; // whether all is open; null: what has sub-goals
   }
 
   isOpen(key, usual) {
@@ -98,26 +96,14 @@ export class Rows {
     group("robots", this.history.calls === this.history.ofBoard ? "Executors" : "Robots", this.robots());
     group("planning", "Planning", this.planners());
     this.addGoals(rows);
-    group(
-      "extra",
-      "Log and values",
-      this.extra.map((lane) => ({ ...lane, key: "lane " + lane.title, name: lane.title, item: lane })),
-    );
     return rows;
   }
 
   addGoals(rows) {
     const { goals, filters } = this,
       parents = parentsOf(goals),
-      children = new Map(),
-      roots = [];
-    for (const goal of goals) {
-      const parent = parents.get(goal.key);
-      if (!parent) roots.push(goal);
-      else if (children.has(parent)) children.get(parent).push(goal);
-      else children.set(parent, [goal]);
-    }
-    const opensAll = this.opensAll ?? goals.length + this.history.actions.size <= SMALL;
+      children = childrenOf(goals, parents),
+      roots = goals.filter(({ key }) => !parents.get(key));
     // with a filter, those that fit stand with the goals above them
     const shown = filters ? this.withAncestors(goals, parents) : null;
     const envs = new Set(goals.map(({ env }) => env)).size > 1;
@@ -132,10 +118,11 @@ export class Rows {
       }
       const below = item.kind === "goal" ? [...(children.get(item.key) || []), ...item.actions] : [];
       const seen = shown ? below.filter((each) => shown.has(each.key)) : below;
-      const usual = filters || opensAll || item.kind !== "goal" || !item.actions.length;
+      const usual = filters || (this.opensAll ?? seen.some(({ kind }) => kind === "goal"));
       const open = seen.length ? this.isOpen(item.key, usual) : null;
       if (shown && !shown.has(item.key)) continue;
-      rows.push({ key: item.key, kind: item.kind, name: item.id, item, depth, open });
+      const isSummary = open === true || below.some(({ kind }) => kind === "goal");
+      rows.push({ key: item.key, kind: item.kind, name: item.id, item, depth, open, isSummary });
       if (open) for (let at = seen.length - 1; at >= 0; at--) stack.push([seen[at], depth + 1]);
     }
   }
@@ -147,7 +134,7 @@ export class Rows {
       };
     for (const goal of goals) {
       if (this.fits(goal)) add(goal.key);
-      for (const action of goal.actions) {
+      for (const action of this.wanted ? goal.actions : []) {
         if (!this.fits(action)) continue;
         shown.add(action.key);
         add(goal.key);
@@ -156,9 +143,9 @@ export class Rows {
     return shown;
   }
 
-  /** Open what is above an item, so that it has a row. */
+  /** Open what is above a goal, so that it has a row. */
   reveal(item) {
-    let goal = this.history.goals.get(item.kind === "action" ? item.goal : item.parent);
+    let goal = this.history.goals.get(item.parent);
     for (let levels = 0; goal && levels < 1000; levels++) {
       if (!this.isOpen(goal.key, false)) this.folds.set(goal.key, true);
       goal = this.history.goals.get(goal.parent);

@@ -124,6 +124,28 @@ export function spansOf(item, history) {
   return spans;
 }
 
+/**
+ * The runs of a goal's actions within a span of the goal: in lanes, so that none covers another.
+ * @returns {{item: object, span: Span, lane: number, lanes: number}[]} in the order of their beginnings
+ */
+export function stacked(actions, whole, history) {
+  const found = [],
+    ends = []; // of each lane
+  for (const item of actions)
+    for (const span of spansOf(item, history)) {
+      const isWithin = span.from.step >= whole.from.step && (!whole.to || span.from.step <= whole.to.step);
+      if (span.part === "run" && isWithin) found.push({ item, span, lane: 0, lanes: 1 });
+    }
+  found.sort((a, b) => a.span.from.step - b.span.from.step);
+  for (const each of found) {
+    const free = ends.findIndex((end) => end <= each.span.from.step);
+    each.lane = free < 0 ? ends.length : free;
+    ends[each.lane] = each.span.to ? each.span.to.step : Infinity;
+  }
+  for (const each of found) each.lanes = ends.length;
+  return found;
+}
+
 /** What became of it up to a step, as far as known then; null: it was not there yet. */
 export function outcomeAt(item, step = Infinity) {
   if (item.kind === "skill") {

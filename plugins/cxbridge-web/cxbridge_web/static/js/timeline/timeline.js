@@ -1,7 +1,8 @@
 // The timeline: goals, plan-actions, skill calls and errors over time. The page and reports show this component.
+import { Detail } from "cx/detail.js";
 import { el, none } from "cx/dom.js";
+import { failureOf } from "cx/story/causes.js";
 import { VirtualList } from "cx/virtual.js";
-import { Detail } from "cx/timeline/detail.js";
 import { findAt, tipOf } from "cx/timeline/find.js";
 import { keyInput, pointerInput } from "cx/timeline/input.js";
 import { nameOf, signOf } from "cx/timeline/labels.js";
@@ -9,10 +10,9 @@ import { Overview } from "cx/timeline/overview.js";
 import { marksOf } from "cx/timeline/marks.js";
 import { AXIS, MARKS, Painter } from "cx/timeline/paint.js";
 import { pathTo, resolve } from "cx/timeline/path.js";
-import { printsTimeline } from "cx/timeline/print.js";
 import { Rows } from "cx/timeline/rows.js";
 import { timesOf } from "cx/timeline/spans.js";
-import { palette } from "cx/timeline/texture.js";
+import { palette } from "cx/timeline/palette.js";
 import { Tip } from "cx/timeline/tip.js";
 import { Toolbar } from "cx/timeline/toolbar.js";
 import { TimeWindow } from "cx/timeline/window.js";
@@ -21,29 +21,12 @@ const LIVE_MS = 50,
   SETTLED_MS = 160,
   DOUBLE_MS = 300;
 
-/**
- * @typedef {object} Host what shows the timeline
- * @property {import("./history.js").History} history
- * @property {boolean} isLive whether it goes on
- * @property {number | null} zero microseconds from which times are counted; null: the time of day is shown
- * @property {function(): {time: number, step: number}} now where it ends at present
- * @property {function(): ({time: number, step: number} | null)} cursor the chosen moment; null: none, or now
- * @property {function(object): void} setCursor choose a moment
- * @property {function(object): string} href the address of a path, see path.js
- * @property {function(object, boolean): void} go to a path; true: in place of the present address
- * @property {function(object, object): object[]} lines of the log between two moments
- * @property {function(object): string[][]} links [address, text] of other views of a path
- * @property {?function(object): Promise<string[]>} explain the executive's answer to why a goal is as it is
- */
-
 export class Timeline {
   /**
-   * @param {Host} host
-   * @param embedded within a page that scrolls
+   * @param host see host.js
    * @param tools further elements of the bar
-   * @param lanes further lanes, see Rows.extra
    */
-  constructor(host, { embedded = false, tools = [], lanes = [] } = {}) {
+  constructor(host, tools = []) {
     this.host = host;
     this.path = {};
     this.frame = 0;
@@ -51,12 +34,11 @@ export class Timeline {
     this.clicked = null; // the item of the last click
     this.shape = -1;
     this.rows = new Rows(host.history);
-    this.rows.extra = lanes;
     this.window = new TimeWindow((axis) => this.range(axis));
     this.window.follows = host.isLive;
-    this.build(embedded, tools);
+    this.build(tools);
     this.window.listeners.add(() => this.moved());
-    pointerInput(this.canvas, this, embedded);
+    pointerInput(this.canvas, this);
     keyInput(this.box, this);
     this.resized = new ResizeObserver(() => this.later());
     this.resized.observe(this.canvas);
@@ -66,12 +48,11 @@ export class Timeline {
       this.later();
     };
     this.scheme.addEventListener("change", this.recolour);
-    this.stopPrinting = printsTimeline(this);
     if (host.isLive) this.timer = setInterval(() => this.tick(), LIVE_MS);
     this.relist();
   }
 
-  build(embedded, tools) {
+  build(tools) {
     this.canvas = el("canvas", { class: "tl-chart", "aria-hidden": "true" });
     const strip = el("canvas", { class: "tl-overview", "aria-hidden": "true" });
     this.list = new VirtualList({
@@ -88,7 +69,7 @@ export class Timeline {
     });
     this.list.box.classList.add("tl-names");
     this.list.box.addEventListener("scroll", () => this.later(), { passive: true });
-    this.detail = new Detail(this);
+    this.detail = new Detail(this.host, () => this.later());
     this.toolbar = new Toolbar(this, tools);
     this.tip = new Tip(this.canvas);
     this.empty = el("div", { class: "tl-empty", hidden: true });
@@ -104,7 +85,7 @@ export class Timeline {
     this.main = el("div", { class: "tl-main" }, strip, this.body);
     this.box = el(
       "div",
-      { class: "tl" + (embedded ? " tl-embedded" : "") },
+      { class: "tl" },
       this.toolbar.box,
       el("div", { class: "tl-columns" }, this.main, this.detail.box),
     );
@@ -150,7 +131,7 @@ export class Timeline {
   }
   /** What the painter and the search for what is below the pointer know. */
   get scene() {
-    this.palette ||= palette(this.box, Math.min(devicePixelRatio || 1, 3));
+    this.palette ||= palette(this.box);
     return {
       window: this.window,
       history: this.history,
@@ -159,6 +140,7 @@ export class Timeline {
       zero: this.zero,
       high: this.list.rowHeight,
       selected: this.list.selected,
+      chosen: resolve(this.path, this.history).item,
       rows: this.list.items,
       marks: this.marks,
       scroll: this.list.box.scrollTop,
@@ -220,6 +202,8 @@ export class Timeline {
       this.list.set(this.items);
       if (this.revealing) this.list.mark(this.list.selected, true);
       this.revealing = false;
+      if (this.revealed > 0) this.list.reveal(this.revealed);
+      this.revealed = 0;
     } else if (this.namesOf !== this.history.revision + " " + this.cursorStep) this.list.update();
     this.namesOf = this.history.revision + " " + this.cursorStep;
     if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
@@ -273,13 +257,20 @@ export class Timeline {
   /** An address was gone to. */
   show(path) {
     this.path = path;
-    const { action, goal, call, item } = resolve(path, this.history),
-      key = action ? action.key : goal ? goal.key : call ? "robot " + call.lane : "";
-    if (item && item.kind !== "skill") this.rows.reveal(item);
-    this.list.selected = key;
+    const { action, goal, call, item } = resolve(path, this.history);
+    if (goal) this.rows.reveal(goal);
     this.revealing = true;
     if (item && this.isFitted) this.revealTime(item);
     this.relist();
+    if (!item && !this.host.isLive) this.revealFailure();
+    const hasRow = action && this.items.some(({ key }) => key === action.key);
+    this.list.selected = hasRow ? action.key : goal ? goal.key : call ? "robot " + call.lane : "";
+  }
+  /** Let a run that is over begin with the row of its first failure in sight. */
+  revealFailure() {
+    const failure = failureOf(this.history),
+      key = failure && (pathTo(failure).goal || "");
+    this.revealed = this.items.findIndex((row) => row.key === key);
   }
   revealTime(item) {
     const { begin, end } = timesOf(item, this.history),
@@ -297,9 +288,8 @@ export class Timeline {
     this.host.go(pathTo(row.item), how === "key");
   }
   up() {
-    const { goal, action, skill, what } = this.path;
-    if (what) this.host.go({ goal, action, skill });
-    else if (skill) this.host.go({ goal, action });
+    const { goal, action, skill } = this.path;
+    if (skill) this.host.go({ goal, action });
     else if (action) this.host.go({ goal });
     else this.host.go({});
   }
@@ -381,12 +371,12 @@ export class Timeline {
     else this.tip.hide();
   }
   close() {
+    this.detail.close();
     clearInterval(this.timer);
     clearTimeout(this.settling);
     cancelAnimationFrame(this.frame);
     this.resized.disconnect();
     this.scheme.removeEventListener("change", this.recolour);
-    this.stopPrinting();
     this.list.gone();
   }
 }

@@ -1,58 +1,61 @@
-// The forest of goals, and beside it the chosen goal (what it is, its plans, how it came here, why) or the run.
-import { get, part, throttled } from "cx/api.js";
-import { button, checkbox, durationText, el, none, paced, panel, refill, search } from "cx/dom.js";
-import { envSelect, readOf } from "cx/env.js";
-import { parentsOf } from "cx/forest.js";
-import { goalDetail } from "cx/goals/detail.js";
-import { goalFilter } from "cx/goals/filter.js";
+// The goals as a table, in the order of their trees; beside it the goal that is chosen.
+import { part } from "cx/api.js";
+import { Detail } from "cx/detail.js";
+import { button, checkbox, clockText, durationText, el, none, paced } from "cx/dom.js";
+import { envSelect } from "cx/env.js";
+import { childrenOf, parentsOf } from "cx/forest.js";
+import { filterQuery, goalFilter } from "cx/goals/filter.js";
 import { durationOf, progressOf, robotsOf } from "cx/goals/numbers.js";
-import { runSummary } from "cx/goals/summary.js";
-import { childrenOf, rowsOf } from "cx/goals/tree.js";
-import { goalWhy } from "cx/goals/why.js";
-import { goalText } from "cx/looks.js";
-import { MAIN_ENV } from "cx/model.js";
-import { goalOutcome, isOpen, OUTCOMES } from "cx/outcome.js";
+import { rowsOf } from "cx/goals/tree.js";
+import { MAIN_ENV } from "cx/names.js";
+import { goalOutcome, isOpen, outcomeBadge, OUTCOMES } from "cx/outcome.js";
+import { inWords, reasonOf } from "cx/story/causes.js";
+import { PageHost, timelineAddress } from "cx/timeline/host.js";
 import { VirtualList } from "cx/virtual.js";
 
 export const tab = { title: "Goals", order: 20 };
 export const moment = "past";
 export const kinds = [];
-const PLANS_MS = 1000,
-  TICK_MS = 1000,
-  SUMMARY_MS = 700,
-  SUMMARY_OF_MANY_MS = 3000,
-  MANY = 500;
+const TICK_MS = 1000;
+const COLUMNS = ["outcome", "why", "robot", "done", "began", "took"];
 const closed = new Set(); // stays when another view was open
 let withGone = null; // null: while there are no others
 
+/** Where the table shows a goal; its actions and skill calls are in the timeline. */
+const address = (path) =>
+  path.action || path.skill
+    ? timelineAddress(path)
+    : path.goal
+      ? "#/goals/" + part(path.goal) + filterQuery()
+      : "#/goals" + filterQuery({ goal: "" });
+
 export function open(root, app) {
-  let wanted = "",
-    chosen = "",
-    plans = null,
-    plansOf = "",
-    why = null,
-    seenState = "",
+  let chosen = "",
     children = new Map();
-  const href = (key) => "#/goals/" + part(key);
+  const host = new PageHost(app, () => drawDetail(), address),
+    detail = new Detail(host, () => drawDetail());
+  detail.box.id = "goal";
+  detail.box.classList.add("detail");
   const list = new VirtualList({
     label: "Goals",
     height: "--row-goal",
     key: (item) => item.goal.key,
-    sign: (item) =>
-      [
+    sign: (item) => {
+      const { mode, outcome, error, cls } = item.goal;
+      return JSON.stringify([
         item.depth,
         item.open,
         item.inside,
-        item.goal.mode,
-        item.goal.outcome,
-        item.goal.error,
-        item.goal.cls,
-        item.goal.subType,
-        JSON.stringify(numbers(item.goal)),
-      ].join("|"),
+        mode,
+        outcome,
+        error,
+        cls,
+        cellsOf(item.goal),
+      ]);
+    },
     draw: drawRow,
     select: (item, how) => {
-      if (how !== "key" || root.clientWidth > 760) location.hash = href(item.goal.key);
+      if (how !== "key" || root.clientWidth > 760) host.go({ goal: item.goal.key }, how === "key");
     },
     open: (item, on) => {
       if (on) closed.delete(item.goal.key);
@@ -60,9 +63,8 @@ export function open(root, app) {
       draw();
     },
   });
-  const counter = el("span", { class: "dim count" });
-  const empty = el("div", { hidden: true });
-  const detail = el("div", { class: "detail", id: "goal" });
+  const counter = el("span", { class: "dim count" }),
+    empty = el("div", { hidden: true });
   const envs = envSelect(
     app,
     () => {
@@ -85,61 +87,82 @@ export function open(root, app) {
       },
       { class: "quiet", title: label, "aria-label": label },
     );
-  const tools = [
-    search("Search goals", (text) => {
-      wanted = text;
-      draw();
-    }),
-    filter.nodes,
-    goneBox,
-    fold("▸ all", "close all", () => all().forEach((goal) => closed.add(goal.key))),
-    fold("▾ all", "open all", () => closed.clear()),
-  ];
   const layout = el(
     "div",
-    { class: "split" },
-    panel("Goals", [envs, counter, tools], empty, list.box),
-    detail,
+    { class: "split goals" },
+    el(
+      "section",
+      { class: "panel" },
+      el(
+        "div",
+        { class: "panel-head" },
+        el("h2", {}, "Goals"),
+        counter,
+        el(
+          "div",
+          { class: "tools" },
+          envs,
+          filter.nodes,
+          goneBox,
+          fold("▸", "close all", () => all().forEach((goal) => closed.add(goal.key))),
+          fold("▾", "open all", () => closed.clear()),
+        ),
+      ),
+      el(
+        "div",
+        { class: "goal-heads dim small", "aria-hidden": "true" },
+        el("span", { class: "main-text" }, "goal"),
+        COLUMNS.map((name) => el("span", { class: "c-" + name }, name)),
+      ),
+      empty,
+      list.box,
+    ),
+    detail.box,
   );
   root.append(layout);
 
-  function numbers(goal) {
-    const duration = durationOf(goal, app.now),
-      actions = app.model.actions.get(goal.key);
+  /** What a row says besides its name, by column. */
+  function cellsOf(goal) {
+    const outcome = goalOutcome(goal),
+      duration = durationOf(goal, app.now),
+      actions = app.model.actions.get(goal.key),
+      item = host.history.goals.get(goal.key),
+      isBad = outcome === "failed" || outcome === "rejected",
+      progress = progressOf(goal, children.get(goal.key), actions);
     return {
-      progress: progressOf(goal, children.get(goal.key), actions),
-      robots: [...robotsOf(actions)],
-      time: duration && (duration.waited ? duration.verb + " " : "") + shortTime(duration.us),
+      outcome,
+      why: isBad ? (item && reasonOf(item, host.history)) || inWords(goal.error || "") : "",
+      robot: [...robotsOf(actions)].join(", "),
+      done: progress ? progress.done + "/" + progress.of : "",
+      began: goal.history.length ? clockText(goal.history[0].time) : "",
+      took: duration ? (duration.waited ? duration.verb + " " : "") + shortTime(duration.us) : "",
     };
   }
   const shortTime = (us) => (us < 1e6 ? durationText(us) : durationText(Math.floor(us / 1e5) * 1e5));
   function drawRow(item) {
     const { goal } = item,
-      outcome = goalOutcome(goal),
-      { progress, robots, time } = numbers(goal);
+      { outcome, ...texts } = cellsOf(goal),
+      isManyEnvs = !app.chosenEnv && app.environments.length > 1;
     return [
-      el("i", { class: "dot outcome o-" + outcome, "aria-hidden": "true" }, OUTCOMES[outcome].icon),
       el(
         "span",
-        { class: "main-text" },
+        { class: "main-text", title: goal.id },
         goal.id,
         item.inside ? el("span", { class: "dim" }, " +" + item.inside) : null,
-        !app.chosenEnv && app.environments.length > 1
-          ? el("span", { class: "dim" }, "  in " + (goal.env || MAIN_ENV))
-          : null,
-        goal.cls && goal.cls !== goal.id ? el("span", { class: "dim" }, "  " + goal.cls) : null,
+        isManyEnvs ? el("span", { class: "dim" }, "  in " + (goal.env || MAIN_ENV)) : null,
+        goal.cls && !goal.id.includes(goal.cls) ? el("span", { class: "dim" }, "  " + goal.cls) : null,
       ),
-      goal.error ? el("span", { class: "bad-text" }, goal.error) : null,
-      robots.length ? el("span", { class: "dim small wide-only" }, robots.join(", ")) : null,
-      progress ? progressBar(progress) : null,
-      time ? el("span", { class: "dim small n time" }, time) : null,
-      el("span", { class: "word" }, goalText(goal)),
-    ];
-  }
-  function progressBar({ done, of }) {
-    const bar = el("i", { class: "bar", "aria-hidden": "true" });
-    bar.style.setProperty("--part", of ? done / of : 0);
-    return el("span", { class: "progress small dim n" }, bar, done + "/" + of);
+      el(
+        "span",
+        { class: "c-outcome" },
+        outcome === "completed"
+          ? el("span", { class: "dim" }, OUTCOMES.completed.icon + " " + OUTCOMES.completed.word)
+          : outcomeBadge(outcome, isOpen(outcome) ? goal.mode : undefined),
+      ),
+      COLUMNS.slice(1).map((name) =>
+        el("span", { class: "small dim c-" + name, title: texts[name] }, texts[name]),
+      ),
+    ].flat();
   }
   function all() {
     const { goals, gone } = app.model,
@@ -153,20 +176,10 @@ export function open(root, app) {
     envs.renew();
     const goals = all(),
       parents = parentsOf(goals),
-      isFlat = wanted !== "" || filter.isSet;
+      isFlat = filter.isSet;
     children = childrenOf(goals, parents);
     filter.offer(goals);
-    const items = rowsOf(goals, parents, children, {
-      isFlat,
-      closed,
-      fits: (goal) =>
-        filter.fits(goal) &&
-        (!wanted ||
-          [goal.id, goal.cls, goalText(goal), goal.error, goal.subType]
-            .join(" ")
-            .toLowerCase()
-            .includes(wanted)),
-    });
+    const items = rowsOf(goals, parents, children, { isFlat, closed, fits: (goal) => filter.fits(goal) });
     counter.textContent = isFlat ? items.length + " of " + goals.length : String(goals.length);
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
@@ -174,18 +187,11 @@ export function open(root, app) {
     list.set(items);
   }
   function drawEmpty(goals) {
-    const gone = app.model.gone.size;
-    empty.replaceChildren(
-      goals.length
-        ? none("No goal matches")
-        : none(
-            "No goals now",
-            app.recording
-              ? "None at this moment of the recording."
-              : app.goalsProblem ||
-                  (gone ? "" : "They appear here as soon as the executive formulates them."),
-          ),
-    );
+    const gone = app.model.gone.size,
+      soon = app.recording
+        ? "None at this moment of the recording."
+        : app.goalsProblem || (gone ? "" : "They appear here as soon as the executive formulates them.");
+    empty.replaceChildren(goals.length ? none("No goal matches") : none("No goals now", soon));
     const offer = (text, call) =>
       empty.firstChild.append(
         button(text, () => {
@@ -193,129 +199,21 @@ export function open(root, app) {
           draw();
         }),
       );
-    if (goals.length && filter.isSet) offer("Show all outcomes, classes and robots", () => filter.clear());
+    if (goals.length && filter.isSet) offer("Show all goals", () => filter.clear());
     else if (!goals.length && gone)
       offer("Show " + (gone === 1 ? "the one that is" : "the " + gone + " that are") + " gone", () => {
         withGone = true;
       });
   }
-
-  const goalOf = (key) => app.model.goals.get(key) || app.model.gone.get(key);
-  const isMain = (goal) => !goal.env || goal.env === MAIN_ENV;
-  const readPlans = throttled(
-    async () => {
-      const key = chosen,
-        goal = goalOf(key);
-      if (!goal || app.recording) return;
-      const read = isMain(goal)
-        ? app.model.goals.has(key)
-          ? await readMainPlans(goal)
-          : []
-        : (await readOf(goal.env, "plans")).filter((plan) => plan["goal-id"] === goal.name);
-      if (key !== chosen) return;
-      if (read.length) {
-        plans = read;
-        plansOf = key;
-      }
-      drawDetail();
-    },
-    PLANS_MS,
-    () => {},
-  );
-  async function readMainPlans(goal) {
-    const details = await get("clips-executive/goals/" + part(goal.name));
-    goal.details = details;
-    return Promise.all(
-      (details.plans || []).map((plan) => get("clips-executive/plans/" + part(goal.name) + "/" + part(plan))),
-    );
-  }
-
-  async function askWhy() {
-    const key = chosen,
-      goal = goalOf(key);
-    const show = (node) => {
-      why = { key, node };
-      drawn = "";
-      if (chosen === key) drawDetail();
-    };
-    show(el("p", { class: "dim" }, "…"));
-    try {
-      const answer = await get("cxbridge/why?goal=" + part(goal.id));
-      show(goalWhy(app, answer.data));
-    } catch (error) {
-      show(el("p", { class: "error-box" }, error.message));
-    }
-  }
-
-  let drawn = "",
-    summaryAt = -Infinity,
-    summaryOf = 0,
-    summaryLater = 0;
-  function drawSummary() {
-    const size = app.model.goals.size + app.model.gone.size,
-      pause = size > MANY ? SUMMARY_OF_MANY_MS : SUMMARY_MS;
-    if (drawn === "summary" && performance.now() - summaryAt < pause) {
-      summaryLater ||= setTimeout(() => {
-        summaryLater = 0;
-        drawDetail();
-      }, pause);
-      return;
-    }
-    // a reader there is not disturbed, unless what is read is not true any more
-    if (drawn === "summary" && summaryOf && detail.contains(document.activeElement)) return;
-    const goals = [...app.model.gone.values(), ...app.model.goals.values()];
-    drawn = "summary";
-    summaryAt = performance.now();
-    summaryOf = size;
-    refill(detail, runSummary(app, goals, parentsOf(goals)));
-  }
   function drawDetail() {
     layout.classList.toggle("has-detail", Boolean(chosen));
-    layout.classList.toggle("with-run", !chosen);
-    const goal = chosen && goalOf(chosen);
-    if (!chosen) {
-      drawSummary();
-      return;
-    }
-    if (!goal) {
-      drawn = "";
-      refill(detail, none("There is no goal " + chosen, "It is not there any more, or not yet."));
-      return;
-    }
-    const states = app.model.actions.get(goal.key) || new Map(),
-      { action } = app.selection.value;
-    const next = JSON.stringify([
-      [goal.key, goal.mode, goal.outcome, goal.error, goal.history.length],
-      goal.details,
-      [...states.values()].map((each) => [each.id, each.state, each.skiller]),
-      plansOf === goal.key && plans,
-      why && why.key,
-      [action, durationOf(goal, app.now)],
-    ]);
-    if (next === drawn) return;
-    drawn = next;
-    refill(
-      detail,
-      goalDetail(app, goal, {
-        plans: plansOf === goal.key ? plans : null,
-        why: why && why.key === goal.key ? why.node : null,
-        askWhy: !app.recording && isMain(goal) ? askWhy : null,
-        children: children.get(goal.key) || [],
-      }),
-    );
+    if (chosen) detail.draw({ goal: chosen });
   }
 
   const soon = paced(draw, () => app.model.goals.size + app.model.gone.size);
   const stop = app.model.onChange((topics) => {
     if (!topics.has("goals") && !topics.has("skills")) return;
     soon();
-    const goal = goalOf(chosen),
-      states = [...(app.model.actions.get(chosen) || new Map()).values()].map((each) => each.state);
-    const now = [chosen, goal ? goal.mode : "", ...states].join(" ");
-    if (chosen && now !== seenState) {
-      seenState = now;
-      readPlans();
-    }
     drawDetail();
   });
   const tick = setInterval(() => {
@@ -323,37 +221,27 @@ export function open(root, app) {
     if (list.items.some((item) => isOpen(goalOutcome(item.goal)))) list.update();
     drawDetail();
   }, TICK_MS);
-  function showAction() {
-    drawDetail();
-    const { action } = app.selection.value;
-    if (action) document.getElementById("action-" + action)?.scrollIntoView({ block: "nearest" });
-  }
-  const follow = ({ detail: { changed, goal } }) => {
-    if (changed.includes("goal") && goal !== chosen) location.replace(goal ? href(goal) : "#/goals");
-    else if (changed.includes("action")) showAction();
+  const follow = ({ detail: { changed, goal, time } }) => {
+    if (changed.includes("time")) host.momentIs(time);
+    if (changed.includes("goal") && goal !== chosen) location.replace(address(goal ? { goal } : {}));
   };
   app.addEventListener("select", follow);
   draw();
   return {
     go([key = app.selection.value.goal]) {
-      if (key !== chosen) {
-        chosen = key;
-        app.select({ goal: key });
-        plans = null;
-        why = null;
-        drawn = "";
-        readPlans();
-      }
+      filter.read();
+      chosen = key;
+      app.select({ goal: key });
+      draw();
       list.mark(chosen, true);
-      showAction();
+      drawDetail();
     },
     close() {
       stop();
       clearInterval(tick);
-      clearTimeout(summaryLater);
       app.removeEventListener("select", follow);
       soon.stop();
-      readPlans.stop();
+      detail.close();
       list.gone();
     },
   };

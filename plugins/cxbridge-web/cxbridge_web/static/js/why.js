@@ -1,19 +1,37 @@
-// Why a goal came to its outcome or what it waits for, and why a rule has not fired: the daemon's answer as
-// lists of reasons, with links.
-import { part } from "cx/api.js";
+// Why a goal came to its outcome or what it waits for, why a rule has not fired, and the story of a run: the answers
+// of `cxbridge why` as lists of reasons, with links.
+import { get, part } from "cx/api.js";
 import { highlighted } from "cx/clips/source.js";
 import { el } from "cx/dom.js";
 import { linked } from "cx/links.js";
+import { MAIN_ENV } from "cx/names.js";
 
 const clock = (seconds) => seconds.toFixed(3) + " s";
 const ruleLink = (name) => el("a", { href: "#/clips/rules/" + part(name) }, name);
 
-function causes(app, list, rules) {
+/**
+ * Ask why. A recording is asked about its chosen moment, and about its end for the story of the run.
+ * @param kind goal, rule, or run, which has no name
+ * @param env the environment; a daemon knows its executive's only
+ * @returns {Promise<object>} the values of the answer; rejected where nothing explains the run
+ */
+export async function ask(app, kind, name = "", env = MAIN_ENV) {
+  const { recording } = app;
+  if (!recording) {
+    const query = kind === "run" ? "" : "?" + kind + "=" + part(name);
+    return (await get("cxbridge/why" + query)).data;
+  }
+  if (!recording.why) throw new Error("Why is not known here: open the recording with 'cxbridge view'");
+  return recording.why(kind, name, env);
+}
+
+/** Reasons of reasons. @param list of {text, because} */
+export function causeList(app, list, rules) {
   if (!list.length) return null;
   return el(
     "ul",
     { class: "causes" },
-    list.map((cause) => el("li", {}, linked(app, cause.text, rules), causes(app, cause.because, rules))),
+    list.map((cause) => el("li", {}, linked(app, cause.text, rules), causeList(app, cause.because, rules))),
   );
 }
 
@@ -55,7 +73,7 @@ export function goalWhy(app, data) {
         "section",
         {},
         el("p", { class: "cause" }, linked(app, story.cause.text, rules)),
-        causes(app, story.cause.because, rules),
+        causeList(app, story.cause.because, rules),
         moments(app, story.moments, rules),
       ),
     ),

@@ -1,0 +1,125 @@
+// Why something failed, was rejected, or goes on, as far as the events tell: from a goal down to the sub-goal, the
+// action and the skill call behind the goal. `why` of the server knows more (rules, facts): js/why.js.
+import { childrenOf, parentsOf } from "cx/forest.js";
+import { isOpen, OUTCOMES } from "cx/outcome.js";
+import { pathTo } from "cx/timeline/path.js";
+import { outcomeAt, timesOf } from "cx/timeline/spans.js";
+
+const DEEPEST = 50,
+  LATE_FACTOR = 2, // of the longest time before
+  LATE_US = 5e6; // nothing shorter is late
+
+const forests = new WeakMap(); // history -> its roots, the goals below each goal, and their shape
+
+/** The trees of the goals of a history: {roots, children: key -> goals}. */
+export function forestOf(history) {
+  const before = forests.get(history),
+    { shape } = history;
+  if (before && before.shape === shape) return before;
+  const goals = [...history.goals.values()],
+    parents = parentsOf(goals),
+    roots = goals.filter(({ key }) => !parents.get(key)),
+    forest = { shape, roots, children: childrenOf(goals, parents) };
+  forests.set(history, forest);
+  return forest;
+}
+
+/** An error of the core in words: SUB-GOAL-FAILED gen20 is "sub-goal failed: gen20". */
+export const inWords = (error) =>
+  error.replace(
+    /^([A-Z]+(?:-[A-Z]+)+|TIMEOUT)\b ?(.*)$/s,
+    (_, code, more) =>
+      code.toLowerCase().replaceAll("-", " ").replace("sub goal", "sub-goal") + (more ? ": " + more : ""),
+  );
+export const errorOf = (goal) =>
+  inWords((goal.changes.findLast(({ error }) => error) || { error: "" }).error);
+
+const endOf = (item, history) => (timesOf(item, history).end || history.end).step;
+
+/** The one of several with an outcome: that ended last, or, while they are open, that began first. */
+function oneOf(items, outcome, history) {
+  const found = items.filter((each) => outcomeAt(each) === outcome);
+  return isOpen(outcome) ? found[0] : found.sort((a, b) => endOf(a, history) - endOf(b, history)).at(-1);
+}
+
+function below(item, outcome, history) {
+  if (item.kind === "skill" || outcome === "completed") return null;
+  if (item.kind === "action") return oneOf(item.calls, outcome, history) || null;
+  const children = forestOf(history).children.get(item.key) || [];
+  const wanted = { rejected: ["rejected", "failed"], running: ["running", "formulated"] }[outcome] || [
+    outcome,
+  ];
+  for (const each of wanted) {
+    const cause = oneOf(item.actions, each, history) || oneOf(children, each, history);
+    if (cause) return cause;
+  }
+  return null;
+}
+
+/**
+ * @param item a goal, an action or a skill call
+ * @returns {{item, outcome: string, text: string, path: object}[]} the effect first, the cause last
+ */
+export function causes(item, history) {
+  const found = [];
+  let at = item;
+  while (at && found.length < DEEPEST && !found.some((each) => each.item === at)) {
+    const outcome = outcomeAt(at) || "formulated";
+    found.push({ item: at, outcome, text: sentence(at, outcome), path: pathTo(at) });
+    at = below(at, outcome, history);
+  }
+  return found;
+}
+
+function sentence(item, outcome) {
+  const { word } = OUTCOMES[outcome],
+    isOn = isOpen(outcome);
+  if (item.kind === "goal") {
+    const error = isOn || outcome === "completed" ? "" : errorOf(item);
+    return item.id + " " + (isOn ? "is " + item.changes.at(-1).mode : word) + (error ? ": " + error : "");
+  }
+  if (item.kind === "action")
+    return "action " + item.id + " " + item.text + " " + (isOn ? "is " + item.changes.at(-1).state : word);
+  const probably = item.guessed ? "probably " : "";
+  if (isOn) return probably + item.skiller + " executes " + item.text;
+  const could = outcome === "failed" ? " could not do " : " ended ";
+  return probably + item.skiller + could + item.text + (item.error ? ": " + item.error : "");
+}
+
+/** The first cause of what failed or was rejected, in words; "" of anything else. */
+export function reasonOf(item, history) {
+  if (!["failed", "rejected"].includes(outcomeAt(item))) return "";
+  const last = causes(item, history).at(-1);
+  return last.item.kind === "goal" ? errorOf(last.item) || (last.item === item ? "" : last.text) : last.text;
+}
+
+/** The first cause of the first failure of a run; null: nothing failed. */
+export function failureOf(history) {
+  const failed = forestOf(history).roots.find((goal) => outcomeAt(goal) === "failed");
+  return failed ? causes(failed, history).at(-1).item : null;
+}
+
+/** Goals that failed below a goal that did not: the run went on without them. */
+export function overcome(history) {
+  const isBad = (goal) => goal && outcomeAt(goal) === "failed";
+  return [...history.goals.values()].filter(
+    (goal) => isBad(goal) && history.goals.has(goal.parent) && !isBad(history.goals.get(goal.parent)),
+  );
+}
+
+const skillOf = ({ text }) => /^[^{(\s]*/.exec(text)[0];
+/** How long the calls that are over took at most: skill -> microseconds. */
+export function longestOf(history) {
+  const longest = new Map();
+  for (const call of history.calls) {
+    if (!call.end) continue;
+    const skill = skillOf(call);
+    longest.set(skill, Math.max(longest.get(skill) || 0, call.end.time - call.begin.time));
+  }
+  return longest;
+}
+/** The longest time before, if a call that runs takes much longer; else 0. Microseconds. */
+export function lateAfter(call, longest, now) {
+  const before = longest.get(skillOf(call)) || 0;
+  return before && now - call.begin.time > Math.max(LATE_US, before * LATE_FACTOR) ? before : 0;
+}

@@ -1,0 +1,67 @@
+// The page as the timeline, the details and the story see it: the run, the chosen moment, addresses.
+import { part } from "cx/api.js";
+import { zeroOfTimes } from "cx/dom.js";
+import { partsOf } from "cx/timeline/path.js";
+
+/** Where the timeline shows a path. */
+export const timelineAddress = (path) => ["#/timeline", ...partsOf(path).map(part)].join("/");
+
+/**
+ * @typedef {object} Moment
+ * @property {number} time microseconds
+ * @property {number} step how many transitions there were up to then
+ */
+
+export class PageHost {
+  /**
+   * @param app the page
+   * @param show draws the view again
+   * @param href the address of a path, see path.js
+   */
+  constructor(app, show, href = timelineAddress) {
+    Object.assign(this, { app, show, href });
+    this.at = null; // of what happens now: the chosen moment
+    this.isLive = !app.recording;
+  }
+  get history() {
+    return this.app.model.history;
+  }
+  /** Microseconds from which times count; null: the time of day is shown. */
+  get zero() {
+    return zeroOfTimes();
+  }
+  /** Where the run ends at present. @returns {Moment} */
+  now() {
+    return this.isLive
+      ? { time: Math.max(this.app.now, this.history.time), step: this.history.steps }
+      : this.history.end;
+  }
+  /** The chosen moment; null: none, or now. @returns {Moment | null} */
+  cursor() {
+    return this.isLive ? this.at : { time: this.app.recording.time, step: this.app.model.step };
+  }
+  setCursor(point) {
+    if (this.isLive) this.at = point;
+    this.app.select({ time: point && point.time });
+    this.show();
+  }
+  /** The moment was chosen elsewhere; null: now. */
+  momentIs(time) {
+    if (this.isLive) this.at = time === null ? null : { time, step: this.history.stepsUpTo(time) };
+  }
+  /** Go to a path. @param isReplaced in place of the present address */
+  go(path, isReplaced = false) {
+    const wanted = this.href(path);
+    if (isReplaced) {
+      history.replaceState(history.state, "", wanted);
+      dispatchEvent(new HashChangeEvent("hashchange"));
+    } else location.hash = wanted;
+  }
+  /** The lines of the log between two moments. */
+  lines(from, to) {
+    if (!this.isLive) return this.app.recording.lines(from.time, to.time);
+    return this.app.model.log
+      .filter(({ time }) => time >= from.time && time <= to.time)
+      .map((line) => ({ ...line, step: this.history.stepsUpTo(line.time) }));
+  }
+}
