@@ -48,6 +48,20 @@ class Rig:
     def skiller(self, board, id_="Skiller"):
         return board.open_for_writing(SkillerInterface, id_, owner="skiller")
 
+    def mirrored(self):
+        """Return a Skiller on the left that the gateway mirrors."""
+        skiller = self.skiller(self.left)
+        self.gateway.loop()
+        return skiller
+
+    def connected(self):
+        """Return a mirrored Skiller, and an agent on the right."""
+        return self.mirrored(), self.agent(self.right)
+
+    def look_again(self):
+        self.gateway.look_again()
+        self.gateway.loop()
+
     def agent(self, board, id_="Skiller"):
         return board.open_for_reading(SkillerInterface, id_, owner="agent")
 
@@ -100,8 +114,7 @@ class Notes(Listener):
 
 
 def test_every_write_is_mirrored_in_order_and_changes_are_told_as_such(rig):
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
+    skiller = rig.mirrored()
     agent, notes = rig.agent(rig.right), Notes()
     rig.right.register_listener(notes, agent, EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
     for number in (1, 2, 2, 3):
@@ -171,8 +184,7 @@ def test_messages_go_to_the_writer_with_their_id_from_an_instance_of_the_gateway
 
 
 def test_each_sender_has_its_own_count(rig):
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
+    skiller = rig.mirrored()
     one, two = rig.agent(rig.right), rig.agent(rig.right)
     for agent in (one, two, one, one, two):
         agent.msgq_enqueue(SkillerInterface.StopExecMessage())
@@ -185,14 +197,11 @@ def test_each_sender_has_its_own_count(rig):
 
 
 def test_a_sender_that_came_before_the_writer_gets_answers_under_the_ids_it_knows(rig):
-    first = rig.skiller(rig.left)
-    rig.gateway.loop()
-    agent = rig.agent(rig.right)
+    first, agent = rig.connected()
     agent.msgq_enqueue(SkillerInterface.StopExecMessage())
     first.close()
     rig.gateway.loop()
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
+    skiller = rig.mirrored()
     asked = agent.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string="a"))
     rig.gateway.loop()
     message = skiller.msgq_pop()
@@ -235,9 +244,7 @@ def test_a_message_that_the_writer_cannot_take_is_told_and_the_others_come(rig):
 
 
 def test_control_that_a_sender_has_is_given_back_when_it_leaves(rig):
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
-    agent = rig.agent(rig.right)
+    skiller, agent = rig.connected()
     agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
     rig.gateway.loop()
     source = skiller.msgq_pop().source_id
@@ -266,8 +273,7 @@ def test_control_of_an_instance_that_was_closed_unnoticed_is_given_back(rig):
     second = rig.skiller(rig.left)
     second.exclusive_controller = str(source)
     second.write()
-    rig.gateway.look_again()
-    rig.gateway.loop()
+    rig.look_again()
     assert [(message.type, message.source_id) for message in second.msgq_iter()] == [
         ("ReleaseControlMessage", source)
     ]
@@ -286,9 +292,7 @@ def test_control_of_an_instance_that_was_closed_unnoticed_is_given_back(rig):
 @pytest.mark.parametrize("loser", ["writer", "gateway"])
 def test_a_writer_that_is_lost_leaves_nobody_in_control_and_nothing_running(rig, shown, left, loser):
     """The mirror took the zeros of a new writer for its last write, and showed S_RUNNING for ever."""
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
-    agent = rig.agent(rig.right)
+    skiller, agent = rig.connected()
     agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
     rig.gateway.loop()
     skiller.exclusive_controller = str(skiller.msgq_pop().source_id)
@@ -303,16 +307,13 @@ def test_a_writer_that_is_lost_leaves_nobody_in_control_and_nothing_running(rig,
     assert bool(agent.error) == (shown == "S_RUNNING")
     if loser == "writer":
         rig.skiller(rig.left).write()
-        rig.gateway.look_again()
-        rig.gateway.loop()
+        rig.look_again()
         agent.read()
         assert (agent.status.name, agent.skill_string, agent.error) == ("S_INACTIVE", "", "")
 
 
 def test_control_that_somebody_else_has_is_left_alone(rig):
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
-    agent = rig.agent(rig.right)
+    skiller, agent = rig.connected()
     agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
     rig.gateway.loop()
     skiller.msgq_pop()
@@ -325,8 +326,7 @@ def test_control_that_somebody_else_has_is_left_alone(rig):
 
 
 def test_a_gateway_that_closes_gives_control_back(rig):
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
+    skiller = rig.mirrored()
     rig.agent(rig.right).msgq_enqueue(SkillerInterface.AcquireControlMessage())
     rig.gateway.close()
     assert [message.type for message in skiller.msgq_iter()] == [
@@ -347,9 +347,7 @@ def test_a_skill_string_that_a_fawkes_cannot_compile_has_not_the_error_of_the_on
     rig, before, text, is_own
 ):
     """What a Fawkes writes: at once S_FAILED, and the error stays as it was."""
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
-    agent = rig.agent(rig.right)
+    skiller, agent = rig.connected()
     for message_id, skill_string in ((7, "go{}"), (8, text), (9, text)):
         skiller.skill_string, skiller.msgid = skill_string, message_id
         skiller.status, skiller.error = "S_FAILED", before
@@ -381,8 +379,7 @@ def test_the_death_of_the_writer_is_mirrored_and_so_is_its_return(rig, sides):
 
 def test_a_writer_may_move_to_the_other_side(rig):
     rig.skiller(rig.left).close()
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
+    skiller = rig.mirrored()
     skiller.close()
     rig.gateway.loop()
     rig.skiller(rig.right)
@@ -391,8 +388,7 @@ def test_a_writer_may_move_to_the_other_side(rig):
 
 
 def test_an_interface_that_nobody_has_open_vanishes_on_both_sides(rig):
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
+    skiller = rig.mirrored()
     assert rig.right.list_all()
     skiller.close()
     rig.gateway.loop()
@@ -400,8 +396,7 @@ def test_an_interface_that_nobody_has_open_vanishes_on_both_sides(rig):
 
 
 def test_the_mirrored_writer_is_a_writer(rig):
-    rig.skiller(rig.left)
-    rig.gateway.loop()
+    rig.mirrored()
     with pytest.raises(WriterActiveError):
         rig.skiller(rig.right)
 
@@ -410,14 +405,12 @@ def test_two_writers_are_told_once_and_left_alone(rig, monkeypatch):
     rig.skiller(rig.left)
     second = rig.skiller(rig.right)
     for _ in range(3):
-        rig.gateway.look_again()
-        rig.gateway.loop()
+        rig.look_again()
     assert rig.gateway.mirrors() == []
     assert sum("writers on both sides" in text for text in rig.log) == 1
     monkeypatch.setattr("cxbridge.blackboard.gateway.gateway.RIVAL_S", 0.0)
     second.close()
-    rig.gateway.look_again()
-    rig.gateway.loop()
+    rig.look_again()
     assert [mirror.source for mirror in rig.gateway.mirrors()] == ["left"]
 
 
@@ -445,12 +438,10 @@ def test_gateways_in_a_ring_leave_a_free_writers_place_free(rig, monkeypatch):
             second.look_again()
             second.loop()  # sees the mirrored writer alone, before the first gateway takes it away
             assert all(info.writer == "" for info in rig.left.list_all())
-            rig.gateway.look_again()
-            rig.gateway.loop()
+            rig.look_again()
         assert not agent.has_writer
         skiller = rig.skiller(rig.left)
-        rig.gateway.look_again()
-        rig.gateway.loop()
+        rig.look_again()
         assert agent.has_writer
 
 
@@ -461,19 +452,16 @@ DEFINITION = """<interface name="SkillerInterface"><data><comment>Of a test.</co
 def test_another_layout_is_refused_in_words(rig):
     other = make_interface_class(parse_bytes(DEFINITION.encode(), "SkillerInterface.xml"))
     rig.right.registry.add(other)
-    rig.skiller(rig.left)
-    rig.gateway.loop()
+    rig.mirrored()
     assert rig.gateway.mirrors() == []
     assert any("has another layout on the other blackboard" in text for text in rig.log)
 
 
 def test_a_board_that_is_gone_is_told_once(rig):
-    rig.skiller(rig.left)
-    rig.gateway.loop()
+    rig.mirrored()
     rig.right.shutdown()
     for _ in range(3):
-        rig.gateway.look_again()
-        rig.gateway.loop()
+        rig.look_again()
     assert rig.gateway.mirrors() == []
     assert len([text for text in rig.log if "cannot be mirrored" in text]) == 1
 
@@ -528,8 +516,7 @@ def test_a_message_that_comes_while_the_mirrored_writer_is_opened_is_carried(rig
     """The gateway listened only after it had opened: the message stayed in a queue that nobody empties."""
     agent = rig.agent(rig.right)
     rig.right.register_listener(Hasty(), agent)
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
+    skiller = rig.mirrored()
     message = skiller.msgq_pop()
     assert message is not None
     assert message.skill_string == "at once"
@@ -538,9 +525,7 @@ def test_a_message_that_comes_while_the_mirrored_writer_is_opened_is_carried(rig
 def test_messages_that_are_too_many_are_refused(rig, monkeypatch):
     """They went into the queue of the mirrored writer, acknowledged, and were never carried."""
     monkeypatch.setattr("cxbridge.blackboard.gateway.mirror.MAX_MESSAGES", 2)
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
-    agent = rig.agent(rig.right)
+    skiller, agent = rig.connected()
     for _ in range(2):
         agent.msgq_enqueue(SkillerInterface.StopExecMessage())
     with pytest.raises(QueueFullError):
@@ -550,8 +535,7 @@ def test_messages_that_are_too_many_are_refused(rig, monkeypatch):
 
 
 def test_what_was_taken_is_carried_before_the_gateway_ends(rig):
-    skiller = rig.skiller(rig.left)
-    rig.gateway.loop()
+    skiller = rig.mirrored()
     rig.agent(rig.right).msgq_enqueue(SkillerInterface.StopExecMessage())
     rig.gateway.close()
     assert skiller.msgq_size() == 1

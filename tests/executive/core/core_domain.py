@@ -139,6 +139,11 @@ class DomainBench(Bench):
                 f" (param-values {' '.join(values)}) {slots})"
             )
 
+    def begin(self, *actions: str, kind: str = "SEQUENTIAL", goal: str = "G", slots: str = "") -> None:
+        """Assert a goal and its plan as :meth:`plan` does, and run."""
+        self.plan(*actions, kind=kind, goal=goal, slots=slots)
+        self.env.run()
+
     def set_state(self, state: str, action: int = 1, goal: str = "G") -> None:
         """Play executor: put an action into a state, and run."""
         self.modify("plan-action", f"(state {state})", id=str(action), goal_id=goal)

@@ -37,8 +37,7 @@ def blocks() -> DomainBench:
     for effect in ("not holding x", "not clear y", "clear x", "hand-empty", "on x y"):
         bench.effect("stack", effect)
     bench.facts("hand-empty", "clear B1", "on B1 B2")
-    bench.plan("lift B1", "unstack B1 B2")
-    bench.env.run()
+    bench.begin("lift B1", "unstack B1 B2")
     return bench
 
 
@@ -65,14 +64,6 @@ def test_a_negation_that_does_not_hold(blocks: DomainBench) -> None:
     assert not satisfied(blocks, "lift11")
     assert not satisfied(blocks, "lift1")
     assert (blocks.executable(1), blocks.executable(2)) == (False, True)
-
-
-def test_a_grounding_has_a_value_for_each_parameter(blocks: DomainBench) -> None:
-    (grounding,) = [g for g in blocks.all("pddl-grounding") if g["param-names"] == ("x", "y")]
-    assert grounding["param-values"] == ("B1", "B2")
-    atom = blocks.one("grounded-pddl-predicate", predicate_id="unstack11-atom")
-    assert atom["grounding"] == grounding["id"]
-    assert atom["is-satisfied"] == TRUE
 
 
 def test_effects_change_the_facts(blocks: DomainBench) -> None:
@@ -114,8 +105,7 @@ def test_what_is_said_only_when_the_speaker_is_ready(ready: bool) -> None:
     bench.effect("say", "said t", when=("atom", "speaker-ready", "s"), name="say-it")
     if ready:
         bench.facts("speaker-ready FRONT")
-    bench.plan("say FRONT HELLO")
-    bench.env.run()
+    bench.begin("say FRONT HELLO")
     bench.set_state("EXECUTION-SUCCEEDED")
     assert bench.action()["state"] == "FINAL"
     assert ("said HELLO" in bench.holds()) is ready

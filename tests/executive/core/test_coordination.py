@@ -161,15 +161,6 @@ def test_create(bench: CoordinationBench) -> None:
 # --- LOCK -------------------------------------------------------------------------------------------------
 
 
-def test_lock(bench: CoordinationBench) -> None:
-    bench.call("mutex-try-lock-async", "m")
-    assert bench.answer() == ("LOCK", "PENDING", "UNKNOWN", "")
-    bench.settle()
-    assert bench.answer() == ("LOCK", "ACQUIRED", "LOCKED", "me")
-    assert bench.mutex()["lock-time"] != (0, 0)
-    assert bench.memory.called("robmem-mutex-try-lock-async") == [("m", "me")]
-
-
 def test_lock_by_fact(bench: CoordinationBench) -> None:
     bench.env.assert_string("(mutex (name m) (request LOCK))")
     bench.settle()

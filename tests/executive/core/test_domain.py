@@ -23,8 +23,7 @@ def bench() -> DomainBench:
 
 
 def test_grounding_makes_the_documented_facts(bench: DomainBench) -> None:
-    bench.plan("move R A B")
-    bench.env.run()
+    bench.begin("move R A B")
     grounding = bench.one("pddl-grounding")
     assert bench.action()["precondition"] == grounding["id"]
     assert str(grounding["id"]).startswith("grounding-move1-gen")
@@ -47,8 +46,7 @@ def test_grounding_makes_the_documented_facts(bench: DomainBench) -> None:
 
 
 def test_values_without_names_get_the_operators_names(bench: DomainBench) -> None:
-    bench.plan("move R A B")
-    bench.env.run()
+    bench.begin("move R A B")
     assert bench.action()["param-names"] == ("r", "from", "to")
     assert not bench.executable()
 
@@ -57,22 +55,19 @@ def test_values_without_names_get_the_operators_names(bench: DomainBench) -> Non
 def test_without_a_precondition_to_ground_an_action_is_executable(action: str) -> None:
     bench = DomainBench()
     bench.operator("free", "x")
-    bench.plan(action)
-    bench.env.run()
+    bench.begin(action)
     assert bench.executable()
     assert bench.action()["precondition"] == "nil"
 
 
 def test_a_misspelt_parameter_list_makes_an_action_executable(bench: DomainBench) -> None:
-    bench.plan("move R A B", slots="(param-names r from)")
-    bench.env.run()
+    bench.begin("move R A B", slots="(param-names r from)")
     assert bench.executable()
 
 
 def test_changed_arguments_are_grounded_again(bench: DomainBench) -> None:
     bench.facts("at R A")
-    bench.plan("move R A B")
-    bench.env.run()
+    bench.begin("move R A B")
     assert bench.executable()
     before = bench.census()
     bench.modify("plan-action", "(param-values R C B)", id="1")
@@ -83,8 +78,7 @@ def test_changed_arguments_are_grounded_again(bench: DomainBench) -> None:
 
 
 def test_a_changed_condition_is_grounded_again(bench: DomainBench) -> None:
-    bench.plan("move R A B")
-    bench.env.run()
+    bench.begin("move R A B")
     before = bench.census()
     bench.modify("pddl-formula", "(type negation)", id="move1")
     bench.env.run()
@@ -97,8 +91,7 @@ def test_a_changed_condition_is_grounded_again(bench: DomainBench) -> None:
 
 @pytest.mark.parametrize("state", ["FINAL", "FAILED"])
 def test_the_grounding_of_a_finished_action_goes(bench: DomainBench, state: str) -> None:
-    bench.plan("move R A B")
-    bench.env.run()
+    bench.begin("move R A B")
     bench.set_state(state)
     assert bench.action()["precondition"] == "nil"
     for template in ("pddl-grounding", "grounded-pddl-formula", "grounded-pddl-predicate"):
@@ -111,8 +104,7 @@ def test_the_grounding_of_a_retracted_action_goes(bench: DomainBench) -> None:
     before = bench.census()
     bench.env.run()
     empty = bench.census()
-    bench.plan("move R A B", "move R B C")
-    bench.env.run()
+    bench.begin("move R A B", "move R B C")
     assert bench.census()["pddl-grounding"] == 2
     bench.env.eval("(plan-retract-all-for-goal G)")
     bench.env.eval("(do-for-all-facts ((?g goal)) TRUE (retract ?g))")
@@ -213,8 +205,7 @@ def test_values_are_compared_with_their_types(fact: str, value: str, expected: b
     bench = DomainBench()
     bench.operator("use", "x", ("atom", "ready", "x"))
     bench.facts(f"ready {fact}")
-    bench.plan(f"use {value}")
-    bench.env.run()
+    bench.begin(f"use {value}")
     assert bench.executable() is expected
 
 
@@ -222,8 +213,7 @@ def test_numbers_that_print_alike_are_different() -> None:
     bench = DomainBench()
     bench.operator("use", "x", ("atom", "ready", "x"))
     bench.env.eval("(assert (domain-fact (name ready) (param-values (sym-cat 1))))")
-    bench.plan("use 1")
-    bench.env.run()
+    bench.begin("use 1")
     assert not bench.executable()
 
 
@@ -250,8 +240,7 @@ def test_an_unknown_parameter_is_an_error_and_never_satisfied() -> None:
     bench = DomainBench()
     bench.operator("use", "x", ("atom", "ready", "y"))
     bench.facts("ready A")
-    bench.plan("use A")
-    bench.env.run()
+    bench.begin("use A")
     assert not bench.executable()
     assert [text for text in bench.texts("E") if "unknown parameter y" in text]
 
@@ -312,8 +301,7 @@ def test_executable_equals_the_formula(
     again.env.eval("(do-for-all-facts ((?f plan goal plan-action)) TRUE (retract ?f))")
     again.operator("use", "x y", formula)
     again.facts(*sorted(facts))
-    again.plan(f"use {x} {y}")
-    again.env.run()
+    again.begin(f"use {x} {y}")
     arguments = {"x": x, "y": y}
     assert again.executable() is holds(formula, arguments, facts)
     for atom in changes:
@@ -331,8 +319,7 @@ def test_executable_equals_the_formula(
 
 def test_wiping_the_domain_leaves_nothing_of_it(bench: DomainBench) -> None:
     bench.facts("at R A")
-    bench.plan("move R A B")
-    bench.env.run()
+    bench.begin("move R A B")
     bench.env.eval("(domain-wipe)")
     bench.env.run()
     assert set(bench.census()) == {"goal", "plan", "plan-action", "domain-object-type", "domain-error"}
@@ -343,8 +330,7 @@ def test_a_users_executor_makes_new_facts_of_actions(bench: DomainBench, tmp_pat
     (tmp_path / "executor.clp").write_text(EXECUTOR)
     assert bench.env.load(tmp_path / "executor.clp")
     bench.facts("at R A")
-    bench.plan("move R A B")
-    bench.env.run()
+    bench.begin("move R A B")
     ((index, _, _),) = bench.env.facts("plan-action")
     before = bench.census()
     bench.set_state("PENDING")

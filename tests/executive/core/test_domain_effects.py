@@ -29,22 +29,6 @@ def seen(bench: DomainBench) -> list[str]:
 # --- the states of an action ----------------------------------------------------------------------------
 
 
-def test_a_successful_action_becomes_final(bench: DomainBench) -> None:
-    record_states(bench)
-    bench.facts("at R A")
-    bench.plan("move R A B")
-    bench.env.run()
-    bench.set_state("EXECUTION-SUCCEEDED")
-    assert seen(bench) == [
-        "FORMULATED",
-        "EXECUTION-SUCCEEDED",
-        "SENSED-EFFECTS-HOLD",
-        "EFFECTS-APPLIED",
-        "FINAL",
-    ]
-    assert bench.holds() == {"at R B"}
-
-
 def test_a_failed_action_keeps_its_message(bench: DomainBench) -> None:
     bench.facts("at R A")
     bench.plan("move R A B", slots='(error-msg "out of oil")')
@@ -63,8 +47,7 @@ def test_a_failed_action_needs_no_operator() -> None:
 
 @pytest.mark.parametrize("missing", ["goal", "plan", "domain-operator"])
 def test_effects_need_goal_plan_and_operator(bench: DomainBench, missing: str) -> None:
-    bench.plan("move R A B")
-    bench.env.run()
+    bench.begin("move R A B")
     ((index, _, _),) = bench.env.facts(missing)
     bench.env.retract(index)
     bench.set_state("EXECUTION-SUCCEEDED")
@@ -98,8 +81,7 @@ def test_sensed_effects_that_hold_already_still_pass_the_wait(bench: DomainBench
     bench.predicate("said", sensed=True)
     bench.effect("move", "said r")
     bench.facts("said R")
-    bench.plan("move R A B")
-    bench.env.run()
+    bench.begin("move R A B")
     bench.set_state("EXECUTION-SUCCEEDED")
     assert seen(bench)[1:3] == ["EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT"]
     assert bench.action()["state"] == "FINAL"
@@ -152,8 +134,7 @@ def test_pending_facts_go_with_their_action() -> None:
 
 def run_action(bench: DomainBench, action: str) -> set[str]:
     """Let an action succeed and return what is true then."""
-    bench.plan(action)
-    bench.env.run()
+    bench.begin(action)
     bench.set_state("EXECUTION-SUCCEEDED")
     assert bench.action()["state"] == "FINAL"
     return bench.holds()
@@ -213,8 +194,7 @@ def test_a_condition_is_decided_before_sensed_effects_change_it() -> None:
     bench.effect("place", "not holding x")
     bench.effect("place", "placed x", when=("atom", "holding", "x"), name="put")
     bench.facts("holding CUP")
-    bench.plan("place CUP")
-    bench.env.run()
+    bench.begin("place CUP")
     bench.set_state("EXECUTION-SUCCEEDED")
     assert bench.action()["state"] == "SENSED-EFFECTS-WAIT"
     bench.forget("holding CUP")
@@ -231,8 +211,7 @@ def test_an_action_that_is_executed_again_settles_its_conditions_again() -> None
     bench.effect("bring", "delivered r", when=("atom", "loaded", "r"), name="deliver")
     bench.effect("bring", "told r")
     bench.facts("loaded R")
-    bench.plan("bring R")
-    bench.env.run()
+    bench.begin("bring R")
     bench.set_state("EXECUTION-SUCCEEDED")
     assert bench.action()["state"] == "SENSED-EFFECTS-WAIT"
     bench.set_state("RUNNING")
@@ -286,8 +265,7 @@ def test_an_exogenous_action_does_not_ask_for_what_it_changes() -> None:
     )
     bench.effect("open-door", "open d")
     bench.facts("open D", "door D")
-    bench.plan("open-door D")
-    bench.env.run()
+    bench.begin("open-door D")
     assert bench.executable()
     bench.forget("door D")
     bench.env.run()
@@ -302,8 +280,7 @@ def test_nothing_left_of_a_precondition_is_always_satisfied(formula: Formula) ->
     bench.predicate("open", sensed=True)
     bench.operator("open-door", "d", formula, extra="(exogenous TRUE)")
     bench.effect("open-door", "open d")
-    bench.plan("open-door D")
-    bench.env.run()
+    bench.begin("open-door D")
     assert bench.executable()
     assert [fact["type"] for fact in bench.all("pddl-formula")] == ["conjunction"]
 
@@ -314,8 +291,7 @@ def test_a_conjunction_with_nothing_left_is_satisfied() -> None:
     formula = ("or", ("and", ("atom", "open", "d")), ("atom", "broken", "d"))
     bench.operator("open-door", "d", formula, extra="(exogenous TRUE)")
     bench.effect("open-door", "open d")
-    bench.plan("open-door D")
-    bench.env.run()
+    bench.begin("open-door D")
     assert bench.executable()
 
 

@@ -63,8 +63,7 @@ def test_errors_in_the_domain_are_told(kind: str) -> None:
 def test_equality_of_three_terms_is_an_error() -> None:
     bench = DomainBench()
     bench.operator("use", "x y", ("=", "x", "y", "x"))
-    bench.plan("use A A")
-    bench.env.run()
+    bench.begin("use A A")
     assert not bench.executable()
     (error,) = bench.all("domain-error")
     assert error["error-type"] == "equality-must-have-exactly-two-parameters"

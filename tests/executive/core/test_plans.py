@@ -84,8 +84,7 @@ def test_actions_are_selected_one_after_the_other_by_id() -> None:
 
 def test_a_plan_without_actions_is_done() -> None:
     bench = bench_with(SEQUENTIAL)
-    bench.plan()
-    bench.env.run()
+    bench.begin()
     assert bench.state("G") == ("FINISHED", "COMPLETED")
 
 
@@ -111,8 +110,7 @@ def test_nothing_is_selected_for(change: tuple[str, str]) -> None:
 def test_selection_does_not_ask_whether_an_action_is_executable() -> None:
     bench = bench_with(SEQUENTIAL)
     bench.operator("use", "x", ("atom", "ready", "x"))
-    bench.plan("use A")
-    bench.env.run()
+    bench.begin("use A")
     assert states(bench) == ["PENDING"]
     assert not bench.executable()
 
@@ -120,8 +118,7 @@ def test_selection_does_not_ask_whether_an_action_is_executable() -> None:
 @pytest.mark.parametrize("kind", ["SEQUENTIAL", "TEMPORAL"])
 def test_a_failed_action_fails_the_goal(kind: str) -> None:
     bench = bench_with(SEQUENTIAL, TEMPORAL)
-    bench.plan("act", "act", kind=kind, slots='(error-msg "no fuel")')
-    bench.env.run()
+    bench.begin("act", "act", kind=kind, slots='(error-msg "no fuel")')
     bench.set_state("EXECUTION-FAILED")
     assert bench.state("G") == ("FINISHED", "FAILED")
     goal = bench.goal("G")
@@ -180,8 +177,7 @@ def test_a_late_action_is_not_selected_at_the_start() -> None:
     """The original could select everything in the loop in which the goal is dispatched."""
     bench = bench_with(TEMPORAL)
     bench.assert_all(f"(time {bench.clock.time_us // 1_000_000} 0)")
-    bench.plan("act", kind="TEMPORAL", slots="(dispatch-time 100.0)")
-    bench.env.run()
+    bench.begin("act", kind="TEMPORAL", slots="(dispatch-time 100.0)")
     assert states(bench) == ["FORMULATED"]
 
 
@@ -199,8 +195,7 @@ def test_a_suspended_temporal_plan_does_not_start() -> None:
 
 def test_an_action_without_executor_fails() -> None:
     bench = bench_with(SEQUENTIAL, "execmon/stalled-action.clp")
-    bench.plan("act")
-    bench.env.run()
+    bench.begin("act")
     assert states(bench) == ["FAILED"]
     assert bench.action()["error-msg"] == "No action executor for action 'act'"
     assert bench.goal("G")["message"] == "Action act failed: No action executor for action 'act'"
@@ -209,8 +204,7 @@ def test_an_action_without_executor_fails() -> None:
 def test_an_action_with_an_executor_does_not_stall() -> None:
     bench = bench_with(SEQUENTIAL, "execmon/stalled-action.clp")
     bench.env.build(EXECUTOR)
-    bench.plan("act", "act")
-    bench.env.run()
+    bench.begin("act", "act")
     assert bench.state("G") == ("FINISHED", "COMPLETED")
 
 

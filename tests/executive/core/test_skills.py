@@ -93,17 +93,6 @@ def test_nobody_asks_for_control_unless_told(skills: Skills) -> None:
     assert skills.skiller.sent == []
 
 
-def test_control_is_acquired(skills: Skills) -> None:
-    skills.env.assert_string("(skiller-control)")
-    skills.loop()
-    assert skills.control() == (FALSE, TRUE)
-    assert "Acquiring exclusive skiller control for Skiller" in skills.bench.texts("I")
-    skills.loop()
-    assert skills.control() == (TRUE, FALSE)
-    assert "Acquired exclusive skiller control" in skills.bench.texts("I")
-    assert len(skills.skiller.sent) == 1
-
-
 @pytest.mark.parametrize("steal", [TRUE, FALSE])
 def test_control_is_stolen_only_if_configured(skills: Skills, steal: Symbol) -> None:
     skills.bench.config(STEAL, steal)

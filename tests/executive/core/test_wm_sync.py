@@ -116,7 +116,6 @@ class SyncBench(Bench):
 
 _OBJECTS_OF_TYPE_OBJECT = "/domain/objects-by-type/object"  # the domain always has that type
 HELLO = "/domain/fact/said?c=hello"
-GOODBYE = "/domain/fact/said?c=goodbye"
 OPEN = "/domain/fact/open"
 ROBOT = "/domain/fact/at?robot=R-1&place=P-2"
 
@@ -145,25 +144,6 @@ def test_a_domain_fact_makes_a_wm_fact(bench: SyncBench, atom: str, fact_id: str
     bench.consistent()
 
 
-def test_the_wm_fact_goes_with_its_domain_fact(bench: SyncBench) -> None:
-    bench.domain("said hello", "said goodbye")
-    bench.not_domain("said hello")
-    assert bench.known() == {GOODBYE: "TRUE"}
-    assert len(bench.all("wm-sync-map-fact")) == 1
-
-
-def test_the_wm_fact_may_stay_and_become_false(bench: SyncBench) -> None:
-    bench.domain("said hello", "said goodbye")
-    bench.keep(HELLO)
-    bench.not_domain("said hello")
-    assert bench.known() == {HELLO: "FALSE", GOODBYE: "TRUE"}
-    entry = bench.one("wm-sync-map-fact", wm_fact_id=HELLO)
-    assert (entry["wm-fact-retract"], entry["domain-fact-idx"]) == (FALSE, 0)
-    bench.domain("said hello")
-    assert bench.known() == {HELLO: "TRUE", GOODBYE: "TRUE"}
-    bench.consistent()
-
-
 @pytest.mark.parametrize("value", ["TRUE", "FALSE", "nil", "7"])
 @pytest.mark.parametrize("kind", ["BOOL", "UNKNOWN", "SYMBOL"])
 def test_a_wm_fact_makes_a_domain_fact_whatever_its_value(bench: SyncBench, value: str, kind: str) -> None:
@@ -177,15 +157,6 @@ def test_a_wm_fact_by_key(bench: SyncBench) -> None:
     bench.env.assert_string("(wm-fact (key domain fact said args? c hello) (type BOOL) (value TRUE))")
     bench.env.run()
     assert bench.atoms() == ["said hello"]
-
-
-@MODIFYING
-def test_the_domain_follows_the_value(bench: SyncBench) -> None:
-    bench.wm(HELLO)
-    for value, atoms in (("FALSE", []), ("TRUE", ["said hello"]), ("FALSE", [])):
-        bench.wm_becomes(HELLO, value)
-        assert (bench.atoms(), bench.known()) == (atoms, {HELLO: value})
-        bench.consistent()
 
 
 @MODIFYING
@@ -218,13 +189,6 @@ def test_a_value_that_is_no_truth_value_changes_nothing(bench: SyncBench) -> Non
     assert bench.known() == {HELLO: "nil"}
     bench.wm_becomes(HELLO, "TRUE")
     assert bench.atoms() == ["said hello"]
-
-
-def test_the_domain_fact_goes_with_its_wm_fact(bench: SyncBench) -> None:
-    bench.domain("said hello", "said goodbye")
-    bench.not_wm(HELLO)
-    assert (bench.atoms(), bench.known()) == (["said goodbye"], {GOODBYE: "TRUE"})
-    assert len(bench.all("wm-sync-map-fact")) == 1
 
 
 @MODIFYING
