@@ -31,8 +31,9 @@ class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         named = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
-        if args and not named and (hint := package_hint(args[0])) and not Path(args[0]).exists():
-            raise CxbridgeError(f"there is no command 'daemon {args[0]}'", hint=hint)
+        word = args[0] if args and not named and not args[0].startswith("-") else ""
+        if (hint := package_hint(word)) and not Path(word).exists():
+            raise CxbridgeError(f"there is no command 'daemon {word}'", hint=hint)
         if not named and (args or not ctx.resilient_parsing):  # a completion has no complete word yet
             args = ["start", *args]
         parsed: list[str] = super().parse_args(ctx, args)

@@ -156,8 +156,10 @@ def test_a_recording_is_opened_by_the_address_that_is_printed(recordings):
         assert process.wait(WAIT_S) == 0
 
 
-def test_of_several_one_is_chosen_and_no_other_file_is_served(recordings):
-    with served("view", *recordings, "--no-browser") as (_, address):
+def test_of_several_one_is_chosen_and_no_other_file_is_served(recordings, tmp_path):
+    third = tmp_path / "third.mcap"  # two are compared
+    third.write_bytes(recordings[0].read_bytes())
+    with served("view", *recordings, third, "--no-browser") as (_, address):
         assert address.endswith("/runs/")
         status, chooser = get(address, "/runs/")
         assert status == 200
@@ -166,7 +168,7 @@ def test_of_several_one_is_chosen_and_no_other_file_is_served(recordings):
         kinds = {json.loads(line)["kind"] for line in lines.splitlines()}
         assert status == 200
         assert kinds == {"log"}, "what the page does not read itself is converted"
-        for path in ("/runs/2/x", "/runs/0/../../s/scenario.yaml", "/runs/0/", "/runs", "//etc/passwd"):
+        for path in ("/runs/3/x", "/runs/0/../../s/scenario.yaml", "/runs/0/", "/runs", "//etc/passwd"):
             assert get(address, path)[0] == 404, path
         assert get(address, "/api/cxbridge/status")[0] == 404
         assert get(address, "/", host="elsewhere.example")[0] == 421
