@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Final
 
 from msgspec.structs import replace
@@ -28,6 +29,7 @@ _ENDINGS: Final = tuple(
 )
 # The kinds of keys that are secrets, such as ``crypto-key`` or ``apikey``.
 _KEYS: Final = ("encryption", "crypto", "private", "api", "access", "shared", "auth", "signing")
+_KEY_ENDINGS: Final = tuple(f"{kind}key" for kind in _KEYS)
 # A path at which each key is a user, and each value a password or its hash.
 _PLACES: Final = re.compile(r"/*webview/+users/")
 
@@ -46,12 +48,12 @@ def is_secret(path: str) -> bool:
     return bool(_PLACES.match(path)) or any(map(_is_secret_name, path.split("/")))
 
 
+@lru_cache(maxsize=4096)  # the paths of a configuration have the same parts
 def _is_secret_name(name: str) -> bool:
     words = [word.lower() for word in _WORD.findall(name)]
     joined = (first + second for first, second in zip(("", *words), words, strict=False))
-    keys = tuple(f"{kind}key" for kind in _KEYS)
     return any(word.endswith(_ENDINGS) for word in words) or any(
-        word.removesuffix("s").endswith(keys) for word in joined
+        word.removesuffix("s").endswith(_KEY_ENDINGS) for word in joined
     )
 
 

@@ -7,6 +7,7 @@ patterns count as satisfied.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from functools import lru_cache
 from typing import Final
 
 from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, condition_of
@@ -45,6 +46,7 @@ def lacking(env: ClipsEnvironment, rule: str) -> str:
     return ""
 
 
+@lru_cache(maxsize=1024)  # a run asks about the same rules again and again
 def condition_of_rule(text: str) -> tuple[CE, ...]:
     """Return the condition of a rule; empty if it is nested too deeply for the parser."""
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -154,7 +155,7 @@ def test_the_samples_of_the_page_run(tmp_path, monkeypatch):
     training, execution = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
     (tmp_path / "clips_executive").symlink_to(CHECKOUT)
     monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {}
+    names: dict[str, Any] = {}
     exec(training, names)
     assert names["terminated"] is True
     exec(execution, names)
