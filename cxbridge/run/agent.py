@@ -16,7 +16,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
-from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.features.pddl_parser import PddlParserFeature, reads_as_fawkes
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
@@ -177,7 +177,7 @@ class Run(Closing):
         """The skills by Skiller of this process; None: the Skiller accepts any skill."""
         self.make_planning = additions.planning if replay is None else replay.make_planning
         """Makes the planning of an environment; None: planners."""
-        self.pddl_parser = PddlParserFeature()
+        self.pddl_parser = PddlParserFeature(as_fawkes=reads_as_fawkes(self.config))
         self.registry = InterfaceRegistry(self.paths.interface_dirs)
         board_class = LocalBlackBoard if replay is None else replay.board_class
         self.board = board_class(self.registry, self.clock, self.bus, serials=_serials(self.clock))

@@ -58,6 +58,7 @@ CASES = {
     ("trace diff", "time_from"): (
         "trace diff RECORDED RECORDED --time-tolerance 1 --time-from bgin", "is none of begin, thread",
     ),
+    ("plan", "strict"): ("plan OWN/d.pddl OWN/p.pddl --strict fawks", "write --strict fawkes"),
     ("plan", "planner"): ("plan OWN/d.pddl OWN/p.pddl --planner pyperpln", "pyperplan"),
     ("trace diff", "only"): ("trace diff RECORDED RECORDED --only goall", "use one of goal"),
     ("trace diff", "ignore"): ("trace diff RECORDED RECORDED --ignore goal:clas=X", "use one of"),

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError, CxbridgeError, PddlError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
@@ -18,12 +19,31 @@ if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, FactToAssert
 
 
+STRICT: Final = "/clips-executive/pddl/strict"
+_FAWKES: Final = "fawkes"
+
+
+def reads_as_fawkes(config: Configuration) -> bool:
+    """Return whether to imitate Fawkes' PDDL parser, including its errors and ignored sections.
+
+    :raises ConfigError: if the value is not ``fawkes``.
+    """
+    value = config.get_str(STRICT, default="")
+    if value not in ("", _FAWKES):
+        raise ConfigError(f"{STRICT} cannot be '{value}'", hint=f"use {_FAWKES}, or remove the key")
+    return value == _FAWKES
+
+
 class PddlParserFeature(Feature):
-    """Provides ``parse-pddl-domain`` and ``parse-pddl-formula``."""
+    """Provides ``parse-pddl-domain`` and ``parse-pddl-formula``.
+
+    :param as_fawkes: see :func:`reads_as_fawkes`.
+    """
 
     name = "pddl-parser"
 
-    def __init__(self) -> None:
+    def __init__(self, *, as_fawkes: bool = False) -> None:
+        self._as_fawkes = as_fawkes
         self._domains: dict[str, Domain] = {}
 
     def domain_of(self, env: ClipsEnvironment) -> Domain | None:
@@ -53,8 +73,8 @@ class PddlParserFeature(Feature):
                 data = Path(path).read_bytes()
                 env.bus.emit_source("pddl", env.name, path, data, kind="domain")
                 text = decode_text(data, path)
-                parsed = parse_domain(text, path, warn=warn)
-                rows = domain_facts(parsed)
+                parsed = parse_domain(text, path, fawkes_compat=self._as_fawkes, warn=warn)
+                rows = domain_facts(parsed, fawkes_compat=self._as_fawkes, warn=warn)
             except OSError as error:
                 text = f"cannot read it: {error.strerror}"
                 file, line = env.loader.place_of_executing()
@@ -72,7 +92,7 @@ class PddlParserFeature(Feature):
 
         def formula(text: str, identifier: str) -> None:
             try:
-                parsed = parse_formula(text)
+                parsed = parse_formula(text, fawkes_compat=self._as_fawkes)
                 rows = formula_facts(parsed, identifier)
             except PddlError as error:
                 log.error(f"Failed to parse formula: {error}")

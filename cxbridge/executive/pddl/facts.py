@@ -68,14 +68,18 @@ def _slot_text(value: SlotValue) -> str:
     return value if isinstance(value, str) else " ".join(value)
 
 
-def domain_facts(domain: Domain) -> list[FactToAssert]:
+def domain_facts(
+    domain: Domain, *, fawkes_compat: bool = False, warn: Warn | None = None
+) -> list[FactToAssert]:
     """Return the facts of a domain, in Fawkes' order.
 
     Constants, functions, durations and requirements have no facts.
 
+    :param fawkes_compat: silently drop the same parts as Fawkes, see docs/evidence/planning.md.
+    :param warn: receives an error about each dropped part.
     :raises PddlError: if facts cannot represent a condition or effect.
     """
-    return _FactMaker(domain.file).domain(domain)
+    return _FactMaker(domain.file, compat=fawkes_compat, warn=warn).domain(domain)
 
 
 def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[FactToAssert]:
@@ -83,7 +87,7 @@ def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[Fact
 
     :raises PddlError: if facts cannot represent the formula (quantifiers, numbers).
     """
-    return list(_FactMaker(file).condition(formula, parent, 1, root=True))
+    return list(_FactMaker(file, compat=False, warn=None).condition(formula, parent, 1, root=True))
 
 
 def _variables(formula: TermComparison) -> Iterator[Variable]:
@@ -98,11 +102,17 @@ def _variables(formula: TermComparison) -> Iterator[Variable]:
 
 
 class _FactMaker:
-    def __init__(self, file: str) -> None:
+    def __init__(self, file: str, *, compat: bool, warn: Warn | None) -> None:
         self._file = file
+        self._compat = compat
+        self._warn = warn
 
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlError:
         return semantic_error(message, position, self._file, hint)
+
+    def _drop(self, message: str, position: Position) -> None:
+        if self._warn is not None:
+            self._warn(self._error(message, position))
 
     def domain(self, domain: Domain) -> list[FactToAssert]:
         facts = []
@@ -129,6 +139,10 @@ class _FactMaker:
 
     def _parameters(self, parameters: TypedList) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return names and types of a predicate's parameters."""
+        # Fawkes repeats the names for each type of an either, which adds arguments to the predicate
+        if self._compat:
+            pairs = list(pairs_of(parameters))
+            return tuple(name for name, _ in pairs), tuple(type_ for _, type_ in pairs)
         # a fact has one type per parameter, so an either becomes the root type
         types = []
         for group in parameters:
@@ -142,8 +156,11 @@ class _FactMaker:
             slots: dict[str, SlotValue] = {"name": name, "operator": action.name}
             if type_:
                 slots["type"] = type_
+            elif self._compat:
+                self._drop(f"parameter ?{name} of {action.name} has no type: no fact", action.position)
+                continue
             yield FactToAssert("domain-operator-parameter", slots)
-        names = names_of(action.parameters)
+        names = tuple(name for name, _ in pairs) if self._compat else names_of(action.parameters)
         yield FactToAssert("domain-operator", {"name": action.name, "param-names": names})
         if action.condition is not None:
             yield from self.condition(action.condition, action.name, 1, root=True)
@@ -185,7 +202,7 @@ class _FactMaker:
     ) -> Iterator[FactToAssert]:
         """Yield the facts of an equality or numeric comparison."""
         terms, position = formula.terms, formula.position
-        if not any(isinstance(term, FunctionTerm) for term in terms):
+        if self._compat or not any(isinstance(term, FunctionTerm) for term in terms):
             predicate = EQUALITY if formula.operator == "=" else formula.operator
             yield from self._atom(predicate, terms, parent, id_, position, root=root)
             return
@@ -254,8 +271,10 @@ class _FactMaker:
                 slots: dict[str, SlotValue] = {"part-of": action, "predicate": predicate}
                 slots |= {"param-names": names, "param-constants": constants}
                 yield FactToAssert("domain-effect", {**slots, "type": "POSITIVE" if positive else "NEGATIVE"})
-            case NumericChange():
-                pass  # PddlNumbers computes it from the domain
+            case NumericChange(operator=operator):
+                if self._compat:
+                    self._drop(f"'{operator}' has no fact in Fawkes", formula.position)
+                # PddlNumbers computes it from the domain
             case Quantified(quantifier=quantifier):
                 raise self._error(
                     f"'{quantifier}' in an effect cannot be made into facts",
@@ -269,4 +288,6 @@ class _FactMaker:
         names: dict[type, str] = {When: "a conditional effect (when)", Or: "'or'", Imply: "'imply'"}
         kind = names.get(type(formula), "a comparison")
         message = f"{kind} in an effect cannot be made into facts"
-        raise self._error(message, formula.position, "make two actions of it")
+        if not self._compat:
+            raise self._error(message, formula.position, "make two actions of it")
+        self._drop(message, formula.position)

@@ -8,7 +8,9 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from cxbridge.executive.pddl import fawkes
 from cxbridge.executive.pddl.ast import Domain, Formula, Problem
+from cxbridge.executive.pddl.brackets import items_of
 from cxbridge.executive.pddl.build import SyntaxBuilder
 from cxbridge.executive.pddl.decoding import read_text
 from cxbridge.executive.pddl.explain import explain
@@ -18,12 +20,12 @@ from cxbridge.executive.pddl.spelling import spell_domain, spell_problem
 from cxbridge.executive.pddl.tokens import Text
 
 
-def load_domain(path: str | Path, *, warn: Warn | None = None) -> Domain:
+def load_domain(path: str | Path, *, fawkes_compat: bool = False, warn: Warn | None = None) -> Domain:
     """Read a domain from a file, see :func:`parse_domain`.
 
     :raises PddlError: also if the file cannot be read.
     """
-    return parse_domain(read_text(path, "domain"), str(path), warn=warn)
+    return parse_domain(read_text(path, "domain"), str(path), fawkes_compat=fawkes_compat, warn=warn)
 
 
 def load_problem(path: str | Path, domain: Domain, *, warn: Warn | None = None) -> Problem:
@@ -34,20 +36,28 @@ def load_problem(path: str | Path, domain: Domain, *, warn: Warn | None = None) 
     return parse_problem(read_text(path, "problem"), domain, str(path), warn=warn)
 
 
-def parse_domain(text: str, file: str | Path = "", *, warn: Warn | None = None) -> Domain:
+def parse_domain(
+    text: str, file: str | Path = "", *, fawkes_compat: bool = False, warn: Warn | None = None
+) -> Domain:
     """Parse and check a domain.
 
     :param file: the file name for errors.
+    :param fawkes_compat: accept and refuse the same texts as Fawkes' parser, see docs/evidence/planning.md.
     :param warn: receives mistakes that do not prevent reading.
     :raises PddlSyntaxError: if the text is not a PDDL domain.
     :raises PddlSemanticError: if a name is undeclared, or a type or number of arguments is wrong.
     """
     source = Text(text, str(file))
+    if fawkes_compat:
+        fawkes.without_rest(source)
     domain: Domain
     domain, words_of_numbers = _read(source, "domain")
-    domain = spell_domain(domain, source.kinds, words_of_numbers)
-    DomainChecker(domain, warn=warn).check()
-    return replace(domain, text=text)
+    if fawkes_compat:
+        fawkes.check_domain(source)
+    else:
+        domain = spell_domain(domain, source.kinds, words_of_numbers)
+    DomainChecker(domain, fawkes_compat=fawkes_compat, warn=warn).check()
+    return domain if fawkes_compat else replace(domain, text=text)
 
 
 def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: Warn | None = None) -> Problem:
@@ -66,13 +76,16 @@ def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: War
     return replace(problem, text=text)
 
 
-def parse_formula(text: str, file: str | Path = "") -> Formula:
+def parse_formula(text: str, file: str | Path = "", *, fawkes_compat: bool = False) -> Formula:
     """Parse a condition without checking it against a domain.
 
     :raises PddlSyntaxError: unless the text is exactly one condition.
     """
     source = Text(text, str(file))
     formula: Formula = _read(source, "condition")[0]
+    if fawkes_compat:
+        fawkes.check_case(source)
+        fawkes.check_formula(source, items_of(source)[0])
     return formula
 
 

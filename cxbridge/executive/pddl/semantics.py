@@ -1,7 +1,8 @@
 """Semantic checks of domains and problems: declarations, types, numbers of arguments.
 
 Error texts are those of Fawkes' parser. Fawkes checks only boolean formulas, quantifiers and plain
-predicates. These checks include timed formulas, conditional effects and numbers.
+predicates. These checks include timed formulas, conditional effects and numbers, unless ``fawkes_compat`` is
+set.
 """
 
 from __future__ import annotations
@@ -20,13 +21,17 @@ from cxbridge.executive.pddl.ast import (
     Domain,
     Formula,
     FunctionTerm,
+    Imply,
+    NumericChange,
     Position,
     Problem,
     Quantified,
     Term,
     TermComparison,
+    Timed,
     TypedList,
     Variable,
+    When,
     number_of,
     pairs_of,
 )
@@ -37,6 +42,7 @@ from cxbridge.executive.pddl.unsupported import CONTINUOUS, refusal, unsupported
 __all__ = ["ROOT_TYPE", "DomainChecker", "check_problem"]
 
 # Formulas whose parts Fawkes does not check.
+_UNSEEN: Final = (Timed, Imply, When, TermComparison, NumericChange)
 _TIME: Final = "#t"
 
 Warn = Callable[[PddlError], None]
@@ -49,14 +55,22 @@ Scope = dict[str, tuple[str, ...]]
 class DomainChecker:
     """Checks one domain.
 
+    :param fawkes_compat: check only as much as Fawkes' parser, see docs/evidence/planning.md.
     :param warn: receives mistakes that do not prevent the use of the domain.
     """
 
-    def __init__(self, domain: Domain, *, warn: Warn | None = None) -> None:
+    def __init__(
+        self,
+        domain: Domain,
+        *,
+        fawkes_compat: bool = False,
+        warn: Warn | None = None,
+    ) -> None:
         self._domain = domain
+        self._compat = fawkes_compat
         self._warn = warn
         self._may_be_typed = not TYPING.isdisjoint(domain.requirements)
-        self._typed = self._may_be_typed or domain.is_typed
+        self._typed = self._may_be_typed or (not fawkes_compat and domain.is_typed)
         self._supers: dict[str, set[str]] = {}
         for name, super_type in pairs_of(domain.types):
             self._supers.setdefault(name, set()).add(super_type or ROOT_TYPE)
@@ -78,11 +92,15 @@ class DomainChecker:
         declared += [predicate.parameters for predicate in domain.predicates]
         declared += [function.parameters for function in domain.functions]
         declared += [action.parameters for action in domain.actions]
-        self._warn_of_types(declared)
-        self._refuse_all_twins()
-        self._refuse_circles()
-        for typed in declared[1:]:
-            self._parameter_types(typed)
+        if self._compat and not self._typed:
+            for typed in declared:
+                self._refuse_types(typed)
+        if not self._compat:
+            self._warn_of_types(declared)
+            self._refuse_all_twins()
+            self._refuse_circles()
+            for typed in declared[1:]:
+                self._parameter_types(typed)
         for action in domain.actions:
             self._action(action)
 
@@ -136,6 +154,15 @@ class DomainChecker:
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlSemanticError:
         return semantic_error(message, position, self._domain.file, hint)
 
+    def _refuse_types(self, typed: TypedList) -> None:
+        for group in typed:
+            if group.types:
+                raise self._error(
+                    "Requirement typing disabled, unexpected type found.",
+                    group.position,
+                    "add :typing to (:requirements ...)",
+                )
+
     def _warn_of_types(self, declared: list[TypedList]) -> None:
         """Warn of types without the requirement ``:typing``. They count nevertheless."""
         typed = (group for each in declared for group in each if group.types)
@@ -160,7 +187,7 @@ class DomainChecker:
         if self._typed:
             self._parameter_types(action.parameters)
         scope = {name: group.types for group in action.parameters for name in group.names}
-        if action.duration is not None:
+        if action.duration is not None and not self._compat:
             self._formula(action.duration, {**scope, "duration": ()})
         if action.durative:
             scope = {"duration": (), **scope}
@@ -170,8 +197,11 @@ class DomainChecker:
 
     def _parameter_types(self, parameters: TypedList) -> None:
         known = {type_ for pair in pairs_of(self._domain.types) for type_ in pair if type_}
-        known.add(ROOT_TYPE)
+        if not self._compat:
+            known.add(ROOT_TYPE)
         for group in parameters:
+            if not group.types and self._compat:
+                raise self._error("Missing type.", group.position)
             for type_ in group.types:
                 if type_ not in known:
                     raise self._error(
@@ -181,11 +211,14 @@ class DomainChecker:
                     )
 
     def _formula(self, formula: Formula, scope: Scope) -> None:
+        if self._compat and isinstance(formula, _UNSEEN):
+            return
         if isinstance(formula, Atom):
             self._atom(formula, scope)
             return
         if isinstance(formula, Quantified):
-            self._parameter_types(formula.variables)
+            if not self._compat:
+                self._parameter_types(formula.variables)
             bound = {name: group.types for group in formula.variables for name in group.names}
             scope = {**scope, **bound}
         for term in formula.terms:
@@ -216,7 +249,7 @@ class DomainChecker:
                     f" but got {_either(given)}",
                     argument.position,
                 )
-                if given:
+                if given or self._compat:
                     raise error
                 # a parameter without type accepts any object, and the predicate is false for unsuitable ones
                 if self._warn is not None:
@@ -224,7 +257,7 @@ class DomainChecker:
 
     def _refuse_unsupported(self, name: str, position: Position) -> None:
         """Refuse an unsupported part of PDDL by its name."""
-        if name:
+        if name and not self._compat:
             message, hint = refusal(name)
             raise self._error(message, position, hint)
 

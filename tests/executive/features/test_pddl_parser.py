@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
 from cxbridge.events import Level
+from cxbridge.executive.features.pddl_parser import STRICT, PddlParserFeature, reads_as_fawkes
 from cxbridge.executive.host.environment import CORE_DIR
 
 DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types thing - object)
@@ -69,3 +72,24 @@ def test_a_name_that_looks_like_a_number_stays_a_name(pddl):
 def test_names_have_the_letters_of_their_declaration(pddl, clp):
     pddl.call("parse-pddl-domain", str(clp(DOMAIN.replace("(held ?t)))", "(HELD ?T)))"), "domain.pddl")))
     assert {slots["predicate"] for _, _, slots in pddl.facts("pddl-predicate")} == {"held"}
+
+
+@pytest.mark.parametrize(("value", "is_strict"), [("fawkes", True), (None, False)])
+def test_fawkes_reading_is_a_setting(value, is_strict):
+    config = Configuration()
+    if value is not None:
+        config.set(STRICT, value)
+    assert reads_as_fawkes(config) is is_strict
+
+
+def test_a_setting_of_another_value_is_an_error():
+    config = Configuration()
+    config.set(STRICT, "yes")
+    with pytest.raises(ConfigError, match="cannot be 'yes'"):
+        reads_as_fawkes(config)
+
+
+def test_read_as_fawkes_letters_count(env, clp, log):
+    PddlParserFeature(as_fawkes=True).init_context(env)
+    env.call("parse-pddl-domain", str(clp(DOMAIN.replace(":action", ":ACTION"), "domain.pddl")))
+    assert any("Fawkes' parser refuses this" in text for text in log.texts(Level.ERROR))

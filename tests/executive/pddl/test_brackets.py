@@ -51,7 +51,7 @@ def test_brackets_that_do_not_match(text: str, place: tuple[int, int], message: 
 
 
 def test_deep_nesting_is_one_error_in_little_time() -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     for text in (
         "(" * 10_000 + ")" * 10_000,
         "(" * 10_000,
@@ -61,7 +61,7 @@ def test_deep_nesting_is_one_error_in_little_time() -> None:
     ):
         with pytest.raises(PddlError):
             read_items(text)
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 5
 
 
 def test_depth_that_is_allowed() -> None:

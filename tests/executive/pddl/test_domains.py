@@ -89,3 +89,30 @@ def test_syntax_errors(text: str, line: int, message: str) -> None:
 
 ONE_ACTION = "(:action a :parameters () :precondition (ready) :effect (ready))"
 SWAPPED = "(:action a :parameters () :effect (ready) :precondition (ready))"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (GARDEN.replace("(:requirements :strips :typing)", ""), "there are no requirements"),
+        (f"(define (domain x) (:requirements) {ONE_ACTION})", "there are no predicates"),
+        ("(define (domain x) (:requirements) (:predicates (p)))", "there are no actions"),
+        (GARDEN.replace(":precondition (held ?t)", ""), "action pick has no condition"),
+        (GARDEN.replace(":effect (not (held ?t))", ""), "action pick has no effect"),
+        (domain(SWAPPED), ":precondition comes too late"),
+        (domain(ONE_ACTION, types="(:constants k)", constants="(:types t)"), ":types comes too late"),
+    ],
+)
+def test_what_fawkes_cannot_read_is_refused_on_demand(text: str, reason: str) -> None:
+    with pytest.raises(PddlSyntaxError, match="Fawkes' parser refuses this") as caught:
+        parse_domain(text, fawkes_compat=True)
+    assert reason in caught.value.message
+
+
+@pytest.mark.parametrize("rest", ["(:foo bar)", "word", "(:predicates (late))", "(foo) (:action x)"])
+def test_fawkes_ignores_everything_after_the_last_action_and_a_missing_bracket(rest: str) -> None:
+    text = GARDEN.rstrip().removesuffix(")")
+    for tail in (")", "", f"{rest})", f"{rest}", f") {rest}"):
+        assert parse_domain(text + tail, fawkes_compat=True) == parse_domain(GARDEN)
+    with pytest.raises(PddlSyntaxError):
+        parse_domain(f"{text} {rest}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -52,13 +53,15 @@ def condition_facts(text: str) -> list[str]:
     return [str(row) for row in formula_facts(parse_formula(text), "op")]
 
 
-def effect_facts(text: str) -> list[FactToAssert]:
-    rows = domain_facts(parse_domain(domain(action(effect=text))))
+def effect_facts(text: str, **options: bool) -> list[FactToAssert]:
+    rows = domain_facts(parse_domain(domain(action(effect=text))), **options)  # type: ignore[arg-type]
     return [row for row in rows if row.template == "domain-effect"]
 
 
-def test_worked_example() -> None:
-    rows = domain_facts(parse_domain(GARDEN))
+@pytest.mark.parametrize("fawkes_compat", [False, True])
+def test_worked_example(fawkes_compat: bool) -> None:
+    garden = parse_domain(GARDEN, fawkes_compat=fawkes_compat)
+    rows = domain_facts(garden, fawkes_compat=fawkes_compat)
     assert [str(row) for row in rows] == GARDEN_FACTS.splitlines()
 
 
@@ -116,10 +119,11 @@ def test_empty_conjunction_is_a_formula_without_parts() -> None:
 )
 def test_conditions_that_facts_cannot_say(condition: str, message: str) -> None:
     parsed = parse_domain(domain(action(condition)), "d.pddl")
-    with pytest.raises(PddlError, match=message) as caught:
-        domain_facts(parsed)
-    assert (caught.value.file, caught.value.line) == ("d.pddl", 9)
-    assert caught.value.hint is not None
+    for fawkes_compat in (False, True):
+        with pytest.raises(PddlError, match=message) as caught:
+            domain_facts(parsed, fawkes_compat=fawkes_compat)
+        assert (caught.value.file, caught.value.line) == ("d.pddl", 9)
+        assert caught.value.hint is not None
 
 
 def test_signs_of_effects() -> None:
@@ -136,10 +140,14 @@ def test_effect_leaves_its_name_to_the_template() -> None:
     assert "name" not in effect_facts("(ready)")[0].slots
 
 
-def test_changes_of_numbers_have_no_fact() -> None:
+def test_changes_of_numbers_have_no_fact_and_are_lost_in_fawkes() -> None:
+    told: list[PddlError] = []
     parsed = parse_domain(domain(action(effect="(and (ready) (increase (total-cost) 1))")))
-    rows = domain_facts(parsed)
-    assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
+    for fawkes_compat in (False, True):
+        rows = domain_facts(parsed, fawkes_compat=fawkes_compat, warn=told.append)
+        assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
+    assert [(error.line, error.column) for error in told] == [(10, 22)]
+    assert "'increase' has no fact in Fawkes" in told[0].message
 
 
 def test_comparisons_of_numbers_have_the_variables_as_parameters() -> None:
@@ -152,10 +160,21 @@ def test_comparisons_of_numbers_have_the_variables_as_parameters() -> None:
     assert "(domain-comparison (predicate-id op12-atom) (text (>= (- (total-cost) 1) 3)))" in facts
 
 
+def test_comparisons_of_numbers_are_refused_in_fawkes() -> None:
+    parsed = parse_domain(domain(action("(< (total-cost) 3)")), "d.pddl")
+    with pytest.raises(PddlError, match="a number or nested predicate"):
+        domain_facts(parsed, fawkes_compat=True)
+
+
 @pytest.mark.parametrize("effect", ["(when (ready) (free ?p))", "(or (ready) (free ?p))", "(= ?r ?r)"])
-def test_odd_effects_are_refused(effect: str) -> None:
+def test_odd_effects_are_refused_and_lost_in_fawkes(effect: str) -> None:
     with pytest.raises(PddlError, match="cannot be made into facts"):
         effect_facts(effect)
+    told: list[PddlError] = []
+    parsed = parse_domain(domain(action(effect=f"(and {effect} (ready))")))
+    rows = domain_facts(parsed, fawkes_compat=True, warn=told.append)
+    assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
+    assert len(told) == 1
 
 
 def test_quantified_effects_are_refused() -> None:
@@ -169,25 +188,41 @@ UNTYPED = domain(
 )  # fmt: skip
 
 
-def test_untyped_parameters() -> None:
+def test_untyped_parameters_are_lost_in_fawkes() -> None:
     kept = [str(row) for row in domain_facts(parse_domain(UNTYPED))]
     assert kept[:2] == [
         "(domain-object-type (name a))",
         "(domain-predicate (name p) (param-names x) (param-types))",
     ]
     assert kept[2] == "(domain-operator-parameter (name x) (operator go))"
+    told: list[PddlError] = []
+    lost = [str(row) for row in domain_facts(parse_domain(UNTYPED), fawkes_compat=True, warn=told.append)]
+    assert lost == kept[:2] + kept[3:]
+    assert len(told) == 1
 
 
-def test_either_is_the_root_type_of_a_predicate() -> None:
+def test_either_multiplies_parameters_in_fawkes() -> None:
     predicates = "(p ?x - (either robot place)) (ready)"
     text = domain(action("(p ?u)", parameters="?u - (either robot place)"), predicates=predicates)
-    rows = [str(row) for row in domain_facts(parse_domain(text))]
-    assert "(domain-predicate (name p) (param-names x) (param-types object))" in rows
-    assert "(domain-operator (name go) (param-names u))" in rows
-    assert "(domain-operator-parameter (name u) (operator go) (type place))" in rows
+    sane, compat = (
+        [str(row) for row in domain_facts(parse_domain(text), fawkes_compat=flag)] for flag in (False, True)
+    )
+    assert "(domain-predicate (name p) (param-names x) (param-types object))" in sane
+    assert "(domain-predicate (name p) (param-names x x) (param-types robot place))" in compat
+    assert "(domain-operator (name go) (param-names u))" in sane
+    assert "(domain-operator (name go) (param-names u u))" in compat
+    for rows in (sane, compat):
+        assert "(domain-operator-parameter (name u) (operator go) (type place))" in rows
 
 
 # ---- real domains
+
+
+@pytest.mark.parametrize("file", DOMAINS, ids=lambda file: file.parent.name)
+def test_real_domains_are_the_same_with_fawkes_grammar(file: Path) -> None:
+    sane, compat = load_domain(file), load_domain(file, fawkes_compat=True)
+    assert sane == compat
+    assert domain_facts(sane) == domain_facts(compat, fawkes_compat=True)
 
 
 @needs_shared

@@ -96,3 +96,36 @@ def test_syntax_errors(text: str, column: int, message: str) -> None:
     with pytest.raises(PddlSyntaxError, match=message) as caught:
         parse_formula(text, "f.pddl")
     assert (caught.value.file, caught.value.line, caught.value.column) == ("f.pddl", 1, column)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("(exists-path ?x)", "'exists-path' for a keyword"),
+        ("(forall_done)", "for a keyword"),
+        ("(AND (q))", "'AND' must be written 'and'"),
+        ("(<= (f) 3)", "does not know '<='"),
+        ("(imply (q) (q))", "does not know 'imply'"),
+        ("(and)", "Unknown predicate: and"),
+        ("(at  start (q))", "exactly one blank after 'at'"),
+        ("(at\nend (q))", "exactly one blank"),
+    ],
+)
+def test_what_fawkes_cannot_read_is_refused_on_demand(text: str, reason: str) -> None:
+    assert parse_formula(text)
+    with pytest.raises(PddlSyntaxError, match="Fawkes' parser refuses this") as caught:
+        parse_formula(text, fawkes_compat=True)
+    assert reason in caught.value.message
+
+
+def test_what_fawkes_reads_is_the_same_with_its_grammar() -> None:
+    for text in (
+        "(and (p ?x k) (not (or (q))))",
+        "(at start (q))",
+        "(order)",
+        "(exists (?x) (q))",
+        "(= ?x k)",
+    ):
+        assert parse_formula(text, fawkes_compat=True) == parse_formula(text)
+    with pytest.raises(PddlSyntaxError):
+        parse_formula("()", fawkes_compat=True)

@@ -50,6 +50,13 @@ def test_effects(effect: str) -> None:
 
 
 @pytest.mark.parametrize(
+    "formula", ["(at start (gone))", "(when (gone) (gone))", "(< (gone) 3)", "(= ?r ?x)"]
+)
+def test_fawkes_does_not_look_below_times_conditions_and_numbers(formula: str) -> None:
+    parse_domain(domain(action(effect=formula)), fawkes_compat=True)
+
+
+@pytest.mark.parametrize(
     "condition",
     [
         "(free home)",  # dock is a place
@@ -67,7 +74,11 @@ def test_parameters_of_types() -> None:
         parse_domain(domain(action(parameters="?x - gone")))
     text = domain(action(parameters="?x - object"), types="(:types robot place dock)")
     assert parse_domain(text)
+    with pytest.raises(PddlSemanticError, match="Unknown type: x - object"):
+        parse_domain(text, fawkes_compat=True)
     assert parse_domain(domain(action(parameters="?x")))
+    with pytest.raises(PddlSemanticError, match="Missing type"):
+        parse_domain(domain(action(parameters="?x")), fawkes_compat=True)
 
 
 _TYPED = """\
@@ -104,6 +115,9 @@ def test_types_without_typing_count_and_are_told_once() -> None:
     assert "no :typing" in warning.message
     with pytest.raises(PddlSemanticError, match="Type missmatch"):
         parse_domain(domain(action("(free ?r)"), requirements=":strips"))
+    with pytest.raises(PddlSemanticError, match="Requirement typing disabled") as caught:
+        parse_domain(text, fawkes_compat=True)
+    assert caught.value.hint is not None
 
 
 def test_domains_without_types() -> None:
@@ -112,6 +126,7 @@ def test_domains_without_types() -> None:
         requirements="", types="", constants="(:constants k)", predicates="(p ?x ?y)", functions="",
     )  # fmt: skip
     assert parse_domain(untyped)
+    assert parse_domain(untyped, fawkes_compat=True)
 
 
 def test_either() -> None:
@@ -161,3 +176,4 @@ def test_types_in_a_circle_are_one_error() -> None:
 def test_twins_would_have_the_same_ids(text: str, message: str) -> None:
     with pytest.raises(PddlSemanticError, match=message):
         parse_domain(text)
+    assert parse_domain(text, fawkes_compat=True)

@@ -34,6 +34,15 @@ class _PlannerOptions:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class _ReadingOptions:
+    """How the files are read."""
+
+    strict: Annotated[
+        str, typer.Option(metavar="fawkes", help="Read the domain as Fawkes' parser does (docs/planning.md).")
+    ] = ""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class _ResultOptions:
     """How the plan is given."""
 
@@ -51,6 +60,7 @@ class _ResultOptions:
 def plan(
     asked: _PlannerOptions,
     given: _ResultOptions,
+    reading: _ReadingOptions,
     domain_file: Annotated[Path | None, typer.Argument(metavar="DOMAIN", help="PDDL domain.")] = None,
     problem_file: Annotated[Path | None, typer.Argument(metavar="PROBLEM", help="PDDL problem.")] = None,
     validate: Annotated[
@@ -70,9 +80,14 @@ def plan(
         return 0
     if domain_file is None or problem_file is None:
         raise CxbridgeError("domain and problem are missing", hint="cxbridge plan domain.pddl problem.pddl")
+    if reading.strict not in ("", "fawkes"):
+        raise CxbridgeError(f"--strict {reading.strict} is unknown", hint="write --strict fawkes")
+    as_fawkes = reading.strict == "fawkes"
     if validate is not None:
-        return _validate(*_read(domain_file, problem_file), validate, as_json=given.as_json)
-    domain, problem, result = _plan(domain_file, problem_file, asked)
+        return _validate(
+            *_read(domain_file, problem_file, as_fawkes=as_fawkes), validate, as_json=given.as_json
+        )
+    domain, problem, result = _plan(domain_file, problem_file, asked, as_fawkes=as_fawkes)
     _give(result, asked.planner, given)
     if given.html is not None:
         from cxbridge_planning.cli.page import write_page
@@ -98,19 +113,19 @@ def _give(result: PlanResult, planner: str, given: _ResultOptions) -> None:
         say_text(steps, end="")
 
 
-def _read(domain_file: Path, problem_file: Path) -> tuple[Domain, Problem]:
+def _read(domain_file: Path, problem_file: Path, *, as_fawkes: bool) -> tuple[Domain, Problem]:
     from cxbridge.executive.pddl import load_domain, load_problem
 
     def warn(mistake: PddlError) -> None:
         for line in f"cxbridge: warning: {mistake}".splitlines():
             say(line, err=True)
 
-    domain = load_domain(domain_file, warn=warn)
+    domain = load_domain(domain_file, fawkes_compat=as_fawkes, warn=warn)
     return domain, load_problem(problem_file, domain, warn=warn)
 
 
 def _plan(
-    domain_file: Path, problem_file: Path, asked: _PlannerOptions
+    domain_file: Path, problem_file: Path, asked: _PlannerOptions, *, as_fawkes: bool
 ) -> tuple[Domain, Problem, PlanResult]:
     """Read domain and problem while the planner's process starts, and plan."""
     from cxbridge.executive.planning import PlanningService, PlanRequest
@@ -119,7 +134,7 @@ def _plan(
     options = _options(asked.option)
     with PlanningService(at_once=1) as service:
         service.warm_up()
-        domain, problem = _read(domain_file, problem_file)
+        domain, problem = _read(domain_file, problem_file, as_fawkes=as_fawkes)
         choose_planners(asked.planner, domain, problem, options)  # refused here: bad input
         request = PlanRequest(domain, problem, asked.planner, options, asked.timeout)
         return domain, problem, service.plan(request)

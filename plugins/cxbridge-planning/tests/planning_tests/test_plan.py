@@ -136,3 +136,11 @@ def test_a_file_that_is_no_plan_is_refused(files, tmp_path, capsys, plan, messag
     (tmp_path / "plan").write_text(plan)
     assert invoke(["plan", *files(), "--validate", str(tmp_path / "plan")]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_domain_as_fawkes_reads_it(files, capsys):
+    domain = DOMAIN.replace("link ?a ?b)) :effect", "Link ?a ?b)) :effect")
+    assert invoke(["plan", *files(domain=domain)]) == 0
+    assert invoke(["plan", *files(domain=domain), "--strict", "fawkes"]) == 2
+    assert "Unknown predicate: Link" in capsys.readouterr().err
+    assert invoke(["plan", *files(), "--strict", "val"]) == 2

@@ -21,10 +21,11 @@ _NAME_OF: Final = re.compile(r"\(\s*domain\s+([^\s()]+)\s*\)", re.IGNORECASE)
 _COMMENT: Final = re.compile(r";[^\n]*")
 
 
-def findings_of(file: Path, text: str | None = None) -> list[Finding]:
+def findings_of(file: Path, text: str | None = None, *, fawkes_compat: bool = False) -> list[Finding]:
     """Return the mistakes of a PDDL file.
 
     :param text: the text to check instead of the file's content.
+    :param fawkes_compat: see :func:`~cxbridge.executive.pddl.parse_domain`.
     """
     found: list[Finding] = []
 
@@ -35,13 +36,13 @@ def findings_of(file: Path, text: str | None = None) -> list[Finding]:
         text = read_text(file, "PDDL file") if text is None else text
         wanted = _DOMAIN_OF.search(_COMMENT.sub("", text))
         if wanted is None:
-            domain = parse_domain(text, file, warn=warn)
+            domain = parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
             return [*found, *_findings(file, doubts(domain))]
         path = _find_domain(file, wanted[1])
         if path is None:
             message = f"there is no domain {wanted[1]} beside the problem"
             return [Finding(NO_DOMAIN, SourcePlace(str(file)), message)]
-        domain = load_domain(path)
+        domain = load_domain(path, fawkes_compat=fawkes_compat)
         found += _of_problem(file, parse_problem(text, domain, file, warn=warn), domain)
     except PddlError as error:
         found.append(of_error(error, DOMAIN))

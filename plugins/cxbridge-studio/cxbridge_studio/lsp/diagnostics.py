@@ -50,7 +50,7 @@ def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
     if file.path.endswith(".clp"):
         return [*_unclosed(session, file), *_unknown_names(session, file)]
     if file.path.endswith(".pddl"):
-        return list(_pddl(file))
+        return list(_pddl(session, file))
     if file.problem is None or PurePath(file.path).suffix == ".lua":
         return []
     offset = file.lines.place(file.problem.line, file.problem.column)
@@ -138,9 +138,10 @@ def _global(known: AgentDefinitions, mention: Mention) -> _Problem | None:
     return GLOBAL, f"there is no global variable ?*{name}*", did_you_mean(name, own)
 
 
-def _pddl(file: SourceFile) -> Iterator[LiveFinding]:
+def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
     """Yield the findings of the check for a domain, or for a problem with its domain."""
-    for finding in findings_of(Path(file.path), file.text):
+    as_fawkes = session.knowledge.reads_as_fawkes
+    for finding in findings_of(Path(file.path), file.text, fawkes_compat=as_fawkes):
         place = finding.place
         if Path(place.file) == Path(file.path):
             offset = file.lines.place(place.line or 1, place.column or 1)

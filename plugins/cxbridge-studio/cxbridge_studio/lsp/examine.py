@@ -20,6 +20,7 @@ import msgspec
 from cxbridge.clipstext.syntax import without_module
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import ENVIRONMENT
+from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.plain_options import plain_options
 from cxbridge.trace.formats.registry import open_run
@@ -51,9 +52,10 @@ def examine(options: RunOptions) -> AgentKnowledge:
             templates = dict(_templates(agent))
             functions = dict(_functions(agent))
             loaded = [str(file.path.resolve()) for file in agent.files]
+            as_fawkes = reads_as_fawkes(agent.config)
     except CxbridgeError as error:
         return AgentKnowledge(error=str(error))
-    return AgentKnowledge(functions, templates, findings, loaded)
+    return AgentKnowledge(functions, templates, findings, loaded, reads_as_fawkes=as_fawkes)
 
 
 def firings(run: Path) -> dict[str, int]:

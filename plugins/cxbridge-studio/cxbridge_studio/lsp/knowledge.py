@@ -44,6 +44,7 @@ class AgentKnowledge(Struct, frozen=True):
     :param loaded: the CLIPS files that the spec loads.
     :param firings: number of firings by rule in the last recording.
     :param recording: the name of the recording; may be empty.
+    :param reads_as_fawkes: whether the agent reads PDDL like Fawkes.
     :param error: why the agent could not be examined; empty if it could.
     """
 
@@ -53,6 +54,7 @@ class AgentKnowledge(Struct, frozen=True):
     loaded: list[str] = field(default_factory=list)
     firings: dict[str, int] = field(default_factory=dict)
     recording: str = ""
+    reads_as_fawkes: bool = False
     error: str = ""
 
     @property

@@ -10,6 +10,7 @@ from cxbridge.clipstext.condition import PatternCE, patterns
 from cxbridge.clipstext.syntax import SyntaxNode, literal
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.executive import action_mapping
+from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, load_domain, names_of
 from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
 from cxbridge.suggestions import did_you_mean
@@ -106,7 +107,8 @@ def _check_domain(agent: Agent, file: ClipsFile, call: SyntaxNode, actions: _Act
         return
     try:
         warnings: list[PddlError] = []
-        domain: Domain = load_domain(path, warn=warnings.append)
+        compat = reads_as_fawkes(agent.config)
+        domain: Domain = load_domain(path, fawkes_compat=compat, warn=warnings.append)
     except CxbridgeError as error:
         actions.is_complete = False
         yield of_error(error, DOMAIN)

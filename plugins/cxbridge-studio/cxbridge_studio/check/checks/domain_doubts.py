@@ -7,6 +7,7 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import literal
 from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, load_domain, parse_formula
 from cxbridge.executive.pddl.ast import And
 from cxbridge_studio.agent.names import NameKind, Use
@@ -85,7 +86,7 @@ def _domains(agent: Agent) -> Iterator[Domain]:
             if path is None:
                 continue
             try:
-                yield load_domain(path)
+                yield load_domain(path, fawkes_compat=reads_as_fawkes(agent.config))
             except CxbridgeError:
                 continue  # reported by the check of domains
 

@@ -9,6 +9,7 @@ from typing import Final
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.executive import action_mapping
+from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of, pairs_of
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
@@ -87,7 +88,8 @@ def check(agent: Agent) -> Iterator[Finding]:
             if path is None:
                 return
             try:
-                parsed.append(_Parsed(load_domain(path), file, call))
+                compat = reads_as_fawkes(agent.config)
+                parsed.append(_Parsed(load_domain(path, fawkes_compat=compat), file, call))
             except CxbridgeError:
                 return  # reported by the check of domains
     for each in parsed:

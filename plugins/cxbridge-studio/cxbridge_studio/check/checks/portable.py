@@ -17,7 +17,6 @@ from cxbridge.executive.pddl import load_domain
 from cxbridge.resources import shipped_dir
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
-from cxbridge_studio.check.fawkes_pddl import check_domain
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
 
 REFUSED: Final = Code(
@@ -174,9 +173,9 @@ def _domains(agent: Agent) -> Iterator[Finding]:
     """Yield the valid domains that Fawkes' parser rejects."""
     for path in agent.domains:
         with suppress(CxbridgeError):
-            domain = load_domain(path)
+            load_domain(path)
             try:
-                check_domain(domain)
+                load_domain(path, fawkes_compat=True)
             except PddlError as error:
                 yield of_error(error, PDDL)
 

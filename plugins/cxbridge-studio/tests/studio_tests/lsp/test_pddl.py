@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge_studio.lsp.diagnostics import live_findings
+from cxbridge_studio.lsp.knowledge import AgentKnowledge
 from cxbridge_studio.lsp.session import Session
 
 QUAY = """(define (domain quay) (:requirements :strips :typing) (:types ship)
@@ -32,3 +33,13 @@ def test_doubts_about_pddl_are_live(tmp_path, name, text, expected):
     assert file is not None
     found = live_findings(session, file)
     assert [(each.code, file.lines.at(each.start), each.severity) for each in found] == expected
+
+
+def test_a_domain_of_an_agent_that_reads_as_fawkes(tmp_path):
+    text = QUAY.replace("(and (free) (not (free)))", "(Free)")
+    session = Session()
+    file = session.update(str(tmp_path / "quay.pddl"), text)
+    assert file is not None
+    assert [each.code for each in live_findings(session, file)] == []
+    session.knowledge = AgentKnowledge(reads_as_fawkes=True)
+    assert [each.code for each in live_findings(session, file)] == ["CX301"]

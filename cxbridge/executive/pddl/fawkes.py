@@ -1,4 +1,4 @@
-"""Valid PDDL that Fawkes' parser refuses, see docs/evidence/planning.md.
+"""Valid PDDL that Fawkes' parser refuses or ignores, see docs/evidence/planning.md.
 
 In Fawkes, sections and parts of actions have a fixed order, keywords are case-sensitive and match prefixes
 without backtracking, ``<`` hides ``<=``, and the words of a time are separated by exactly one blank.
@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from cxbridge.executive.pddl.ast import Domain, Position, names_of
+from cxbridge.executive.pddl.ast import Position
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, items_of
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
-from cxbridge.executive.pddl.tokens import Text
+from cxbridge.executive.pddl.grammar import END
+from cxbridge.executive.pddl.tokens import Text, Token
 
 _SECTIONS: Final = (":requirements", ":types", ":constants", ":predicates", ":functions")
 # Required sections with their minimum number of entries.
@@ -34,17 +35,29 @@ _EFFECT_PREFIXES: Final = ("when", "increase", "decrease")
 _UNKNOWN: Final = frozenset({"<=", ">=", "imply", "assign", "scale-up", "scale-down"})
 _CONNECTIVES: Final = frozenset({"and", "or", "not", "when"})
 _TIMES: Final = {("at", "start"), ("at", "end"), ("over", "all")}
+_SECTION_DEPTH: Final = 2
 _FIRST_KEY: Final = 2
 
 
-def check_domain(domain: Domain) -> None:
-    """Check that Fawkes can read a domain.
+def without_rest(text: Text) -> None:
+    """Remove the text behind the last action, which Fawkes ignores."""
+    tokens, depth, acted = text.tokens, 0, False
+    for index, token in enumerate(tokens):
+        is_action = index and tokens[index - 1].text == "(" and token.text in _ACTIONS
+        if acted and depth == 1 and (token.text != "(" or tokens[index + 1].text not in _ACTIONS):
+            end = Token("RPAR", ")", token.start)
+            text.tokens = [*tokens[:index], end, Token(END, "", token.start)]
+            return
+        acted = acted or bool(is_action and depth == _SECTION_DEPTH)
+        depth += {"(": 1, ")": -1}.get(token.text, 0)
+
+
+def check_domain(text: Text) -> None:
+    """Check that Fawkes can read a valid domain.
 
     :raises PddlSyntaxError: if it cannot.
     """
-    text = Text(domain.text, domain.file)
-    _check_case(text)
-    _check_names(text, domain)
+    check_case(text)
     (define,) = _groups(items_of(text))
     sections = [each for each in _groups(define.items) if each.head.startswith(":")]
     order = [_order(section.head) for section in sections]
@@ -79,7 +92,7 @@ def _check_action(text: Text, action: Group) -> None:
         latest = number
         found.add(_KEYS[key.text])
         if key.text != ":parameters":
-            _check_formula(text, value, is_effect=key.text == ":effect")
+            check_formula(text, value, is_effect=key.text == ":effect")
     for needed in _NEEDED_KEYS:
         if needed not in found:
             name = action.items[1]
@@ -87,7 +100,7 @@ def _check_action(text: Text, action: Group) -> None:
             raise _refusal(text, action.position, f"action {name.text} has no {needed}")
 
 
-def _check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> None:
+def check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> None:
     """Check that Fawkes can read a valid formula.
 
     :raises PddlSyntaxError: if it cannot.
@@ -103,7 +116,7 @@ def _check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> Non
     elif head not in _CONNECTIVES:
         return
     for number, part in enumerate(parts):
-        _check_formula(text, part, is_effect=is_effect and not (head == "when" and number == 0))
+        check_formula(text, part, is_effect=is_effect and not (head == "when" and number == 0))
 
 
 def _reason(formula: Group, *, is_effect: bool) -> str:
@@ -130,7 +143,7 @@ def _is_timed(formula: Group) -> bool:
     return tuple(words) in _TIMES and all(isinstance(each, Group) for each in formula.items[2:])
 
 
-def _check_case(text: Text) -> None:
+def check_case(text: Text) -> None:
     """Check that keywords are in lower case.
 
     :raises PddlSyntaxError: if a keyword is not.
@@ -140,22 +153,6 @@ def _check_case(text: Text) -> None:
         is_keyword = word.startswith(":") or (before.text == "(" and token.kind not in ("NAME", "VARIABLE"))
         if is_keyword and word != word.lower():
             reason = f"'{word}' must be written '{word.lower()}'"
-            raise _refusal(text, text.position(token.start), reason)
-
-
-def _check_names(text: Text, domain: Domain) -> None:
-    """Check that names have the letters of their declaration.
-
-    :raises PddlSyntaxError: if a name has not.
-    """
-    declared = [*names_of(domain.types), *names_of(domain.constants)]
-    declared += [each.name for each in domain.predicates]
-    declared += [each.name for each in domain.functions]
-    written = {name.lower(): name for name in declared}
-    for token in text.tokens:
-        name = written.get(token.text.lower(), token.text)
-        if name != token.text:
-            reason = f"'{token.text}' must be written '{name}'"
             raise _refusal(text, text.position(token.start), reason)
 
 
