@@ -171,7 +171,7 @@ def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         peer.settimeout(WAIT_S)
         peer.connect(("127.0.0.1", int(other.url.rpartition(":")[2])))
-        peer.sendall((b"GET /api/openapi.json HTTP/1.1\r\n" + HOST + b"\r\n") * 300)
+        peer.sendall((b"GET /api/openapi.json HTTP/1.1\r\n" + HOST + b"\r\n") * 600)
         assert lost.wait(WAIT_S)
         assert other.get("/api/cxbridge/status").status == 200
     assert client.get("/api/cxbridge/status").status == 200
