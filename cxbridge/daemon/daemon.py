@@ -128,6 +128,10 @@ class Daemon(Run):
         return True
 
     @property
+    def watch_level(self) -> str:
+        return self.options.trace_level
+
+    @property
     def rights(self) -> Rights:
         """The rights of clients."""
         return self.settings.rights

@@ -267,6 +267,11 @@ class Run(Closing):
         """Whether clients may send requests while the rules run, e.g. from a run's page."""
         return any(group.is_interactive for group in self.options.more)
 
+    @property
+    def watch_level(self) -> str:
+        """The level at which rules and facts are watched: that of the recording, or all while a user asks."""
+        return "facts" if self.has_clients else self.options.trace_level
+
     def start(self) -> None:
         """Start the components and add them to the main loop, the executive last."""
         node, thinking = self.thinking_node, self.thinking

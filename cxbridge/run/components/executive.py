@@ -48,7 +48,7 @@ class ExecutiveComponent(ThinkingComponent):
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
         UnexecutedActions(self.context, self.executive)
-        _watch_for_recording(self.executive, self.context.config, self.context.options.trace_level)
+        _watch_for_recording(self.executive, self.context.config, self.context.watch_level)
 
     def configure(self) -> None:
         """Load the core and the agent."""

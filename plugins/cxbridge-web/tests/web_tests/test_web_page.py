@@ -67,6 +67,14 @@ def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tm
         assert get(address, "/api/clips/executive/facts")[0] == 200, "facts are there after the end"
         why = get(address, "/api/cxbridge/why?goal=G")
         assert why[0] == (200 if find_spec("cxbridge_studio") else 400), why
+        if find_spec("cxbridge_studio"):
+            told = json.loads(why[1])["data"]["goals"][0]
+            assert [cause["text"] for cause in told["cause"]["because"]][-1].startswith("rule "), told
+            assert json.loads(get(address, "/api/cxbridge/why")[1])["data"]["unknown"] == []
+            facts = json.loads(get(address, "/api/clips/executive/facts?formatted=true")[1])
+            index = next(fact["index"] for fact in facts if fact["template_name"] == "begun")
+            fact = json.loads(get(address, f"/api/cxbridge/why?fact=f-{index}")[1])["data"]
+            assert "fired just before" in fact["headline"]
         process.send_signal(signal.SIGINT)
         assert process.wait(WAIT_S) == 1
 

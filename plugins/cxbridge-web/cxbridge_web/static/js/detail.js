@@ -11,7 +11,7 @@ import { chain, Story } from "cx/story/story.js";
 import { lastUpTo } from "cx/timeline/history.js";
 import { pathTo, resolve } from "cx/timeline/path.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
-import { ask, goalWhy } from "cx/why.js";
+import { ask, canAsk, goalWhy } from "cx/why.js";
 
 const MOST = 200, // entries of a list
   MOST_LINES = 8,
@@ -308,18 +308,16 @@ export class Detail {
 
   /** Why it is so: as the events tell it, and on demand as `cxbridge why` does. */
   reasons(item) {
-    const { app } = this.host,
-      isGoal = item.kind === "goal",
-      canAsk = isGoal && (app.recording ? app.recording.why : item.env === MAIN_ENV),
+    const mayAsk = item.kind !== "skill" && canAsk(this.host.app, item.env),
       answer = this.why?.key === item.key ? this.why.node : null,
       way = outcomeAt(item) === "completed" ? [] : causes(item, this.history);
-    if (way.length < 2 && !canAsk) return null;
+    if (way.length < 2 && !mayAsk) return null;
     return el(
       "section",
       { id: "why-text", class: "story-why" },
       el("h3", {}, "Why"),
       answer || (way.length > 1 ? chain(this.host, item, this.history) : null),
-      canAsk && !answer
+      mayAsk && !answer
         ? button("Why?", () => this.askWhy(item), {
             id: "why",
             title: "all that is known, as cxbridge why tells it",
@@ -327,7 +325,9 @@ export class Detail {
         : null,
     );
   }
-  async askWhy({ key, id, env }) {
+  async askWhy({ kind, key, id, env, goal }) {
+    const name =
+      kind === "action" ? goal.slice(goal.startsWith(env + ":") ? env.length + 1 : 0) + "/" + id : id;
     const show = (node) => {
       this.why = { key, node };
       this.sign = this.target = "";
@@ -335,7 +335,7 @@ export class Detail {
     };
     show(el("p", { class: "dim" }, "…"));
     try {
-      show(goalWhy(this.host.app, await ask(this.host.app, "goal", id, env)));
+      show(goalWhy(this.host.app, await ask(this.host.app, kind, name, env)));
     } catch (error) {
       show(el("p", { class: "error-box" }, error.message));
     }

@@ -2,7 +2,7 @@
 // of `cxbridge why` as lists of reasons, with links.
 import { get, part } from "cx/api.js";
 import { highlighted } from "cx/clips/source.js";
-import { el } from "cx/dom.js";
+import { button, el } from "cx/dom.js";
 import { linked } from "cx/links.js";
 import { MAIN_ENV } from "cx/names.js";
 
@@ -11,7 +11,7 @@ const ruleLink = (name) => el("a", { href: "#/clips/rules/" + part(name) }, name
 
 /**
  * Ask why. A recording is asked about its chosen moment, and about its end for the story of the run.
- * @param kind goal, rule, or run, which has no name
+ * @param kind goal, action, rule, fact, or run, which has no name
  * @param env the environment; a daemon knows its executive's only
  * @returns {Promise<object>} the values of the answer; rejected where nothing explains the run
  */
@@ -62,13 +62,41 @@ function moments(app, list, rules) {
 
 const notes = (list) => (list || []).map((note) => el("p", { class: "dim small" }, note));
 
-/** @param data of GET /cxbridge/why?goal= */
+/** Whether something answers why in an environment: a daemon explains its executive's only. */
+export const canAsk = (app, env) =>
+  app.recording && !app.recording.isPast ? Boolean(app.recording.why) : (env || MAIN_ENV) === MAIN_ENV;
+
+/**
+ * A button that asks why, and the place of the answer.
+ * @param about attributes of both: {button, box}
+ */
+export function whyBox(app, kind, name, env, about) {
+  const box = el("div", about.box);
+  async function answer() {
+    box.replaceChildren(el("p", { class: "dim" }, "…"));
+    try {
+      box.replaceChildren(el("h3", {}, "Why"), answerOf(app, await ask(app, kind, name, env)));
+    } catch (error) {
+      box.replaceChildren(el("p", { class: "error-box" }, error.message));
+    }
+  }
+  return { button: canAsk(app, env) ? button("Why?", answer, about.button) : null, box };
+}
+
+/** An answer to why of any kind. */
+const answerOf = (app, data) => ("verdict" in data ? ruleWhy(app, data) : goalWhy(app, data));
+
+/** @param data of GET /cxbridge/why?goal=, ?action= or ?fact= */
 export function goalWhy(app, data) {
-  const rules = new Set(data.goals.flatMap((story) => story.moments.flatMap((moment) => moment.rules)));
+  const stories = data.goals || data.actions || [data],
+    rules = new Set([
+      ...(data.rules || []),
+      ...stories.flatMap((story) => story.moments.flatMap((moment) => moment.rules)),
+    ]);
   return el(
     "div",
     { class: "why" },
-    data.goals.map((story) =>
+    stories.map((story) =>
       el(
         "section",
         {},

@@ -9,8 +9,11 @@ import pytest
 
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceWrite
+from cxbridge.run.options import RunOptions
+from cxbridge.run.run import run_scenario
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from tests.history import runs as made
+from tests.run.mini import AGENT, write_scenario
 from web_tests.page.conftest import wait_for
 from web_tests.page.test_moments import viewing
 
@@ -54,6 +57,32 @@ def test_what_changed_since_the_run_of_yesterday(tab, tmp_path):
         tab.click(".pair-bar.b")
         tab.wait_for_selector("#state >> text=RECORDING")
         assert "runs/1/today.mcap" in tab.url
+
+
+def test_why_did_this_rule_not_fire(tab, tmp_path):
+    """Of a recording: the condition that fails, and the rule that asserted the fact in question."""
+    never = AGENT + "\n(defrule mini-never (goal (id G) (mode RETRACTED)) (never) =>)"
+    scenario, path = write_scenario(tmp_path / "mini", agent=never), tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=scenario, trace=path, trace_level="facts"))
+    with viewing(path) as (url, recordings):
+        tab.goto(url + recordings.start + "#/clips/rules/mini-never")
+        tab.click("#why-rule")
+        tab.wait_for_selector("#why-text .failing >> text=RETRACTED")
+        tab.goto(url + recordings.start + "#/clips/facts")
+        tab.click("[role=option] >> text=(begun)")
+        tab.click("#why-fact")
+        tab.wait_for_selector("#why-text .cause >> text=rule mini-begin fired just before")
+
+
+def test_is_it_stuck_and_on_what(tab, tmp_path):
+    """An action waits, and nothing is under way: the page and its detail say on what."""
+    events = [*delivery(fails=False)[:3], made.action(1, "deliver1", 1, "drive", "PENDING")]
+    with viewing(recorded(tmp_path / "run.mcap", [*events[:2], events[3]])) as (url, recordings):
+        tab.goto(url + recordings.start)
+        tab.wait_for_selector(".story-why >> text=action 1 drive is PENDING since 1.000 s")
+        tab.goto(url + recordings.start + "#/timeline/goal/deliver1")
+        tab.click("#why")
+        tab.wait_for_selector("#why-text >> text=waits for what was dispatched")
 
 
 def test_where_was_the_robot_when_the_skill_failed(tab, tmp_path):

@@ -1,8 +1,6 @@
 // One rule: where it is, its source, why it has not fired.
-import { get, part } from "cx/api.js";
-import { button, el } from "cx/dom.js";
-import { ruleWhy } from "cx/why.js";
-import { MAIN_ENV } from "cx/model.js";
+import { el } from "cx/dom.js";
+import { whyBox } from "cx/why.js";
 import { constructText } from "cx/clips/constructs.js";
 import { highlighted } from "cx/clips/source.js";
 
@@ -14,17 +12,8 @@ import { highlighted } from "cx/clips/source.js";
  */
 export function ruleDetail(app, rule, firings, back) {
   const source = el("div", { id: "rule-source" }),
-    why = el("div", { id: "why-text" }),
-    env = app.env;
-  async function askWhy() {
-    why.replaceChildren(el("p", { class: "dim" }, "…"));
-    try {
-      const answer = await get("cxbridge/why?rule=" + part(rule.name));
-      why.replaceChildren(el("h3", {}, "Why"), ruleWhy(app, answer.data));
-    } catch (error) {
-      why.replaceChildren(el("p", { class: "error-box" }, error.message));
-    }
-  }
+    env = app.env,
+    why = whyBox(app, "rule", rule.name, env, { button: { id: "why-rule" }, box: { id: "why-text" } });
   const place = el("p", { class: "dim" });
   let found = rule;
   function drawPlace() {
@@ -69,15 +58,9 @@ export function ruleDetail(app, rule, firings, back) {
     () => {}, // where it is said already
   );
   const nodes = [
-    el(
-      "div",
-      { class: "detail-head" },
-      back,
-      el("h2", {}, rule.name),
-      app.recording || env !== MAIN_ENV ? null : button("Why?", askWhy, { id: "why-rule" }),
-    ),
+    el("div", { class: "detail-head" }, back, el("h2", {}, rule.name), why.button),
     place,
-    why,
+    why.box,
     source,
   ];
   function update(known, count) {

@@ -9,6 +9,7 @@ import { agendaItems, factItems, ruleItems, rulesOfRecording } from "cx/clips/it
 import { factsOverview, rulesOverview } from "cx/clips/overview.js";
 import { ruleDetail } from "cx/clips/rule.js";
 import { VirtualList } from "cx/virtual.js";
+import { whyBox } from "cx/why.js";
 
 export const tab = { title: "CLIPS", order: 60 };
 export const kinds = ["fact", "rule"];
@@ -271,6 +272,8 @@ export function open(root, app) {
       { class: "back quiet", "aria-label": "back" },
     );
     if (item.fact) {
+      const about = { button: { id: "why-fact" }, box: { id: "why-text" } },
+        why = whyBox(app, "fact", "f-" + item.fact.index, app.env, about);
       refill(
         detail,
         el(
@@ -279,7 +282,9 @@ export function open(root, app) {
           back,
           el("h2", {}, "f-" + item.fact.index),
           el("span", { class: "dim" }, item.fact.template),
+          why.button,
         ),
+        why.box,
         app.recording
           ? el("pre", {}, item.fact.text)
           : factForm(app, app.env, item.fact, (index) => changed(item.fact.index, index)),
