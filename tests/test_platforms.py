@@ -16,7 +16,7 @@ from cxbridge.blackboard.kit.errors import EndpointError
 from cxbridge.blackboard.zmq.wire.sockets import context_for
 from cxbridge.errors import CxbridgeError
 from cxbridge.process.stepping import StepKeys
-from tests.support import ROOT, needs_plugin
+from tests.support import ROOT, needs_plugin, share
 
 WITHOUT = """
 import os, select, shutil, signal, subprocess, sys, tempfile
@@ -71,13 +71,16 @@ looking.join()
 
 @pytest.mark.parametrize(
     "command",
-    [
-        ("run", "-q", "scenarios/test-scenario"),
-        ("run", "-q", "scenarios/test-scenario-pddl"),  # a planner is a process
-        ("doctor",),
-        ("interface", "show", "SkillerInterface"),
-        ("daemon", "--help"),
-    ],
+    share(
+        [
+            ("run", "-q", "scenarios/test-scenario"),
+            ("run", "-q", "scenarios/test-scenario-pddl"),  # a planner is a process
+            ("doctor",),
+            ("interface", "show", "SkillerInterface"),
+            ("daemon", "--help"),
+        ],
+        2,
+    ),
     ids=" ".join,
 )
 def test_it_works_without_what_windows_lacks(command):

@@ -10,6 +10,7 @@ import pytest
 
 from cxbridge import resources
 from cxbridge.errors import CxbridgeError
+from tests.support import share
 
 PROGRAM = "from cxbridge.cli.main import main; main()"
 
@@ -31,16 +32,19 @@ def offered(line, **environment):
 
 @pytest.mark.parametrize(
     ("line", "expected"),
-    [
-        ("cxbridge run test", ["test-scenario", "test-scenario-pddl"]),
-        ("cxbridge run tests/", []),
-        ("cxbridge interface show Skiller", ["SkillerDebugInterface", "SkillerInterface"]),
-        ("cxbridge interface check Lamp", []),
-        ("cxbridge doc", ["doctor"]),
-        ("cxbridge trace transi", ["transitions"]),
-        ("cxbridge daemon pau", ["pause"]),  # start is what is meant where nothing is named
-        ("cxbridge daemon --fawkes-p", ["--fawkes-port"]),
-    ],
+    share(
+        [
+            ("cxbridge run test", ["test-scenario", "test-scenario-pddl"]),
+            ("cxbridge run tests/", []),
+            ("cxbridge interface show Skiller", ["SkillerDebugInterface", "SkillerInterface"]),
+            ("cxbridge interface check Lamp", []),
+            ("cxbridge doc", ["doctor"]),
+            ("cxbridge trace transi", ["transitions"]),
+            ("cxbridge daemon pau", ["pause"]),  # start is what is meant where nothing is named
+            ("cxbridge daemon --fawkes-p", ["--fawkes-port"]),
+        ],
+        3,
+    ),
 )
 def test_names_that_begin_so(line, expected):
     assert offered(line) == expected

@@ -1,4 +1,4 @@
-"""Masters and executors in one process: the rows of the tables in skill-board.md."""
+"""Masters and executors in one process: the rows of the tables in docs/evidence/skill-board.md."""
 
 from __future__ import annotations
 

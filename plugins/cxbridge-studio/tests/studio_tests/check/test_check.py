@@ -73,24 +73,32 @@ def test_the_shipped_scenarios_are_fine(name):
 
 @pytest.mark.parametrize(
     ("clips", "code", "column", "message"),
-    [
-        ("(defrule r (thing (c 1)) => (halt))", "CX203", 20, "the deftemplate 'thing' has no slot 'c'"),
-        ("(defrule r (thing (a ?x)) => (assert (thing (d ?x))))", "CX203", 46, "has no slot 'd'"),
-        ("(defrule r (nothing (a 1)) => (halt))", "CX202", 12, "there is no deftemplate 'nothing'"),
-        ("(defrule r (not (thng (a 1))) => (halt))", "CX202", 17, "there is no deftemplate 'thng'"),
-        ("(defrule r (thing (a ?x)) => (fooo ?x))", "CX204", 31, "there is no function 'fooo'"),
-        ("(defrule r (thing) => (printout t ?*no*))", "CX205", 35, "there is no global variable ?*no*"),
-        ("(defrule r (thing) => (sym-cat))", "CX206", 24, "'sym-cat' expected at least 1 argument"),
-        ("(deffunction f (?a) ?a)(defrule r (thing) => (f))", "CX206", 47, "'f' expected exactly 1 argument"),
-        ("(defrule r (thing (a ?x)) => (printout t ?y))", "CX207", 42, "?y"),
-        (
-            "(defrule r (thing (a ?x)) => (bind ?f (assert (thing (a 1 2)))))",
-            "CX206",
-            20,
-            "single field slot 'a'",
-        ),
-        ("(defrule r (thing (a ?x) => (halt))", "CX201", 12, "defrule r never closes"),
-    ],
+    share(
+        [
+            ("(defrule r (thing (c 1)) => (halt))", "CX203", 20, "the deftemplate 'thing' has no slot 'c'"),
+            ("(defrule r (thing (a ?x)) => (assert (thing (d ?x))))", "CX203", 46, "has no slot 'd'"),
+            ("(defrule r (nothing (a 1)) => (halt))", "CX202", 12, "there is no deftemplate 'nothing'"),
+            ("(defrule r (not (thng (a 1))) => (halt))", "CX202", 17, "there is no deftemplate 'thng'"),
+            ("(defrule r (thing (a ?x)) => (fooo ?x))", "CX204", 31, "there is no function 'fooo'"),
+            ("(defrule r (thing) => (printout t ?*no*))", "CX205", 35, "there is no global variable ?*no*"),
+            ("(defrule r (thing) => (sym-cat))", "CX206", 24, "'sym-cat' expected at least 1 argument"),
+            (
+                "(deffunction f (?a) ?a)(defrule r (thing) => (f))",
+                "CX206",
+                47,
+                "'f' expected exactly 1 argument",
+            ),
+            ("(defrule r (thing (a ?x)) => (printout t ?y))", "CX207", 42, "?y"),
+            (
+                "(defrule r (thing (a ?x)) => (bind ?f (assert (thing (a 1 2)))))",
+                "CX206",
+                20,
+                "single field slot 'a'",
+            ),
+            ("(defrule r (thing (a ?x) => (halt))", "CX201", 12, "defrule r never closes"),
+        ],
+        5,
+    ),
     ids=lambda value: value if isinstance(value, str) and value.startswith("(") else "",
 )
 def test_a_construct_that_clips_drops(tmp_path, clips, code, column, message):
@@ -339,19 +347,22 @@ STEPS = """
 
 @pytest.mark.parametrize(
     ("call", "code"),
-    [
-        ("(step greet peggy)", None),
-        ("(step greet (create$ a b))", None),  # any number
-        ("(step gret peggy)", "CX303"),
-        ("(step greet)", "CX305"),
-        ("(step greet peggy (sym-cat a))", None),  # may be none
-        ("(step greet peggy meggy)", "CX305"),
-        ("(named greet (create$ who) (create$ peggy))", None),
-        ("(named greet (create$) (create$ peggy))", None),  # the operator has the names
-        ("(named greet ?*names* ?*names*)", None),
-        ("(named greet (create$ whom) (create$ peggy))", "CX305"),
-        ("(named greet (create$ who) (create$))", "CX305"),
-    ],
+    share(
+        [
+            ("(step greet peggy)", None),
+            ("(step greet (create$ a b))", None),  # any number
+            ("(step gret peggy)", "CX303"),
+            ("(step greet)", "CX305"),
+            ("(step greet peggy (sym-cat a))", None),  # may be none
+            ("(step greet peggy meggy)", "CX305"),
+            ("(named greet (create$ who) (create$ peggy))", None),
+            ("(named greet (create$) (create$ peggy))", None),  # the operator has the names
+            ("(named greet ?*names* ?*names*)", None),
+            ("(named greet (create$ whom) (create$ peggy))", "CX305"),
+            ("(named greet (create$ who) (create$))", "CX305"),
+        ],
+        4,
+    ),
 )
 def test_an_action_that_a_function_of_the_agent_plans(tmp_path, call, code):
     used = f"{call} (step greet a) (named greet who b)"
@@ -589,15 +600,18 @@ DRIVE = "float32 far\n---\nstring reason\n---\nfloat32 left\ngeometry_msgs/Pose 
 
 @pytest.mark.parametrize(
     ("kind", "name", "field", "message"),
-    [
-        ("service", "std_srvs/srv/Trigger", "success: success", ""),
-        ("service", "std_srvs/srv/Trigger", "error: mesage", "Trigger_Response has no field 'mesage'"),
-        ("service", "std_srvs/srv/Triger", "", "there is no ROS 2 type std_srvs/srv/Triger"),
-        ("action", "robots/action/Drive", "feedback: at.position.x", ""),
-        ("action", "robots/action/Drive", "feedback: at.positon.x", "no field 'at.positon.x'"),
-        ("action", "robots/action/Drive", "error: why", "Drive_Result has no field 'why'"),
-        ("action", "robots/action/Dive", "", "there is no ROS 2 type robots/action/Dive"),
-    ],
+    share(
+        [
+            ("service", "std_srvs/srv/Trigger", "success: success", ""),
+            ("service", "std_srvs/srv/Trigger", "error: mesage", "Trigger_Response has no field 'mesage'"),
+            ("service", "std_srvs/srv/Triger", "", "there is no ROS 2 type std_srvs/srv/Triger"),
+            ("action", "robots/action/Drive", "feedback: at.position.x", ""),
+            ("action", "robots/action/Drive", "feedback: at.positon.x", "no field 'at.positon.x'"),
+            ("action", "robots/action/Drive", "error: why", "Drive_Result has no field 'why'"),
+            ("action", "robots/action/Dive", "", "there is no ROS 2 type robots/action/Dive"),
+        ],
+        3,
+    ),
 )
 def test_the_types_and_fields_of_skills_of_ros(tmp_path, kind, name, field, message):
     pytest.importorskip("rosbags", reason="the extra 'ros2' is not installed")

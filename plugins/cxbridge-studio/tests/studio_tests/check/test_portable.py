@@ -12,7 +12,7 @@ from cxbridge.run import RunOptions
 from cxbridge_studio.check.run import check
 from studio_tests.check.test_check import agent
 from tests.executive.clips630.engines import PROGRAM, needs_clips630
-from tests.support import FAWKES_DIR
+from tests.support import FAWKES_DIR, share
 
 TEMPLATE = "(deftemplate thing (slot a) (slot b))\n"
 ERROR = re.compile(r"\[[A-Z]+\d+\](?! WARNING)")
@@ -35,22 +35,25 @@ def refuses(file: Path) -> bool:
 @needs_clips630
 @pytest.mark.parametrize(
     ("clips", "code"),
-    [
-        ("(defrule r ?t <- (thing) => (modify ?t (b 2)))", ""),
-        ("(defrule r ?t <- (thing) => (modify (nth$ 1 (create$ ?t)) (b 2)))", "CX601"),
-        ("(deffunction last () 1)(defrule r (thing) => (modify (last) (b 2)))", "CX601"),
-        ("(defrule r ?t <- (thing) => (duplicate (assert (thing)) (b 2)))", "CX601"),
-        ("(defrule r (thing) => (modify 1 (b 2)))", "CX601"),
-        ("(defrule r (thing (a ?x)) => (printout t (max ?x)))", "CX601"),
-        ("(defrule r (thing (a ?x)) => (printout t (min ?x 2)))", ""),
-        ("(defrule r ?t <- (thing) => (retract (nth$ 1 (create$ ?t))))", ""),
-        ('(defrule r (thing) => (printout t "a" crlf))', ""),
-        ('(defrule r (thing) => (println "a"))', "CX602"),
-        ("(defrule r (thing) => (bind ?x (union$ (create$ a) (create$ b))))", "CX602"),
-        ("(deffunction println ($?x) ?x)(defrule r (thing) => (println a))", ""),
-        ("(deffunction nth (?x) ?x)(defrule r (thing) => (nth 1))", "CX603"),
-        ("(deffunction second (?x) (nth$ 2 ?x))(defrule r (thing (a ?x)) => (second (create$ ?x)))", ""),
-    ],
+    share(
+        [
+            ("(defrule r ?t <- (thing) => (modify ?t (b 2)))", ""),
+            ("(defrule r ?t <- (thing) => (modify (nth$ 1 (create$ ?t)) (b 2)))", "CX601"),
+            ("(deffunction last () 1)(defrule r (thing) => (modify (last) (b 2)))", "CX601"),
+            ("(defrule r ?t <- (thing) => (duplicate (assert (thing)) (b 2)))", "CX601"),
+            ("(defrule r (thing) => (modify 1 (b 2)))", "CX601"),
+            ("(defrule r (thing (a ?x)) => (printout t (max ?x)))", "CX601"),
+            ("(defrule r (thing (a ?x)) => (printout t (min ?x 2)))", ""),
+            ("(defrule r ?t <- (thing) => (retract (nth$ 1 (create$ ?t))))", ""),
+            ('(defrule r (thing) => (printout t "a" crlf))', ""),
+            ('(defrule r (thing) => (println "a"))', "CX602"),
+            ("(defrule r (thing) => (bind ?x (union$ (create$ a) (create$ b))))", "CX602"),
+            ("(deffunction println ($?x) ?x)(defrule r (thing) => (println a))", ""),
+            ("(deffunction nth (?x) ?x)(defrule r (thing) => (nth 1))", "CX603"),
+            ("(deffunction second (?x) (nth$ 2 ?x))(defrule r (thing (a ?x)) => (second (create$ ?x)))", ""),
+        ],
+        5,
+    ),
 )
 def test_what_clips_6_30_refuses(tmp_path, clips, code):
     file = tmp_path / "alone.clp"

@@ -14,7 +14,7 @@ import pytest
 
 from studio_tests.dap.client import Client
 from studio_tests.dap.conftest import GOALS, line_of
-from tests.support import ROOT
+from tests.support import ROOT, share
 
 REQUESTS = json.loads((Path(__file__).parent / "requests.json").read_text())
 GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")
@@ -84,7 +84,7 @@ def everywhere(client, phase):
 PHASES = ["new", "ready", "launched", "running", "stopped", "over"]
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", share(PHASES, 3))
 def test_arguments_of_another_type_or_missing(client, phase):
     assert len(CASES) > 500
     everywhere(client, phase)
