@@ -13,8 +13,10 @@ def raise_file_limit() -> None:
     """Let the process open as many files as allowed, up to 16384; the usual 1024 is few for a server."""
     if sys.platform == "win32":
         return
-    import resource  # noqa: PLC0415 - not every system has it
-
+    try:
+        import resource  # noqa: PLC0415 - not every system has it
+    except ImportError:
+        return
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = _ENOUGH if hard == resource.RLIM_INFINITY else min(hard, _ENOUGH)
     if soft != resource.RLIM_INFINITY and soft < wanted:
