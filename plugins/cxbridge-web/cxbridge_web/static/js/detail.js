@@ -138,9 +138,13 @@ export class Detail {
       title: "go to this moment",
     });
   }
+  /** What is beyond has not happened at the chosen moment. */
+  get step() {
+    return this.host.cursor()?.step ?? Infinity;
+  }
   /** The title, and the outcome at the chosen moment; of an open goal the mode. */
   head(title, item) {
-    const step = this.host.cursor()?.step ?? Infinity,
+    const { step } = this,
       outcome = outcomeAt(item, step),
       mode = item.kind === "goal" && lastUpTo(item.changes, step)?.mode;
     return el(
@@ -153,8 +157,11 @@ export class Detail {
     );
   }
   times(item) {
-    const { begin, start, end, waited, ran } = timesOf(item, this.history),
-      soFar = start && !end ? Math.max(0, this.host.now().time - start.time) : null;
+    const { begin, start, end: last, waited, ran: whole } = timesOf(item, this.history),
+      isOver = last && last.step <= this.step,
+      [end, ran] = isOver ? [last, whole] : [null, null],
+      moment = this.host.cursor() || this.host.now(),
+      soFar = start && !end ? Math.max(0, moment.time - start.time) : null;
     return [
       ["began", this.at(begin)],
       ["waited", waited ? durationText(waited) : ""],
@@ -178,13 +185,13 @@ export class Detail {
   }
   link(item, text) {
     return [
-      outcomeBadge(outcomeAt(item) || "formulated"),
+      outcomeBadge(outcomeAt(item, this.step) || "formulated"),
       " ",
       el("a", { href: this.host.href(pathTo(item)) }, text),
     ];
   }
   changes(item, badge) {
-    const step = this.host.cursor()?.step ?? Infinity;
+    const { step } = this;
     return el(
       "details",
       { class: "tl-steps", open: item.changes.length < 12 },
@@ -220,7 +227,7 @@ export class Detail {
         ["parent", parent ? el("a", { href: this.host.href({ goal: parent.key }) }, parent.id) : ""],
         ...this.times(goal),
         ["robot", [...robots].join(", ")],
-        ["priority", words(details.priority)],
+        ["priority", USUAL.has(words(details.priority)) ? "" : words(details.priority)],
         ["parameters", words(details.parameters)],
         ["meta", words(details.meta)],
         ["message", words(details.message)],
@@ -256,7 +263,7 @@ export class Detail {
     return this.list("Plan", rows, (row) => this.planned(row), "action");
   }
   planned({ action, told }) {
-    const state = action ? action.changes.at(-1).state : told.state,
+    const state = action ? (lastUpTo(action.changes, this.step)?.state ?? "FORMULATED") : told.state,
       text = action
         ? action.id + " " + action.text
         : [told.id, told["operator-name"], ...told["param-values"]].join(" "),

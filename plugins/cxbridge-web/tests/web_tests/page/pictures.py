@@ -102,8 +102,8 @@ def _moment(part: float) -> Prepare:
 
 
 SHOTS: Final[Mapping[str, Shot]] = {
+    "now": Shot("timeline"),  # the first: the run of the daemon has an end
     "story": Shot("timeline", run=FAULTY),
-    "now": Shot("timeline"),
     "goals": Shot("goals/INSPECT-lab", run=FAULTY),
     "failed": Shot("goals?goal=&outcome=failed", run=FAULTY),
     "keys": Shot("timeline", _keys),
@@ -197,7 +197,7 @@ def main(names: list[str]) -> None:
     with (
         tempfile.TemporaryDirectory() as folder,
         viewing(Path(folder), runs) as urls,
-        serving((("clock", "scaled:4"),), config=ROOT / "scenarios" / "two-robots") as (_, client, _lines),
+        serving((("clock", "scaled:1"),), config=ROOT / "scenarios" / "two-robots") as (_, client, _lines),
         sync_playwright() as playwright,
     ):
         urls[""] = f"{client.url}/"

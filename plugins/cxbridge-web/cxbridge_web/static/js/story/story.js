@@ -24,6 +24,11 @@ export class Story {
     this.tellsAll = false;
   }
 
+  /** Whether the run is over, as a recording is. */
+  get isOver() {
+    const { app, isLive } = this.host;
+    return !isLive || Boolean(app.status?.result);
+  }
   get isStill() {
     const { history } = this.host;
     return history.steps > 0 && this.host.now().time - history.stepTimes.at(-1) > STILL_US;
@@ -65,7 +70,7 @@ export class Story {
       longest = open.length ? longestOf(history) : null,
       failed = roots.filter((goal) => outcomeAt(goal) === "failed"),
       waiting = roots.filter((goal) => isOpen(outcomeAt(goal))),
-      stands = waiting.length > 0 && !open.length && (!isLive || this.isStill),
+      stands = waiting.length > 0 && !open.length && (this.isOver || this.isStill),
       wrong = stands ? [...failed, ...waiting] : failed;
     this.ask(wrong, later);
     return el(
@@ -91,21 +96,25 @@ export class Story {
   }
 
   headline(roots, waiting, stands, now) {
-    const { history, isLive } = this.host,
+    const { history } = this.host,
+      { isOver } = this,
       begin = history.begin ?? now.time,
       last = history.stepTimes.at(-1) ?? begin,
       worst = waiting.length || !roots.length ? "running" : outcomeAt(roots[0]),
       lasted = (end) => durationText(Math.max(0, end - begin));
     let text = OUTCOMES[worst].word[0].toUpperCase() + OUTCOMES[worst].word.slice(1);
-    if (stands && isLive) text = "Nothing has happened for " + durationText(now.time - last);
+    if (stands && !isOver) text = "Nothing has happened for " + durationText(now.time - last);
     else if (stands) text = "It stopped after " + lasted(history.time) + ", before its goals were over";
     else if (worst === "running")
-      text = isLive ? "Running for " + lasted(now.time) : "It ran for " + lasted(history.time);
+      text = isOver ? "It ran for " + lasted(history.time) : "Running for " + lasted(now.time);
     else text += (worst === "completed" ? " in " : " after ") + lasted(last);
+    // an agent that waits for its first goal to be selected may be at rest
+    const isBad = isOver || waiting.some((goal) => outcomeAt(goal) === "running"),
+      tone = stands ? (isBad ? "failed" : "formulated") : worst;
     const reason = roots.map((goal) => reasonOf(goal, history)).find(Boolean) || (stands && this.rootCause());
     return el(
       "div",
-      { class: "story-head o-" + (stands ? "failed" : worst), title: "began at " + timeOfDay(begin) },
+      { class: "story-head o-" + tone, title: "began at " + timeOfDay(begin) },
       el("h2", {}, el("i", { "aria-hidden": "true" }, stands ? "!" : OUTCOMES[worst].icon), " ", text),
       reason ? el("p", {}, reason) : null,
     );

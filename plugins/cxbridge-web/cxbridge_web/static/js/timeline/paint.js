@@ -35,7 +35,7 @@ const cutTo = (text, room) => {
 export class Painter {
   /**
    * @param context of a canvas
-   * @param scene what is drawn: {window, history, palette, now, zero, high, selected, chosen}
+   * @param scene what is drawn: {window, history, palette, now, zero, high, selected, chosen, late}
    */
   constructor(context, scene) {
     this.context = context;
@@ -107,7 +107,7 @@ export class Painter {
       if (item.kind === "goal" && item.actions.length) {
         this.wait(edges, y);
         this.actions(item.actions, span, y, until);
-      } else this.bar(span.outcome, edges, y, this.textOf(item, span), until, item === this.chosen);
+      } else this.bar(item, span.outcome, edges, y, this.textOf(item, span), until);
     }
   }
   /** The actions that ran within a span of their goal; those at the same time below each other. */
@@ -119,7 +119,7 @@ export class Painter {
       const next = spans.slice(at + 1).find((each) => each.lane === lane),
         free = next ? this.window.place(next.span.from) : until;
       const text = lanes > 1 ? "" : this.textOf(item, span);
-      this.bar(span.outcome, edges, y, text, free, item === this.chosen, lane, lanes);
+      this.bar(item, span.outcome, edges, y, text, free, lane, lanes);
     }
   }
   textOf(item, span) {
@@ -151,15 +151,16 @@ export class Painter {
       drawn = Math.max(edges[0], edges[1]);
       const next = calls[at + 1],
         until = next ? this.window.place(next.begin) : this.window.width;
-      this.bar(span.outcome, edges, y, call.text || call.name, until, call === this.chosen);
+      this.bar(call, span.outcome, edges, y, call.text || call.name, until);
     }
   }
 
   /** A bar with its text in it, or, of a narrow one that matters, behind it. */
-  bar(outcome, [left, right], y, text, freeUntil, isChosen = false, lane = 0, lanes = 1) {
-    const { context, high } = this,
+  bar(item, outcome, [left, right], y, text, freeUntil, lane = 0, lanes = 1) {
+    const { context, high, late } = this,
       look = this.palette.outcomes[outcome],
       isLoud = LOUD.has(outcome),
+      isLate = late.has(item) || item.calls?.some((call) => late.has(call)),
       height = (high - 8) / lanes,
       top = y + 4 + lane * height,
       width = Math.max(right - left - (right - left > 4 ? 1 : 0), LEAST);
@@ -172,14 +173,14 @@ export class Painter {
       context.lineWidth = 1;
       context.stroke();
     }
-    if (isChosen) {
-      context.strokeStyle = this.palette.focus;
+    if (isLate || item === this.chosen) {
+      context.strokeStyle = isLate ? this.palette.outcomes.failed.fill : this.palette.focus;
       context.lineWidth = 2.5;
       context.stroke();
     }
     if (!text) return;
     const middle = top + height / 2 + 1,
-      words = isLoud || outcome === "rejected" ? look.icon + " " + text : text,
+      words = (isLate ? "late: " : isLoud || outcome === "rejected" ? look.icon + " " : "") + text,
       seen = Math.max(left, 0),
       room = Math.min(left + width, this.window.width) - seen - 10;
     if (room > 20) {

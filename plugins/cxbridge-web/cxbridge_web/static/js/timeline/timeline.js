@@ -1,7 +1,7 @@
 // The timeline: goals, plan-actions, skill calls and errors over time. The page and reports show this component.
 import { Detail } from "cx/detail.js";
 import { el, none } from "cx/dom.js";
-import { failureOf } from "cx/story/causes.js";
+import { failureOf, lateAfter, longestOf } from "cx/story/causes.js";
 import { VirtualList } from "cx/virtual.js";
 import { findAt, tipOf } from "cx/timeline/find.js";
 import { keyInput, pointerInput } from "cx/timeline/input.js";
@@ -19,7 +19,8 @@ import { TimeWindow } from "cx/timeline/window.js";
 
 const LIVE_MS = 50,
   SETTLED_MS = 160,
-  DOUBLE_MS = 300;
+  DOUBLE_MS = 300,
+  LATE_MS = 500;
 
 export class Timeline {
   /**
@@ -129,6 +130,18 @@ export class Timeline {
   get marks() {
     return marksOf(this.history);
   }
+  /** The skill calls that run for much longer than those before: looked for twice a second. */
+  get late() {
+    const at = performance.now();
+    if (!this.lateAt || at - this.lateAt > LATE_MS) {
+      this.lateAt = at;
+      const open = this.history.calls.filter(({ end }) => !end),
+        longest = open.length ? longestOf(this.history) : null,
+        { time } = this.now;
+      this.lateCalls = new Set(open.filter((call) => lateAfter(call, longest, time)));
+    }
+    return this.lateCalls;
+  }
   /** What the painter and the search for what is below the pointer know. */
   get scene() {
     this.palette ||= palette(this.box);
@@ -140,6 +153,7 @@ export class Timeline {
       zero: this.zero,
       high: this.list.rowHeight,
       selected: this.list.selected,
+      late: this.late,
       chosen: resolve(this.path, this.history).item,
       rows: this.list.items,
       marks: this.marks,
