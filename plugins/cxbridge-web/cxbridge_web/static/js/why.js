@@ -17,7 +17,7 @@ const ruleLink = (name) => el("a", { href: "#/clips/rules/" + part(name) }, name
  */
 export async function ask(app, kind, name = "", env = MAIN_ENV) {
   const { recording } = app;
-  if (!recording) {
+  if (!recording || recording.isPast) {
     const query = kind === "run" ? "" : "?" + kind + "=" + part(name);
     return (await get("cxbridge/why" + query)).data;
   }
