@@ -24,7 +24,6 @@ EXECUTOR: Final = "SkillExecutorInterface"
 SKILL_BOARD: Final = "SkillBoardInterface"
 
 _LOG: Final = "fawkes-log"
-_UNTIMED: Final = ("transitions", "clips-watch")
 _CLIPS: Final = "CLIPS ("
 _MOST_DIGITS: Final = 18
 _OVER: Final = "RETRACTED"
@@ -71,7 +70,7 @@ class Scan:
 
     @property
     def is_timed(self) -> bool:
-        return self.run.format not in _UNTIMED
+        return self.run.is_timed
 
     @property
     def is_whole(self) -> bool:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from heapq import merge
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import IO, Any, ClassVar, Final
 
 from msgspec import Struct
 
@@ -61,6 +61,9 @@ class Run(ABC):
 
     format: str
     """The name of the format, as in ``trace info``."""
+
+    is_timed: ClassVar[bool] = True
+    """Whether the format has times; else the numbers of lines replace them."""
 
     def __init__(self, path: Path, registry: InterfaceRegistry | None = None) -> None:
         self.path = path

@@ -66,8 +66,8 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     raise TraceError(
         "not a recorded run" if head or path.is_dir() else "the file is empty",
         file=path,
-        hint="expected an mcap file, a text log of Fawkes, a transitions text, CLIPS' watch items as text,"
-        " bblogger files, or a bag of ROS 2",
+        hint="expected an mcap file, a text log of Fawkes, a transitions text, bblogger files, or with "
+        "plug-ins CLIPS' watch items as text and bags of ROS 2",
     )
 
 

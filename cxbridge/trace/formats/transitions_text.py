@@ -91,6 +91,7 @@ class TransitionsText(Run):
     """A file of transitions; without times, line numbers replace microseconds."""
 
     format = "transitions"
+    is_timed = False
 
     def __iter__(self) -> Iterator[Event]:
         """Yield a transition per line, with details if there are any.

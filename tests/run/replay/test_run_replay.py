@@ -31,7 +31,7 @@ from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.run.mini import AGENT, write_scenario
 from tests.run.test_run_temporal import INSTALLED
-from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared, share
+from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_plugin, needs_shared, share
 
 SCENARIOS = ROOT / "scenarios"
 TRACES = SHARED / "traces" / "test-scenario"
@@ -377,6 +377,7 @@ def test_a_recording_that_ends_before_the_first_skill_needs_total_order(mini: Pa
     assert replay(cut).status == 0
 
 
+@needs_plugin("studio")
 def test_clips_watch_text_has_no_times(mini: Path, tmp_path: Path) -> None:
     from cxbridge.run.replay.recordings import Recordings
 

@@ -36,6 +36,7 @@ class ClipsWatch(Run):
     """
 
     format = "clips-watch"
+    is_timed = False
 
     def __iter__(self) -> Iterator[Event]:
         """Yield firings, fact changes with their transitions, and log lines."""

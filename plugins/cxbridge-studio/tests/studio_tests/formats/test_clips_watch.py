@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, FactChange, GoalTransition, LogLine, RuleFired
 from cxbridge.trace.convert import convert
-from cxbridge.trace.formats.clips_watch import ClipsWatch
 from cxbridge.trace.formats.registry import open_run
+from cxbridge_studio.formats.clips_watch import ClipsWatch
 
 # of one program by both versions, shortened; CLIPS does not escape the quote and the line feed in the strings
 GOAL = (

@@ -1,0 +1,1 @@
+"""Formats of recordings that only tools for authors read."""
