@@ -114,23 +114,16 @@ def test_a_damaged_part_is_told_and_the_rest_is_shown(tab, site, tmp_path):
     assert 0 < int(tab.locator(".count").inner_text()) < LINES
 
 
-def test_a_text_log_is_shown_as_a_log(tab, site, tmp_path):
-    path = tmp_path / "run.log"
-    path.write_text(
-        "I 23:59:59.500000 CLIPS (executive): before midnight\n  and its second line\n"
-        "E 00:00:01.000000 Skiller: after midnight\n",
-        encoding="utf-8",
-    )
-    tab.goto(f"{site.url}#/log")
-    choose(tab, path)
-    tab.wait_for_selector(".toast.bad >> text=Of a text log only the lines are shown")
-    lines = tab.locator("#main").get_by_role("option")
-    assert [row.split("\n")[0] for row in lines.all_inner_texts()] == ["0.000 s", "1.500 s"]
-    lines.nth(0).click()
-    tab.wait_for_selector(".log-whole >> text=and its second line")
-
-
-@pytest.mark.parametrize("content", [b"", b"\x89PNG\r\n\x1a\n\0\0\0\0", b"just\nsome text\n", b'{"a": 1}\n'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\x89PNG\r\n\x1a\n\0\0\0\0",
+        b"just\nsome text\n",
+        b"I 23:59:59.500000 CLIPS: a log\n",
+        b'{"a": 1}\n',
+    ],
+)
 def test_what_is_no_recording_is_refused_with_a_word(tab, site, content):
     tab.goto(f"{site.url}#/goals")
     tab.wait_for_selector("#state >> text=RUNNING")

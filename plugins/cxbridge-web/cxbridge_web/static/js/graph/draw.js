@@ -1,6 +1,5 @@
 // A state machine as a drawing.
 import { el, svg } from "cx/dom.js";
-import { animate } from "cx/graph/animate.js";
 import { DotError, parseDot } from "cx/graph/dot.js";
 import { layered } from "cx/graph/layout.js";
 
@@ -82,16 +81,15 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
       ),
     ),
   );
-  const shapes = { nodes: new Map(), edges: [] };
   edges.forEach((edge, number) => {
     const { path } = result.edges[number];
-    const shape = svg("path", {
-      class: "edge" + (edge.taken ? " taken" : "") + (/dotted|dashed/.test(edge.style) ? " dotted" : ""),
-      d: curve(path, edge.from === edge.to, isWide),
-      "marker-end": `url(#${id}${edge.taken ? "-taken" : ""})`,
-    });
-    shapes.edges.push(shape);
-    picture.append(shape);
+    picture.append(
+      svg("path", {
+        class: "edge" + (edge.taken ? " taken" : "") + (/dotted|dashed/.test(edge.style) ? " dotted" : ""),
+        d: curve(path, edge.from === edge.to, isWide),
+        "marker-end": `url(#${id}${edge.taken ? "-taken" : ""})`,
+      }),
+    );
   });
   edges.forEach((edge, number) => {
     const { label: middle } = result.edges[number];
@@ -121,7 +119,6 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
         rx: 9,
       }),
     );
-    shapes.nodes.set(node.name, state);
     if (node.kind === "final" || node.kind === "failed")
       state.append(
         svg("rect", {
@@ -145,7 +142,6 @@ export function drawGraph(text, label, { only = "", empty = "The graph is empty.
       href(node.name) ? svg("a", { href: href(node.name), "aria-label": node.label }, state) : state,
     );
   }
-  animate(picture, nodes, edges, shapes);
   return el(
     "div",
     { class: "graph-box", tabindex: 0, role: "group", "aria-label": label },

@@ -11,7 +11,7 @@ const MOST_BYTES = 512 << 20,
   SLICE_MS = 30,
   PIECE = 500; // events between two looks at the clock
 const WHAT =
-  "The page opens mcap files (cxbridge run --trace), lines of 'cxbridge trace cat --json', and text logs.";
+  "The page opens mcap files (cxbridge run --trace) and lines of 'cxbridge trace cat --json'; 'cxbridge view' opens every format.";
 
 class Cancelled extends Error {}
 
@@ -180,7 +180,7 @@ export function chooseFile(app) {
       type: "file",
       id: "recording-file",
       hidden: true,
-      accept: ".mcap,.json,.jsonl,.ndjson,.log,.txt",
+      accept: ".mcap,.json,.jsonl,.ndjson",
     });
     input.addEventListener("change", () => {
       if (input.files.length) openFile(app, input.files[0]);

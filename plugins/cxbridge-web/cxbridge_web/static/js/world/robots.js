@@ -89,10 +89,15 @@ export class Lanes {
  * @param known sentences of the latest facts; those that name a robot are its last known state
  */
 export function robotCards(robots, { step, time }, { placeOf, known }) {
+  const gone = new Set(), // a fact that was retracted later is no state
+    present = known.flatMap(({ before, after }) => {
+      if (before) gone.add(before);
+      return after && !gone.has(after) ? [after] : [];
+    });
   return [...robots].map(([name, calls]) => {
     const call = callAt(calls, step),
       over = call && isOver(call, step),
-      facts = known.filter(({ after }) => after.split(" ").includes(name)).slice(0, 3),
+      facts = present.filter((fact) => fact.split(" ").includes(name)).slice(0, 3),
       place = placeOf(name);
     return el(
       "section",
@@ -135,7 +140,7 @@ export function robotCards(robots, { step, time }, { placeOf, known }) {
           )
         : null,
       place ? el("p", { class: "small" }, "at " + place) : null,
-      facts.length ? el("p", { class: "small dim" }, facts.map(({ after }) => after).join("; ")) : null,
+      facts.length ? el("p", { class: "small dim" }, facts.join("; ")) : null,
     );
   });
 }
