@@ -126,6 +126,34 @@ def test_what_comes_out_of_a_document(do, doc):
     ]
 
 
+def test_mistakes_with_documents_are_logged_and_end_nothing(do, doc, log):
+    new = doc('{"a": 1, "mixed": [1, null]}')
+    assert do("bson-get", new, "b") == FALSE
+    assert do("bson-get-array", new, "a") == (FALSE,)
+    assert do("bson-get-array", new, "mixed") == (FALSE,)
+    assert do("bson-get-time", new, "a") == (FALSE,)
+    assert do("bson-get-time", new, "b") == (FALSE, FALSE)
+    do("bson-append-regex", new, "r", Symbol("x"))
+    do("bson-append-time", new, "t", (1,))
+    do("bson-append-time", new, "t", (1, 2.5))
+    do("bson-append-time", new, "t", (10**15, 0))
+    assert do("bson-field-names", doc("{broken")) == ()
+    assert do("bson-field-names", doc("[1]")) == ()
+    assert do("bson-field-names", new) == ("a", "mixed")
+    texts = problems(log)
+    for part in (
+        "no such element in doc: { ",
+        "field a is not an array",
+        "field a is not a time",
+        "Regex string has to be of type string",
+        "1 instead of 2 entries",
+        "type mismatch",
+        "is not a date",
+        "Parsing JSON doc failed",
+    ):
+        assert [text for text in texts if part in text], part
+
+
 @pytest.mark.parametrize(
     ("function", "more", "result"),
     [
