@@ -33,7 +33,7 @@ export function keys(app, views) {
       ["Enter", "choose"],
     ],
     [
-      "Plot and Map",
+      "Plot and World",
       ["← → ↑ ↓", "the cursor, or the map"],
       ["+ - 0", "zoom, and show all"],
       ["Enter", "choose the moment"],

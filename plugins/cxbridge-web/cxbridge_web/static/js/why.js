@@ -181,7 +181,7 @@ function failure(app, found) {
 }
 
 /** @param data of GET /cxbridge/why?rule= */
-export function ruleWhy(app, data) {
+function ruleWhy(app, data) {
   return el(
     "div",
     { class: "why" },

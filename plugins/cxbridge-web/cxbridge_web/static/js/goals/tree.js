@@ -1,7 +1,7 @@
 // Trees of goals: from the goals that there are to the rows that are shown.
 
 const MOST_BELOW = 9999;
-export function countBelow(goal, children) {
+function countBelow(goal, children) {
   let count = 0;
   const stack = [goal];
   while (stack.length && count <= MOST_BELOW) {

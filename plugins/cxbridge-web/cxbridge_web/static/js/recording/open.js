@@ -109,7 +109,7 @@ async function attempt(app, name, load, server) {
   }
 }
 
-export async function openFile(app, file) {
+async function openFile(app, file) {
   if (file.size > MOST_BYTES) {
     app.toast(file.name + " is too big for a browser: cxbridge trace report makes a page of it", true);
     return;
