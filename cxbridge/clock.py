@@ -16,7 +16,7 @@ from cxbridge.errors import ConfigError
 
 MICROSECONDS = 1_000_000
 
-_MAX_US = 2**63 - 1
+_MAX_US = 2**63 - 1  # the range of 64 bit time stamps
 
 MIN_FACTOR, MAX_FACTOR = 1e-6, 1e6
 """The limits of a scaled clock's factor."""

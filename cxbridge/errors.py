@@ -34,7 +34,6 @@ class CxbridgeError(Exception):
     """Base of all errors of cxbridge.
 
     :param message: the mistake in one sentence.
-    :param file: the file to look at, if any.
     :param line: in that file, from 1.
     :param column: in that line, from 1.
     :param hint: how to correct it.
@@ -96,7 +95,6 @@ class BrokenAgentError(CxbridgeError):
 
     The text contains all mistakes with their locations, and the message with their number.
 
-    :param mistakes: the single errors.
     :param started: whether the agent had been started.
     """
 

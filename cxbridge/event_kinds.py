@@ -49,8 +49,6 @@ class EventDescription(Struct, frozen=True):
     :param name: in files, options and streams, e.g. ``rule``; empty for events that stay in the process.
     :param topic: of its messages in mcap files.
     :param topic_field: the field at the end of the topic, as in ``/bb/Type/id``; empty for a single topic.
-    :param level: the lowest level that records it.
-    :param views: the views that include it.
     :param patterns: the fields for selection by their names in patterns; a bare pattern applies to the first.
         The selection provides the value of an empty field.
     :param subject: the fields that identify the subject of a state; empty for events without state.

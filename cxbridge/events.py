@@ -62,7 +62,6 @@ class RuleFired(Event, frozen=True):
 
     :param env: the name of the CLIPS environment.
     :param number: in this ``run``, from 1, as CLIPS prints it.
-    :param rule: the name of the rule.
     :param basis: the matched facts as CLIPS prints them, e.g. ``f-8,f-86,*``.
     """
 

@@ -63,8 +63,6 @@ def install_command(extra: str, package: str = CORE) -> str:
 
     cxbridge is on no package index, so a checkout is installed with the extra; otherwise the command lists
     the packages of the extra.
-
-    :param package: the package with the extra.
     """
     folder = _CHECKOUT if package == CORE else _CHECKOUT / "plugins" / package
     if (folder / "pyproject.toml").is_file():
@@ -111,7 +109,6 @@ def _packages() -> list[str]:
 
 
 def _module(package: str) -> str:
-    """Return the module of a package."""
     return _MODULES.get(package, package.replace("-", "_").lower())
 
 

@@ -111,7 +111,7 @@ def _temporary_folder(real: Path) -> Path | None:
     try:
         return Path(tempfile.mkdtemp(prefix=".cxbridge-", dir=real if real.is_dir() else real.parent))
     except OSError as error:
-        if real.is_file():
+        if real.is_file():  # the folder takes no new files, but the file itself may be writable
             return None
         raise OSError(error.errno, error.strerror, str(real)) from error
 
@@ -122,6 +122,7 @@ def _make_like(fresh: Path, real: Path) -> None:
         fresh.mkdir()
     elif real.exists():
         fresh.touch()
+        # writable even if the old file is not, because the new content must be written
         fresh.chmod(stat.S_IMODE(real.stat().st_mode) | stat.S_IWUSR)
 
 
@@ -135,7 +136,6 @@ def _put_in_place(fresh: Path, real: Path) -> None:
 
 
 def _rename_in(error: CxbridgeError | OSError, fresh: Path, path: Path) -> None:
-    """Replace the temporary path in an error by the user's path."""
     named = error.filename if isinstance(error, OSError) else error.file
     if named is None or not Path(named).is_relative_to(fresh):
         return

@@ -56,7 +56,6 @@ def check_place(
 ) -> None:
     """Raise an error for a server that clients without permission can reach.
 
-    :param server: the server, for the error.
     :param place: the host or the endpoint.
     :param private: whether only this user or this machine can reach it.
     :param admitted: whether keys, a token, a list of peers or an option restrict or permit clients.

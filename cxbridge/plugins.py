@@ -288,7 +288,6 @@ def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
 
 
 def _import(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType | PluginError]:
-    """Return the package of a plug-in, and its module or the error."""
     module, package = entries[0]
     packages = sorted({each for _, each in entries})
     if len(packages) > 1:
@@ -312,10 +311,7 @@ def _read(name: str, package: str, module: ModuleType | PluginError, hooks: froz
 
 
 def _tables(name: str, package: str, module: Any, hooks: frozenset[str]) -> Mapping[str, tuple[Row, ...]]:
-    """Return the tables of a plug-in's module.
-
-    :param hooks: the names of all tables.
-    """
+    """Return the tables of a plug-in's module."""
     api = getattr(module, "API", None)
     if api != API:
         raise PluginError(
@@ -390,7 +386,7 @@ def _entries(text: str) -> Iterator[tuple[str, str]]:
 def _package_of(information: str) -> str:
     """Return name and version of a package, e.g. ``cxbridge-ros2 0.2.0``."""
     for name in ("METADATA", "PKG-INFO"):
-        with suppress(OSError):
+        with suppress(OSError):  # a package has one of these files
             head = Path(information, name).read_text(encoding="utf-8", errors="replace").partition("\n\n")[0]
             fields = dict(line.partition(": ")[::2] for line in head.splitlines())
             return f"{fields.get('Name', '')} {fields.get('Version', '')}"

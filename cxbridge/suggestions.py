@@ -15,7 +15,7 @@ _BY_ENDS: Final = 0.2  # the weight of equal ends, added to the similarity
 _MARGIN: Final = 0.05  # names that are less similar than the nearest one by this margin are not suggested
 _COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
 _LONGEST: Final = 200
-_SHORTEST_PART: Final = 3
+_SHORTEST_PART: Final = 3  # shorter names are part of too many others
 
 
 def likeness(one: str, other: str) -> float:

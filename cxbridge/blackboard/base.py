@@ -299,10 +299,7 @@ class BlackBoard(ABC):
 
     @abstractmethod
     def _listeners_of(self, instance: Interface) -> ListenerTable:
-        """Return the listeners of an instance's interface.
-
-        :raises ForeignInstanceError: if the instance is not open on this blackboard.
-        """
+        """Return the listeners of an instance's interface."""
 
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
         """Register an observer for the creation and end of matching interfaces."""

@@ -22,7 +22,6 @@ _FAILED: Final = "S_FAILED"
 def name_controller(instance: Interface, serial: str) -> str:
     """Return the controller as text: its owner, if known, and its serial.
 
-    :param instance: an instance of the interface.
     :param serial: the published serial; empty without controller.
     """
     if not serial:

@@ -25,7 +25,6 @@ class InterfaceChange:
     :param uid: ``Type::id``.
     :param kind: ``data``, ``writer added`` or ``writer removed``.
     :param time_us: the data's time stamp, microseconds since the epoch.
-    :param values: the values by field.
     """
 
     uid: str
@@ -52,7 +51,6 @@ class Feed(Listener, Observer, Closing):
     """Events of interfaces, in order. A context manager closes the opened instances.
 
     :param board: the blackboard, which stays open.
-    :param owner: the owner of the instances.
     """
 
     def __init__(self, board: BlackBoard, owner: str) -> None:
@@ -120,19 +118,19 @@ class Feed(Listener, Observer, Closing):
         self._instances.clear()
 
     def data_refreshed(self, interface: Interface) -> None:
-        self._note(interface, "data")
+        self._queue_change(interface, "data")
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002 - a listener's signature
-        self._note(interface, "writer added")
+        self._queue_change(interface, "writer added")
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        self._note(interface, "writer removed")
+        self._queue_change(interface, "writer removed")
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Queue an interface, to be opened by the waiting thread."""
         self._events.put((interface_type, interface_id))
 
-    def _note(self, interface: Interface, kind: str) -> None:
+    def _queue_change(self, interface: Interface, kind: str) -> None:
         with self._lock:
             if not interface.valid:
                 return

@@ -263,10 +263,7 @@ class LocalBlackBoard(BlackBoard):
             self._observers.destroyed(*key)
 
     def _take_leave(self, writer: Interface) -> None:
-        """Write the last block of a writer.
-
-        :raises ForeignInstanceError: if the writer is not open on this blackboard.
-        """
+        """Write the last block of a writer."""
         self.memory_of(writer)
         with suppress(InvalidInstanceError):  # another thread has closed the writer
             write_farewell(writer, f"{writer.owner} does not write {writer.uid} any more")

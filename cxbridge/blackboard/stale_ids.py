@@ -24,7 +24,6 @@ def skip_stale_ids(instance: Interface, *, controls: bool) -> int:
     A Skiller ignores both kinds of message: a controller that acquires again keeps control, and a sender
     without control has nothing to release. Interfaces without control are left alone.
 
-    :param instance: a reading instance.
     :param controls: whether the instance may have control.
     :returns: the number of messages sent.
     :raises BlackBoardError: if they cannot be sent.

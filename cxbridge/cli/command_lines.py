@@ -8,8 +8,8 @@ import sys
 from collections.abc import Callable
 from typing import Final, TextIO
 
-_SLICE_S: Final = 0.2
-_MOST_BYTES: Final = 65_536
+_SLICE_S: Final = 0.2  # seconds between calls of ``enough`` while no line comes
+_MOST_BYTES: Final = 65_536  # a longer line is cut, as the input may have no line feeds
 
 
 class CommandLines:

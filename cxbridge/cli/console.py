@@ -74,7 +74,6 @@ class _NamedStdout(io.FileIO):
     """Stdout as a file whose errors contain its name."""
 
     def write(self, data: Any) -> int:
-        """Write data, and name stdout in errors."""
         try:
             return super().write(data)
         except OSError as error:

@@ -66,7 +66,7 @@ def examine() -> list[HealthCheck]:
         *map(_plugin, plugins := installed_plugins()),
         *(
             _extra(name, package)
-            for package in dict.fromkeys(each.package.partition(" ")[0] for each in plugins)
+            for package in dict.fromkeys(plugin.package.partition(" ")[0] for plugin in plugins)
             for name in extras(package)
         ),
         *_planners(),
@@ -155,7 +155,6 @@ def _shipped() -> str:
 
 
 def _planners() -> Iterator[HealthCheck]:
-    """Yield the known planners."""
     from cxbridge.executive.planning.registry import make_planner, planner_names
 
     for name in planner_names():

@@ -129,10 +129,7 @@ def _package_hint(error: Exception) -> str:
 
 
 def _call(arguments: Sequence[str] | None) -> object:
-    """Run the command line.
-
-    :raises CxbridgeError: if, among other reasons, a package of an extra is missing.
-    """
+    """Run the command line."""
     try:
         return app(arguments, standalone_mode=False, prog_name="cxbridge")
     except ModuleNotFoundError as error:
@@ -158,7 +155,6 @@ def _system_failed(error: OSError) -> int:
 
 
 def _is_exhausted(error: BaseException | None) -> bool:
-    """Return whether an exhausted resource caused an error."""
     while error is not None:
         if getattr(error, "errno", None) in _EXHAUSTED:
             return True

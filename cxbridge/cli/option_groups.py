@@ -185,7 +185,6 @@ def _flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
 
 
 def _item(hint: Any) -> Any:
-    """Return T of a hint with ``tuple[T, ...]``, or None."""
     if get_origin(hint) in (Annotated, UnionType):
         return next((item for part in get_args(hint) if (item := _item(part)) is not None), None)
     return get_args(hint)[0] if get_origin(hint) is tuple else None
@@ -206,10 +205,7 @@ def _default(field: dataclasses.Field[Any]) -> Any:
 
 
 def _in_order(parameters: list[Parameter]) -> list[Parameter]:
-    """Return the parameters ordered by their `Before` annotations.
-
-    :raises ValueError: if an annotation names an unknown parameter.
-    """
+    """Return the parameters ordered by their `Before` annotations."""
     ordered = [parameter for parameter in parameters if _place(parameter) is None]
     for parameter in parameters:
         if (place := _place(parameter)) is not None:

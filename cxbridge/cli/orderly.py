@@ -44,7 +44,6 @@ if TYPE_CHECKING:
 def in_words_of_check(options: RunOptions) -> Iterator[None]:
     """Add the findings of explainers, the wrong and the likely right word, to a :class:`BrokenAgentError`.
 
-    :param options: of the run.
     :raises BrokenAgentError: if one was raised.
     """
     try:

@@ -203,15 +203,14 @@ class _GoalFollower:
         if not isinstance(event, GoalTransition):
             return
         if event.mode in ENDED_MODES:
-            self._end(event)
+            self._report_end(event)
         elif event.mode == "FORMULATED":  # perhaps once more
             self._selected_us.pop(event.goal, None)
             self._printed.pop(event.goal, None)
         elif event.mode == "SELECTED":
             self._selected_us[event.goal] = event.time_us
 
-    def _end(self, goal: GoalTransition) -> None:
-        """Report the end of a goal once."""
+    def _report_end(self, goal: GoalTransition) -> None:
         # FINISHED may be skipped, so any of the modes after it counts
         if self._printed.get(goal.goal) == goal.outcome:
             return

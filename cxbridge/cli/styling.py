@@ -96,7 +96,6 @@ def _sentence(text: str, values: Sequence[str]) -> str:
 
 
 def _metavar(parameter: Any) -> str:
-    """Return the metavar of a parameter."""
     name = parameter.name
     if parameter.param_type_name == "argument":
         return str(name).upper().replace("_", "-")

@@ -52,7 +52,11 @@ class FieldConstraint:
     @property
     def words(self) -> frozenset[str] | None:
         """The words that the field allows; None if it allows more than words."""
-        terms = [each[0] for each in self.alternatives if len(each) == 1 and len(each[0]) == 1]
+        terms = [
+            alternative[0]
+            for alternative in self.alternatives
+            if len(alternative) == 1 and len(alternative[0]) == 1
+        ]
         found = [literal(term[0]) for term in terms]
         return frozenset(found) if found and all(found) and len(found) == len(self.alternatives) else None
 
@@ -253,7 +257,6 @@ class TestCE(Struct, frozen=True, dict=True):
 class GroupCE(Struct, frozen=True, dict=True):
     """CEs in one of ``and or not exists forall``.
 
-    :param kind: the group.
     :param nodes: the nodes in the source text.
     """
 
@@ -333,7 +336,6 @@ def _joined_bindings(items: Sequence[SyntaxNode]) -> Iterator[Sequence[SyntaxNod
 
 
 def _branch(nodes: Sequence[SyntaxNode]) -> CE:
-    """Return a branch of an ``or`` as one CE."""
     ces = tuple(elements(nodes))
     return ces[0] if len(ces) == 1 else GroupCE("and", ces, tuple(nodes))
 

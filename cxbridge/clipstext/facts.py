@@ -39,8 +39,8 @@ _NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _FACT = re.compile(r"<Fact-([0-9]{1,18})>")
-_LARGEST = 2**63
-_LONGEST_INTEGER = 100
+_LARGEST = 2**63  # the integers of CLIPS have 64 bits
+_LONGEST_INTEGER = 100  # digits; more are converted in quadratic time, and never fit 64 bits
 
 IMPLIED: Final = "implied"
 """The only slot of an ordered fact, which is not printed."""
@@ -88,23 +88,20 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
     try:
         slots, whole = _by_quotes(text, template)
     except FactSyntaxError:
-        slots = _Known(text, names).read(1 + len(template)) or {}
+        slots = _KnownSlotsParser(text, names).read(1 + len(template)) or {}
         if not slots:
             raise
         return template, slots, True
     if whole and len(slots) < len(names):
         # a string may contain the start of slots, or the fact has unknown slots
-        known = _Known(text, names).read(1 + len(template))
+        known = _KnownSlotsParser(text, names).read(1 + len(template))
         if known is not None and len(known) > len(slots):
             slots = known
     return template, slots, whole
 
 
 def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
-    """Return the slots of a fact of an unknown deftemplate, and whether none is omitted.
-
-    :raises FactSyntaxError: if the text is not a template fact, or truncated.
-    """
+    """Return the slots of a fact of an unknown deftemplate, and whether none is omitted."""
     at = 1 + len(template)
     slots: dict[str, str] = {}
     whole = True
@@ -136,7 +133,7 @@ def _plain_slots(template: str, text: str) -> dict[str, str] | None:
     return {name: value.strip() for name, value in found}
 
 
-class _Known:
+class _KnownSlotsParser:
     """Parses a fact with known slots.
 
     :param names: in the order of printing.
@@ -155,10 +152,7 @@ class _Known:
         return None if found is None else dict(reversed(found))
 
     def _slots(self, first: int, at: int) -> list[tuple[str, str]] | None:
-        """Return the slots from a position on, in reverse order.
-
-        :param first: the number of the first possible slot.
-        """
+        """Return the slots from a position on, in reverse order."""
         if self._ends(at):
             return []
         number = self._slot_at(first, at)
@@ -187,7 +181,6 @@ class _Known:
         return None
 
     def _ends(self, at: int) -> bool:
-        """Return whether the fact ends at a position."""
         return at + 1 == len(self._text) and self._text.endswith(")")
 
 

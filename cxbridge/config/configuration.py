@@ -313,6 +313,7 @@ class Configuration:
         """Return a hint if files of other hosts have a value, otherwise empty."""
         having = []
         for file in self._host_files():
+            # the file of another host may be invalid; it is only searched for a hint
             with suppress(ConfigError):
                 if Configuration.load(file).exists(path):
                     having.append(str(file))
@@ -322,7 +323,6 @@ class Configuration:
         return f"{having[0]} has it, for another host{more}: --config {shlex.quote(having[0])}"
 
     def _host_files(self) -> Iterator[Path]:
-        """Yield the files of other hosts that match includes with ``$host``."""
         for include in self._host_includes:
             for path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
                 for file in files_of(path) if path.is_dir() else [path]:

@@ -14,9 +14,9 @@ import yaml
 
 from cxbridge.errors import ConfigError
 
-MAX_DEPTH: Final = 100
+MAX_DEPTH: Final = 100  # far above real files, far below the limit of recursion
 TOO_DEEP: Final = f"values are nested more than {MAX_DEPTH} deep"
-MAX_NODES: Final = 200_000
+MAX_NODES: Final = 200_000  # aliases of aliases multiply the nodes of a short text
 FAWKES_TAG: Final = "tag:fawkesrobotics.org,cfg/"
 _YAML_TAG: Final = "tag:yaml.org,2002:"
 _NULLS: Final = frozenset({"", "~", "null", "Null", "NULL"})

@@ -21,7 +21,7 @@ from cxbridge.config.tags import INCLUDE_TAGS, unknown_tag
 from cxbridge.config.tree import ConfigNode, NodeKind, TreeBuilder, overlay
 from cxbridge.errors import ConfigError
 
-MAX_FILES: Final = 1000
+MAX_FILES: Final = 1000  # a chain of includes of folders may be endless
 _FILE_IN_FOLDER: Final = re.compile(r"[a-zA-Z0-9_-]+\.yaml")
 
 

@@ -14,7 +14,7 @@ from enum import Enum
 
 UINT_MAX = 2**32 - 1
 INT_MAX = 2**31 - 1
-LONG_MAX = 2**63 - 1
+LONG_MAX = 2**63 - 1  # C's long on 64 bit machines, to which strtol converts
 
 
 class ConfigType(Enum):

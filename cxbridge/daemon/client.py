@@ -91,7 +91,9 @@ def command(board: BlackBoard, verb: str, timeout_s: float) -> bool:
         before = feed.now(interface)
         msgid = interface.msgq_enqueue(interface.create_message(f"{verb}Message"))
         while (news := feed.next(deadline)) is not None:
+            # a listener may get the write before the message once more
             stale = news.values == before.values and news.time_us <= before.time_us
+            # a daemon that shuts down closes its interface instead of a reply
             if news.kind == "writer removed" or (not stale and news.values["msgid"] == msgid):
                 return True
     return False
@@ -119,6 +121,7 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
         before = feed.now(interface)
         msgid = interface.msgq_enqueue(message)
         while (news := feed.next(deadline)) is not None:
+            # a listener may get the write before the message once more
             stale = news.values == before.values and news.time_us <= before.time_us
             if news.kind == "writer removed":
                 raise BlackBoardError("the daemon has ended")

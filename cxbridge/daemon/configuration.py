@@ -55,7 +55,6 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
 
 
 def _named(options: DaemonOptions) -> RunOptions:
-    """Return the options of a run with the same source."""
     sources = {field.name: getattr(options, field.name) for field in fields(SourceOptions)}
     return RunOptions(scenario=options.config, config=options.overlay, **sources)
 

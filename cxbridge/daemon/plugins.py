@@ -74,18 +74,19 @@ class DaemonPlugins:
         :raises CxbridgeError: if one cannot be started.
         """
         for part in name.split(","):
-            self._ask(_Request(part.strip(), load=True))
+            self._request(_Request(part.strip(), load=True))
 
     def unload(self, name: str) -> None:
         """Stop a component.
 
         :raises CxbridgeError: if it cannot be stopped.
         """
-        self._ask(_Request(name.strip(), load=False))
+        self._request(_Request(name.strip(), load=False))
 
-    def _ask(self, request: _Request) -> None:
+    def _request(self, request: _Request) -> None:
         if not self._allowed:
             raise LifecycleError("clients may not load or unload anything: cxbridge/remote-control is off")
+        # appended before the check: close() at the same time either refuses the request or is seen here
         self._requests.append(request)
         if self._closed:
             raise LifecycleError("the daemon is stopping")

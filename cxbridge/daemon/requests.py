@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from cxbridge.mainloop import MainLoop
     from cxbridge.run.components.manager import ComponentStatus
 
-MOST_GOALS: Final = 400
+MOST_GOALS: Final = 400  # the reply must fit into the field of RequestInterface
 MOST_ACTIONS: Final = 400
 MOST_LINES: Final = 200
 """The maximal numbers of goals, plan-actions and log lines in a reply."""
 
-_TEXT: Final = 200
+_TEXT: Final = 200  # characters of a text in a reply
 
 
 class DaemonState:
@@ -53,9 +53,9 @@ class DaemonState:
         self._numbers = count(1)
         self._lock = threading.Lock()
         self._skills: dict[str, tuple[str, str]] = {}
-        bus.subscribe(self._take, LogLine, SkillStatus)
+        bus.subscribe(self._record_event, LogLine, SkillStatus)
 
-    def _take(self, event: Event) -> None:
+    def _record_event(self, event: Event) -> None:
         if isinstance(event, LogLine):
             # assigns the number under the lock, so that a client that asks for later lines misses none
             with self._lock:
@@ -116,15 +116,14 @@ class DaemonState:
 MOST_REQUESTS: Final = 16
 """The maximal number of waiting requests."""
 
-_ANSWER_BYTES: Final = 262_143
-_REASON_BYTES: Final = 1000
-_LOGGED: Final = 500
+_ANSWER_BYTES: Final = 262_143  # bytes of the interface's field without its NUL
+_REASON_BYTES: Final = 1000  # bytes of the interface's field for the reason
+_LOGGED: Final = 500  # characters of a request in the log
 
 
 class DaemonRequests:
     """Takes requests and processes one per cycle.
 
-    :param bus: the events of the daemon.
     :param node: the executive, None without one.
     :param rights: of clients.
     :param components: returns the state of each component in the order of the start.
@@ -212,10 +211,7 @@ class DaemonRequests:
         self._interface.write()
 
     def _carry_out(self, verb: str, arguments: str) -> Any:
-        """Process a request and return the reply for JSON.
-
-        :raises CxbridgeError: if the request is invalid, not allowed, or fails.
-        """
+        """Process a request and return the reply for JSON."""
         from cxbridge.operations.table import operations  # noqa: PLC0415 - start-up time is a feature
 
         operation = operations().get(verb)
@@ -239,10 +235,7 @@ def _in_one_line(text: str) -> str:
 
 
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
-    """Parse the arguments of a request.
-
-    :raises CxbridgeError: if they are not a JSON object.
-    """
+    """Parse the arguments of a request."""
     try:
         given = json.loads(arguments or "{}")
     except (ValueError, RecursionError) as error:

@@ -23,7 +23,7 @@ from cxbridge.suggestions import did_you_mean
 TREE = "/cxbridge"
 """The path of the settings."""
 
-DEFAULT_FAWKES_PORT = 1910
+DEFAULT_FAWKES_PORT = 1910  # the port of Fawkes itself, so that its tools find the daemon without options
 
 _KNOWN = (
     "clock",
@@ -173,7 +173,7 @@ def _choice(
 ) -> str:
     """Return a setting with a fixed set of values.
 
-    :param url: the URL of a blackboard will do, too.
+    :param url: also allow the URL of a blackboard.
     """
     path = f"{TREE}/{name}"
     value = config.get_str(path, default=default)

@@ -70,7 +70,6 @@ class CoreFiles(Struct, frozen=True):
     :param cx: the folder of the CX core, with saliences.clp, init.clp ...
     :param clips_dirs: the agent's folders, searched after the core's.
     :param substitutions: values of ``@BASEDIR@`` and other placeholders.
-    :param before: folders with replacements of core files.
     :param config_feature: the feature that provides the configuration to init.clp.
     :param redefine_feature: the feature that reports redefinitions.
     :param time_of: converts microseconds since the epoch to the fields of ``(now)`` and the ``time`` fact.
@@ -86,15 +85,15 @@ class CoreFiles(Struct, frozen=True):
 
 
 class Stopped(Protocol):
-    """Where a debugger has stopped the rules."""
+    """A stop of the rules by a debugger."""
 
     @property
     def reason(self) -> str:
-        """The place and the breakpoint, for people."""
+        """The place and the breakpoint, for users."""
 
 
 class RuleControl(Protocol):
-    """A debugger: it runs the rules in place of the environment, while it is active."""
+    """A debugger; while it is active, it runs the rules instead of the environment."""
 
     @property
     def active(self) -> bool:
@@ -102,31 +101,24 @@ class RuleControl(Protocol):
 
     @property
     def within_loop(self) -> bool:
-        """Whether the rules are stopped in the middle of a loop."""
+        """Whether the rules are stopped within a loop."""
 
     @property
     def stopped(self) -> Stopped | None:
-        """Where the rules are stopped; None while they are not."""
+        """The present stop of the rules, if any."""
 
     def run(self) -> int:
-        """Fire the rules of a loop, or the rest of them, until there is a reason to stop; return how many."""
+        """Fire the rules of a loop up to a breakpoint; return the number of firings."""
 
     def go_on(self) -> None:
-        """Continue; no error when the rules are not stopped."""
+        """Continue stopped rules; otherwise do nothing."""
 
     def move_to(self, executive: Executive) -> None:
-        """Set the same breakpoints in the executive that follows this one after a reset."""
+        """Set the breakpoints in the executive that replaces this one after a reset."""
 
 
 class Executive:
-    """Loads and runs the rules of an agent.
-
-    :param manager: makes the environment and its features.
-    :param config: the configuration of the run.
-    :param mapper: the action mapping.
-    :param files: the CLIPS files.
-    :param name: the name of the environment.
-    """
+    """Loads and runs the rules of an agent."""
 
     knows_goals: ClassVar[bool] = True
     """Whether goals decide the end of a run. Otherwise a run lasts until its timeout."""
@@ -226,11 +218,11 @@ class Executive:
 
     @property
     def within_loop(self) -> bool:
-        """Whether the debugger has stopped the rules in the middle of a loop."""
+        """Whether the debugger has stopped the rules within a loop."""
         return self.control is not None and self.control.within_loop
 
     def _run(self) -> int:
-        """Run the rules, with the debugger's eyes on them if there is a reason to."""
+        """Run the rules, by the debugger if it is active."""
         control = self.control
         return control.run() if control is not None and control.active else self.env.run()
 

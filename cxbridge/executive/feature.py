@@ -45,7 +45,6 @@ class Feature(ABC):
 class LazyFeature(Struct, frozen=True):
     """A feature that is imported on request, to keep the start of a run fast.
 
-    :param name: the feature's name.
     :param load: imports and makes the feature; may raise ``CxbridgeError``.
     :param origin: module and plug-in of the feature; empty for cxbridge's features.
     """

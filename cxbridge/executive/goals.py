@@ -120,7 +120,6 @@ class GoalWatch:
                 self._record_end(state)
 
     def _record_removal(self, goal: str) -> None:
-        """Record a removed goal."""
         state = self.open.pop(goal, None)
         # a FORMULATED goal without an id that disappears has been given an id
         named = state is not None and (goal != NO_PARENT or state.mode != _FIRST)

@@ -38,7 +38,6 @@ class FeatureInfo(Struct, frozen=True):
 
     :param origin: the Python class, or the description of a plug-in that is not loaded.
     :param offered: whether environments may request the feature.
-    :param environments: the environments that have it.
     """
 
     name: str
@@ -50,11 +49,8 @@ class FeatureInfo(Struct, frozen=True):
 class EnvironmentManager:
     """Creates, finds and destroys environments.
 
-    :param bus: gets the environments' events.
-    :param features: the features that environments may request.
     :param library: the folder of utils.clp, time.clp and path.clp, by default cxbridge's. Fawkes' files need
         Fawkes' own (``src/plugins/clips/clips``).
-    :param environment: the class of the environments.
     """
 
     def __init__(
@@ -103,7 +99,7 @@ class EnvironmentManager:
     def find(self, name: str) -> ClipsEnvironment:
         """Return an environment.
 
-        :raises ClipsError: when there is none of that name.
+        :raises ClipsError: if there is none of this name.
         """
         entry = self._entries.get(name)
         if entry is None:
@@ -178,10 +174,7 @@ class EnvironmentManager:
                 entry.environment.build(_deffacts("ff-features-available", "ff-feature", self.features))
 
     def _find(self, name: str) -> Feature | None:
-        """Return a feature; None if it is unknown or withdrawn.
-
-        :raises CxbridgeError: if the feature cannot be loaded.
-        """
+        """Return a feature; None if it is unknown or withdrawn."""
         if name in self._withdrawn:
             return None
         if name not in self._features and name in self._lazy:

@@ -17,10 +17,10 @@ class SkillWatch:
         # retract the fact immediately, while the Skiller has not stopped yet
         self._shown: dict[str, tuple[str, str]] = {}
         self._called: dict[str, str] = {}
-        env.watcher.follow("SkillerInterface", self._note, ("id", "msgid", "status"))
+        env.watcher.follow("SkillerInterface", self._record_fact, ("id", "msgid", "status"))
         env.watcher.follow("skill", self._note_call, ("skiller", "msgid", "status"))
 
-    def _note(self, _template: str, slots: dict[str, str]) -> None:
+    def _record_fact(self, _template: str, slots: dict[str, str]) -> None:
         self._shown[slots.get("id", "").strip('"')] = slots.get("msgid", ""), slots.get("status", "")
 
     def _note_call(self, _template: str, slots: dict[str, str]) -> None:

@@ -34,7 +34,7 @@ def _handled(ce: CE) -> frozenset[str]:
         return ce.slots.get(SLOT, frozenset()) - {NONE} if is_goal else frozenset()
     if not isinstance(ce, GroupCE) or ce.kind not in ("and", "or", "exists"):
         return frozenset()
-    branches = [_handled(each) for each in ce.items]
+    branches = [_handled(item) for item in ce.items]
     is_sure = ce.kind != "or" or all(branches)
     return frozenset().union(*branches) if is_sure else frozenset()
 
@@ -48,16 +48,15 @@ def files_of_core(*folders: Path) -> Mapping[str, str]:
     found: dict[str, str] = {}
     for folder in reversed(folders):
         for file in sorted((folder / _FOLDER).glob("*.clp")):
-            for each in definitions(file.read_text("utf-8", "surrogateescape")):
+            for definition in definitions(file.read_text("utf-8", "surrogateescape")):
                 name = f"{_FOLDER}/{file.name}"
-                found.update(dict.fromkeys(handled(condition_of(each.node)), name))
+                found.update(dict.fromkeys(handled(condition_of(definition.node)), name))
     return MappingProxyType(found)
 
 
 def advice(sub_type: str, known: Iterable[str], files: Mapping[str, str]) -> str:
     """Return how to mend an unhandled sub-type; empty without a similar known one.
 
-    :param sub_type: the unhandled sub-type.
     :param known: the handled sub-types.
     :param files: the result of :func:`files_of_core`.
     """

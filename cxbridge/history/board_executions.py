@@ -29,7 +29,7 @@ class BoardExecutions:
         for message, _master in self._exchange.take(event):
             key = env, message.node_id
             if message.type == "CONFIRM":
-                self._begin(message, env, event.msgid, here)
+                self._start_call(message, env, event.msgid, here)
             elif key not in self._running or self._running[key][0].request != message.request:
                 continue  # a busy executor refuses other requests
             elif message.type == "FEEDBACK":
@@ -43,7 +43,7 @@ class BoardExecutions:
                 call.status = _FINAL if message.success else _FAILED
                 call.error = "" if message.success else message.status
 
-    def _begin(self, message: SkillMessage, env: str, msgid: int, here: tuple[int, int]) -> None:
+    def _start_call(self, message: SkillMessage, env: str, msgid: int, here: tuple[int, int]) -> None:
         summary = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
         call = SkillExecution(
             env, message.node_id, cut(summary), msgid, here, None, _RUNNING, request=message.request

@@ -100,5 +100,4 @@ def forget_oldest(kept: dict[str, Kept]) -> None:
 
 
 def _fields(value: object) -> tuple[object, ...]:
-    """Return the fields of a multislot."""
     return tuple(value) if isinstance(value, list | tuple) else ()

@@ -142,7 +142,7 @@ class RunHistory:
         return self._calls if of_skillers else self._board.calls
 
     @property
-    def _now(self) -> tuple[int, int]:
+    def _position(self) -> tuple[int, int]:
         return self.events, self.clock.now_us
 
     def left_out(self) -> list[str]:
@@ -173,7 +173,7 @@ class RunHistory:
             self.goals.append(goal)
         goal.goal_class, goal.sub_type = event.goal_class, event.sub_type
         error = cut(event.error, self._limits.text)
-        change = GoalChange(*self._now, event.mode, event.outcome, error, event.parent)
+        change = GoalChange(*self._position, event.mode, event.outcome, error, event.parent)
         self._append(goal.changes, change)
 
     def _action(self, event: PlanActionTransition) -> None:
@@ -196,7 +196,7 @@ class RunHistory:
                 goal.actions.append(action)
         if event.call and [each[1:] for each in action.sent[-1:]] != [(event.skiller, event.call)]:
             action.sent.append(SentCall(self.events, event.skiller, event.call))
-        self._append(action.changes, ActionChange(*self._now, event.state))
+        self._append(action.changes, ActionChange(*self._position, event.state))
 
     @staticmethod
     def _is_other(action: PlanActionRecord, goal: GoalRecord | None, event: PlanActionTransition) -> bool:
@@ -223,12 +223,12 @@ class RunHistory:
             shown = self._last_call.pop(("", event.skiller), None)
             if shown is not None and key not in self._last_call:
                 shown.env = event.env
-                shown.begin = shown.begin if shown.end else self._now
+                shown.begin = shown.begin if shown.end else self._position
                 self._last_call[key] = shown
         self._status(key, event)
 
     def _status(self, key: tuple[str, str], event: SkillStatus) -> None:
-        text, here = cut(event.skill_string, self._limits.text), self._now
+        text, here = cut(event.skill_string, self._limits.text), self._position
         if key not in self._last_call and event.status in ENDED:
             self._last_call[key] = SkillExecution(*key, text, event.msgid, here, here, event.status)
             return  # a Skiller that was used before this run still shows its last skill
@@ -244,13 +244,13 @@ class RunHistory:
             if same:
                 return
         if event.status == RUNNING and not (same and call is not None and call.end is None):
-            self._begin(key, SkillExecution(*key, text, event.msgid, here, None, RUNNING))
+            self._register_call(key, SkillExecution(*key, text, event.msgid, here, None, RUNNING))
         elif event.status in ENDED and text and not same:
             # started and ended between two reads of the executive
             error = self._error_of(*key)
-            self._begin(key, SkillExecution(*key, text, event.msgid, here, here, event.status, error))
+            self._register_call(key, SkillExecution(*key, text, event.msgid, here, here, event.status, error))
 
-    def _begin(self, key: tuple[str, str], call: SkillExecution) -> None:
+    def _register_call(self, key: tuple[str, str], call: SkillExecution) -> None:
         """Register a call as the last one of its Skiller."""
         self._last_call[key] = call
         if len(self._calls) < self._limits.calls:
@@ -277,7 +277,6 @@ class RunHistory:
             self._status((env, skiller), SkillStatus(event.time_us, env, skiller, text, msgid, status))
 
     def _error_of(self, env: str, skiller: str) -> str:
-        """Return a Skiller's error text."""
         # each of several agents has its own blackboard, whose name precedes the Skiller's
         return self._errors.get(f"{env}/{skiller}") or self._errors.get(skiller, "")
 
@@ -290,14 +289,14 @@ class RunHistory:
                 call.error = text
 
     def _message(self, event: InterfaceMessage) -> None:
-        self._board.take(event, self._now)
+        self._board.take(event, self._position)
 
     def _fact(self, event: FactChange) -> None:
         if event.asserted and event.template == PLAN_ACTION:
-            with suppress(FactSyntaxError):
+            with suppress(FactSyntaxError):  # a recording may contain any text
                 self._note_order(event.env, *order_of(parse_fact(event.text)[1]))
         elif event.asserted and event.template == _SKILLER:
-            with suppress(FactSyntaxError):
+            with suppress(FactSyntaxError):  # a recording may contain any text
                 slots = parse_fact(event.text)[1]
                 self._note_error(unquote(slots.get("id", "")), unquote(slots.get("error", "")))
 
@@ -313,7 +312,9 @@ class RunHistory:
         key, longest = (event.env, event.call), self._limits.text
         call = self._planning.pop(key, None)
         if call is None:
-            call = PlannerExecution(event.planner, event.goal, self._now, text=cut(event.problem, longest))
+            call = PlannerExecution(
+                event.planner, event.goal, self._position, text=cut(event.problem, longest)
+            )
             if len(self.planner_calls) < self._limits.calls:
                 self.planner_calls.append(call)
             else:
@@ -321,7 +322,7 @@ class RunHistory:
         if event.status == _STARTED:
             self._planning[key] = call
         else:
-            call.end, call.status = self._now, event.status
+            call.end, call.status = self._position, event.status
             took = f"{event.duration_us / MICROSECONDS:.3f} s of real time"
             outcome = f"{event.actions} actions" if event.status == "found" else event.reason
             call.text = cut(f"{outcome}, {took}: {event.problem}", longest)

@@ -75,7 +75,7 @@ class _SkillRequest(NamedTuple):
 
 
 _Ticket: TypeAlias = tuple[str, int, int]
-_Found: TypeAlias = tuple[SkillMessage, str]
+_MessageOfMaster: TypeAlias = tuple[SkillMessage, str]
 
 
 class Exchange:
@@ -89,7 +89,7 @@ class Exchange:
         self._open: set[_Ticket] = set()
         self._early: dict[_Ticket, list[InterfaceMessage]] = {}
 
-    def read(self, events: Iterable[Event]) -> Iterator[_Found]:
+    def read(self, events: Iterable[Event]) -> Iterator[_MessageOfMaster]:
         """Yield each message with the name of its master."""
         for event in events:
             if isinstance(event, InterfaceMessage):
@@ -97,7 +97,7 @@ class Exchange:
         for ticket, early in self._early.items():
             yield from (self._message(ticket, event) for event in early)
 
-    def take(self, event: InterfaceMessage) -> Iterator[_Found]:
+    def take(self, event: InterfaceMessage) -> Iterator[_MessageOfMaster]:
         """Yield a message and the replies that waited for it; nothing before its request."""
         ticket = None if event.outcome == _REFUSED else _ticket(event)
         if ticket is None:
@@ -113,14 +113,14 @@ class Exchange:
             yield self._message(ticket, event)
             yield from (self._message(ticket, early) for early in self._early.pop(ticket, ()))
 
-    def _message(self, ticket: _Ticket, event: InterfaceMessage) -> _Found:
+    def _message(self, ticket: _Ticket, event: InterfaceMessage) -> _MessageOfMaster:
         values, kind = event.values, event.message.removesuffix("Message").upper()
         if kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
             self._open.discard(ticket)
         asked = self._asked.get(ticket, _SkillRequest(_number(ticket), "", (), "", "", ""))
         executor = str(values.get("executor", "")) or _own_id(event)
         node = asked.name if event.message == _REQUEST else executor
-        said = _said(kind, values)
+        said = _report_fields(kind, values)
         message = SkillMessage(
             event.time_us,
             kind,
@@ -167,7 +167,7 @@ def _asked(ticket: _Ticket, values: Any) -> _SkillRequest:
     return _SkillRequest(own or _number(ticket), skill, words, agent, mapped, own or str(ticket[2]))
 
 
-def _said(kind: str, values: Any) -> dict[str, Any]:
+def _report_fields(kind: str, values: Any) -> dict[str, Any]:
     """Return status, success and progress of a message."""
     if kind == "FEEDBACK":
         return {"status": str(values.get("text", "")), "progress": progress_of(values)}

@@ -71,11 +71,11 @@ def links(history: RunHistory) -> list[SkillLink]:
     """Return the pairs of actions and skills in order."""
     # whether messages are recorded is decided per agent
     saying = {action.env for action in history.actions if action.sent}
-    found = [*_said(history), *_guessed(history, saying)]
+    found = [*_recorded_links(history), *_guessed_links(history, saying)]
     return sorted(found, key=lambda link: link.call.begin)
 
 
-def _said(history: RunHistory) -> Iterator[SkillLink]:
+def _recorded_links(history: RunHistory) -> Iterator[SkillLink]:
     """Yield the recorded pairs."""
     # message ids are reused, so the last earlier call counts, unless it precedes the sending
     calls: dict[tuple[str, str], list[SkillExecution]] = {}
@@ -96,7 +96,7 @@ def _said(history: RunHistory) -> Iterator[SkillLink]:
                 yield SkillLink(action, begun[-1], before[-1] if before else action.changes[0][:2])
 
 
-def _guessed(history: RunHistory, saying: Collection[str]) -> Iterator[SkillLink]:
+def _guessed_links(history: RunHistory, saying: Collection[str]) -> Iterator[SkillLink]:
     """Yield the most likely pairs.
 
     :param saying: the environments whose messages are recorded.
@@ -119,7 +119,7 @@ def _guessed(history: RunHistory, saying: Collection[str]) -> Iterator[SkillLink
             and (wait.action.number, wait.ran) not in taken
         ]
         if could:
-            wait = min(could, key=partial(_unlikely, call, history.end))
+            wait = min(could, key=partial(_unlikeliness, call, history.end))
             taken.add((wait.action.number, wait.ran))
             yield SkillLink(wait.action, call, wait.ordered, guessed=True)
 
@@ -134,7 +134,7 @@ def _waits(history: RunHistory) -> Iterator[_Wait]:
                 yield _Wait(action, before[:2], change.seq, after[0].time if after else None)
 
 
-def _unlikely(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bool, int]:
+def _unlikeliness(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bool, int]:
     """Return the rank of a candidate; the lowest is the most likely."""
     over = call.end[1] if call.end is not None else end
     gap = abs((end if wait.over is None else wait.over) - over)

@@ -151,7 +151,6 @@ class PlanActionRecord:
 
     :param number: its index in :attr:`~cxbridge.history.builder.RunHistory.actions`.
     :param goal: the id of its goal; ``plan``: of its plan.
-    :param goal_record: its goal, if the run has it.
     :param order: the executor and arguments, as far as facts show them.
     :param sent: the messages that sent it, empty if they are not recorded.
     :param params: the parameters in its first event, as its ids may be reused.
@@ -191,7 +190,6 @@ class SkillExecution:
 
     :param begin: seq and time of the first status.
     :param end: seq and time of the last status; None if the skill runs.
-    :param error: the error text of the Skiller.
     :param request: the name or number of the request on a skill board, empty for a Skiller.
     """
 

@@ -48,7 +48,7 @@ class EnvironmentFacts:
         found: list[Mapping[str, str]] = []
         for change in self.by_env.get(env, {}).values():
             if change.template == template:
-                with suppress(FactSyntaxError):
+                with suppress(FactSyntaxError):  # a recording may contain any text
                     found.append(parse_fact(change.text)[1])
         return found
 
@@ -121,6 +121,6 @@ class RunState:
     def _fact(self, event: FactChange) -> None:
         self.facts.take(event)
         if event.template == "goal":
-            with suppress(FactSyntaxError, KeyError):
+            with suppress(FactSyntaxError, KeyError):  # a recording may contain any text
                 key = event.env, parse_fact(event.text)[1]["id"]
                 self._goal_facts[key] = self._goal_facts.get(key, 0) + (1 if event.asserted else -1)

@@ -27,10 +27,7 @@ class SteadyClock:
         self._offset = start_us or 0
 
     def at(self, time_us: int) -> int:
-        """Return the time of the next event since the start.
-
-        :param time_us: the time on the run's clock.
-        """
+        """Return the time of the next event since the start."""
         if self.first_us is None:
             self.first_us = self._offset = time_us
         since = time_us - self._offset

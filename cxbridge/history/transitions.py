@@ -134,14 +134,16 @@ class TransitionTracker:
             if template == "SkillerInterface":
                 return self.skiller(time_us, slots)
             if template == "skill":
-                _note(self._skills, (slots["id"], _skiller_of(slots)), slots.get("msgid", slots["id"]))
+                _store_newest(
+                    self._skills, (slots["id"], _skiller_of(slots)), slots.get("msgid", slots["id"])
+                )
             elif template == "skill-action-execinfo":
                 skiller = _skiller_of(slots)
                 call = self._skills.get((slots["skill-id"], skiller), "0")
                 # an action that was not sent has no message
-                _note(self._calls, _sent_key(slots), ("", "") if call == "0" else (skiller, call))
+                _store_newest(self._calls, _sent_key(slots), ("", "") if call == "0" else (skiller, call))
             elif template == "skill-board-call":
-                _note(self._calls, _sent_key(slots), ("", slots["id"]))
+                _store_newest(self._calls, _sent_key(slots), ("", slots["id"]))
         except (KeyError, ValueError):
             return None
         return None
@@ -161,6 +163,7 @@ class TransitionTracker:
         if before:
             self._goals.retire(before, gone=True)
         if event.asserted and event.template in CALL_TEMPLATES:
+            # facts of the calls only add the link to a message; an invalid one adds none
             with suppress(FactSyntaxError):
                 self.fact(event.time_us, *parse_fact(event.text))
         elif not event.asserted and event.template in FORGETFUL_TEMPLATES:
@@ -257,7 +260,7 @@ class TransitionTracker:
         )
 
 
-def _note(table: dict[Key, State], key: Key, value: State) -> None:
+def _store_newest(table: dict[Key, State], key: Key, value: State) -> None:
     """Store a value as the newest entry of a table and drop the oldest of too many."""
     table.pop(key, None)
     table[key] = value

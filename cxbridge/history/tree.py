@@ -46,7 +46,6 @@ class NamedGoal(TreeGoal, Protocol):
 class GoalLine:
     """A line of a goal tree.
 
-    :param branch: the lines to the left of the goal.
     :param title: id and class.
     :param state: the outcome or else the mode, as in the slots; or both.
     """
@@ -81,10 +80,7 @@ def plain_goal(goal: NamedGoal) -> dict[str, str]:
 
 
 def goal_line(branch: str, name: str, goal: TreeGoal, *, modes: bool = False) -> GoalLine:
-    """Return a goal as a line of a tree.
-
-    :param modes: include the mode of goals with an outcome.
-    """
+    """Return a goal as a line of a tree."""
     known = goal.outcome not in ("UNKNOWN", "")
     state = " ".join((goal.mode,) * (modes or not known) + (goal.outcome,) * known)
     title = goal_title(name, goal.goal_class)

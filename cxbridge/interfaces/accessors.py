@@ -133,7 +133,6 @@ def _scalar(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | Non
 
 
 def _string(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
-    """Return the accessors of a text."""
     room = field.text_room
     layout = Struct(f"={room}s{field.size - room}x")
 
@@ -150,7 +149,6 @@ def _string(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
 
 
 def _array(owner: str, field: FieldSchema, enum: type[IntEnum] | None) -> tuple[Getter, Setter]:
-    """Return the accessors of an array."""
     layout = Struct(f"={field.length}{field.storage.code}")
     unpack_from, offset = layout.unpack_from, field.offset
 
@@ -213,7 +211,9 @@ def _elements(field: FieldSchema, value: Iterable[Any], enum: type[IntEnum] | No
     """Return all elements of an array, with enum names as numbers and zeros at the end."""
     elements = list(value)
     if enum is not None:
-        elements = [getattr(enum, one, one) if isinstance(one, str) else one for one in elements]
+        elements = [
+            getattr(enum, element, element) if isinstance(element, str) else element for element in elements
+        ]
     return elements + [0] * (field.runtime_length - len(elements))
 
 
@@ -235,10 +235,10 @@ def fit_text(text: str, room: int) -> bytes:
     return data[:room]
 
 
-_SHOWN_CHARACTERS = 60
-_LONGEST_UTF8 = 4
-_REMEMBERED_ARRAYS = 256
-_REMEMBERED_TEMPLATES = 1024
+_SHOWN_CHARACTERS = 60  # of a refused value in an error
+_LONGEST_UTF8 = 4  # bytes of the longest UTF-8 character
+_REMEMBERED_ARRAYS = 256  # different arrays of one field; repeated ones are converted once
+_REMEMBERED_TEMPLATES = 1024  # one per kind of template and number of a field
 
 # templates; a block already marked as changed needs no comparison
 

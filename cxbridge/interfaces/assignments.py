@@ -58,7 +58,6 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
 
 
 def _element(field: FieldSchema, text: str) -> bool | int | float | str:
-    """Parse one element of a field."""
     stripped = text.strip()
     try:
         if field.is_string:
@@ -86,7 +85,7 @@ def _whole_number(text: str) -> int:
 def _unquoted(text: str) -> str:
     """Remove the quotes that :func:`shown` adds."""
     if _QUOTED.fullmatch(text):
-        with suppress(ValueError):
+        with suppress(ValueError):  # a text in quotes that is not JSON is taken literally
             text = json.loads(text, strict=False)
     return text
 

@@ -144,7 +144,6 @@ class Block:
         _STAMP.pack_into(self._buf, 0, *split_us(time_us))
 
     def _checked_index(self, field: FieldSchema, index: int) -> int:
-        """Return an index after checking it."""
         if not field.is_array:
             raise InterfaceError(f"{self.SCHEMA.name}.{field.name} is a single value and has no index")
         if not 0 <= index < field.runtime_length:

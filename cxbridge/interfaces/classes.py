@@ -58,10 +58,12 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
     """
 
     def complete(interface_class: type[I]) -> type[I]:
-        enums = {enum.name: _own(interface_class, enum.name) or make_enum(enum) for enum in schema.enums}
+        enums = {
+            enum.name: _own_attribute(interface_class, enum.name) or make_enum(enum) for enum in schema.enums
+        }
         messages: dict[str, type[Message]] = {}
         for message in schema.messages:
-            message_class = _own(interface_class, message.name) or _bare_message(message, schema)
+            message_class = _own_attribute(interface_class, message.name) or _bare_message(message, schema)
             messages[message.name] = _attach(message_class, message, enums)
             message_class.INTERFACE = schema
             message_class.FILL = make_filler(
@@ -140,7 +142,7 @@ def _attach(block_class: type[B], schema: InterfaceSchema | MessageSchema, enums
     return block_class
 
 
-def _own(interface_class: type[Interface], name: str) -> Any:
+def _own_attribute(interface_class: type[Interface], name: str) -> Any:
     """Return the attribute that the class body defines for a name of the definition, or None."""
     return vars(interface_class).get(attribute_name(name, Interface))
 
@@ -164,7 +166,6 @@ def _add_members(interface_class: type[Interface], members: dict[str, Any]) -> N
 
 
 def _items(schema: InterfaceSchema, enum_name: str) -> Any:
-    """Return the items of an enum of the interface."""
     return next(enum.items for enum in schema.enums if enum.name == enum_name)
 
 
@@ -174,8 +175,6 @@ def enum_value_name(enum: type[IntEnum], value: int) -> str:
 
 
 def _tostring(enum: type[IntEnum]) -> Callable[[int], str]:
-    """Return Fawkes' function ``tostring_ENUM`` of an enum."""
-
     def tostring(value: int) -> str:
         """Return the name of a value, or UNKNOWN."""
         return enum_value_name(enum, value)

@@ -25,7 +25,7 @@ from cxbridge.interfaces.schema import (
     MessageSchema,
 )
 
-_WIDTH = 88
+_WIDTH = 88  # columns of the written module, as in ruff's default
 _MADE_BY = "Made by 'cxbridge interface compile': do not edit, make it again."
 _QUOTES = '"""'
 _INDENT = "    "
@@ -151,7 +151,6 @@ class _Writer:
         yield f"{inner}return enum_value_name({self._schema.name}.{name}, value)"
 
     def _enum_member(self, head: str, value: str) -> Iterator[str]:
-        """Yield an enum item as a member of the interface."""
         if self._stub:
             yield head
         elif len(f"{head} = {value}") <= _WIDTH:
@@ -204,7 +203,6 @@ class _Writer:
     def _annotations(
         self, fields: tuple[FieldSchema, ...], base: type, indent: str, enum_prefix: str
     ) -> Iterator[str]:
-        """Yield the typed attributes of fields."""
         for field in fields:
             python = _python_type(field, enum_prefix)
             yield ""
@@ -214,14 +212,12 @@ class _Writer:
 
 
 def _python_type(field: FieldSchema, enum_prefix: str) -> str:
-    """Return the Python type of one element."""
     if field.is_enum:
         return enum_prefix + attribute_name(field.type, Interface)
     return _PYTHON_TYPES.get(field.type, "int")
 
 
 def _class_docstring(summary: str, comment: str, indent: str) -> Iterator[str]:
-    """Yield a docstring from a summary and a comment."""
     if not comment:
         yield f'{indent}"""{summary}"""'
         return
@@ -274,7 +270,6 @@ def _call(head: str, arguments: list[str], indent: str) -> Iterator[str]:
 
 
 def _struct_names(value: object) -> set[str]:
-    """Return the class names of all structs within a value."""
     if isinstance(value, tuple):
         return set().union(*map(_struct_names, value))
     if isinstance(value, Struct):

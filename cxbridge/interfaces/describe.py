@@ -62,7 +62,6 @@ def _message_row(message: MessageSchema) -> dict[str, Any]:
 
 
 def _constant_value(constant: ConstantSchema) -> bool | int | float | str:
-    """Return the value of a constant, with the digits of its type."""
     if constant.type == "float":
         return float(f"{round_to_float(float(constant.value)):.9g}")
     return constant.value

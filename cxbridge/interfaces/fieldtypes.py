@@ -98,7 +98,6 @@ def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
 
 
 def _parse_integer(field_type: FieldType, text: str) -> int | None:
-    """Parse an integer in the range of a type, or return None."""
     if field_type.low is None or field_type.high is None or not _INTEGER.fullmatch(text):
         return None
     # Fawkes reads all integers through a signed 64 bit integer, also for uint64

@@ -30,8 +30,10 @@ def layout_fingerprint(schema: InterfaceSchema) -> str:
         "name": schema.name,
         "datasize": schema.datasize,
         "fields": _fields(schema.fields),
-        "messages": [[one.name, one.datasize, _fields(one.fields)] for one in schema.messages],
-        "enums": [[one.name, [(item.name, item.value) for item in one.items]] for one in schema.enums],
+        "messages": [
+            [message.name, message.datasize, _fields(message.fields)] for message in schema.messages
+        ],
+        "enums": [[enum.name, [(item.name, item.value) for item in enum.items]] for enum in schema.enums],
     }
     return hashlib.sha256(json.dumps(layout, separators=(",", ":")).encode()).hexdigest()
 
@@ -65,7 +67,6 @@ def _fields(fields: tuple[FieldSchema, ...]) -> list[list[Any]]:
 
 @cache
 def _shipped(name: str) -> tuple[bytes, str] | None:
-    """Return hash and fingerprint of the shipped definition, or None."""
     path = shipped_dir("interfaces") / f"{name}.xml"
     if not path.is_file():
         return None

@@ -59,7 +59,6 @@ class Port(Protocol[InstanceT_contra]):
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Copy the writer's private block to the shared one and notify the listeners.
 
-        :param block: the private block.
         :param stamped: whether the time stamp is new; None: to be found by comparison.
         :param changed: whether a setter changed a value since the previous write.
         :returns: the new version.

@@ -60,5 +60,4 @@ def id_in(block: bytes | bytearray, offset: int | None) -> int:
 
 
 def with_id(block: bytes, offset: int, number: int) -> bytes:
-    """Return the block with another message id."""
     return block[:offset] + _U32.pack(number) + block[offset + _U32.size :]

@@ -38,7 +38,6 @@ class PseudoMap(MutableMapping[int, Any]):
         return len(self._fields)
 
     def _field(self, key: int) -> str:
-        """Return the name of the field for a key."""
         field = self._fields.get(key)
         if field is None:
             keys = ", ".join(map(str, self._fields))

@@ -42,8 +42,6 @@ class FieldSchema(Struct, frozen=True):
     :param offset: in bytes from the start of the block.
     :param size: in bytes.
     :param elem_size: bytes of an element, also its alignment.
-    :param comment: the purpose of the field.
-    :param enum: the enum if the type is one.
     :param validfor: the original text, which Fawkes checks but does not use.
     :param default: the original text, which Fawkes checks but does not use; blocks start as zeros.
     :param flags: ``changed_indicator`` or empty; unused.

@@ -53,13 +53,12 @@ class BufferedBlock(Block):
 
 
 _NEVER_READ: Final = -1
-_REPLACED: Final = -2
+_REPLACED: Final = -2  # the private copy was replaced since the last read
 
 
 class SharedBlock(BufferedBlock):
     """A private copy of a shared block, opened for reading or for writing.
 
-    :param port: the access to the shared block.
     :param serial: unique to this instance.
     """
 

@@ -38,8 +38,8 @@ MOST_ROWS: Final = 1000
 """The maximal number of facts or activations in a reply."""
 
 _SLOTS: Final = "an object: texts of CLIPS by the names of slots"
-_SEARCH_S: Final = 0.005
-_MOST_DIGITS: Final = 18
+_SEARCH_S: Final = 0.005  # seconds of one request's search, which holds the lock of CLIPS
+_MOST_DIGITS: Final = 18  # digits that fit 64 bits
 _DEFAULT: Final = "executive"
 _GIVEN: Final = {"env": _DEFAULT}
 _PATH: Final = "/cxbridge/facts"

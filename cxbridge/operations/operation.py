@@ -35,10 +35,7 @@ class NotFoundError(CxbridgeError):
 
 
 class ParameterError(CxbridgeError):
-    """A parameter is missing, or its value has another type.
-
-    :param name: of the parameter.
-    """
+    """A parameter is missing, or its value has another type."""
 
     def __init__(self, name: str, text: str) -> None:
         super().__init__(text)
@@ -149,7 +146,6 @@ class Operation(Generic[_Parameters]):
 
     :param name: the verb of RequestInterface, and the command at a prompt.
     :param right: required of clients.
-    :param parameters: their names, types and defaults.
     :param carry_out: the function.
     :param routes: the requests over HTTP.
     :param is_verb: whether RequestInterface offers the operation.

@@ -17,7 +17,6 @@ OPERATIONS: Final = Operations()
 
 
 def stop_info(control: RuleControl | None) -> StopInfo | None:
-    """Return the stop of the rules, or None."""
     stopped = None if control is None else control.stopped
     return None if stopped is None else convert(stopped, StopInfo, from_attributes=True)
 

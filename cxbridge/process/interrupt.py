@@ -32,9 +32,9 @@ _SIGNALS = (
 # The type of handlers for :func:`signal.signal`.
 _Handler = Callable[[int, FrameType | None], Any] | int | signal.Handlers | None
 
-_AGAIN_SECONDS = 0.05
-_SIGNALS_TO_DIE = 3
-_INTERRUPTED = 130
+_AGAIN_SECONDS = 0.05  # seconds between calls of ``stop``, then of ``force``
+_SIGNALS_TO_DIE = 3  # signals after which the process ends immediately
+_INTERRUPTED = 130  # the exit status of shells for SIGINT
 _END = b"\0"
 
 
@@ -83,7 +83,7 @@ class Interrupt:
         for number in _SIGNALS:
             ignored = signal.getsignal(number) is signal.SIG_IGN
             if not ignored or (self._service and number == signal.SIGINT):
-                self._before[number] = signal.signal(number, self._note)
+                self._before[number] = signal.signal(number, self._record_signal)
         self._numbers = [int(number) for number in self._before]
         # a socket, because Windows cannot wait for a pipe
         self._pair = reading, writing = socket.socketpair()
@@ -122,7 +122,7 @@ class Interrupt:
         """Pass a signal to another instance."""
         other.received = True
         if other._pair is not None:
-            with contextlib.suppress(BlockingIOError):
+            with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
                 other._pair[1].send(bytes(other._numbers[:1]))
 
     def on_signal(self, stop: Callable[[], None], force: Callable[[], None] = _nothing) -> None:
@@ -133,7 +133,7 @@ class Interrupt:
         """Force nothing for some seconds."""
         self._force_at_s = time.monotonic() + seconds
 
-    def _note(self, _number: int, _frame: FrameType | None) -> None:
+    def _record_signal(self, _number: int, _frame: FrameType | None) -> None:
         self.received = True
 
     def _wait(self, signals: socket.socket) -> None:
@@ -141,7 +141,7 @@ class Interrupt:
         noted = 0
         while not self._over.is_set():
             signals.settimeout(_AGAIN_SECONDS if noted else None)
-            with contextlib.suppress(TimeoutError):
+            with contextlib.suppress(TimeoutError):  # the time for the next call of ``stop`` or ``force``
                 came = sum(number in self._numbers for number in signals.recv(64))
                 if came and not noted:
                     self._force_at_s = max(self._force_at_s, time.monotonic() + GRACE_S)

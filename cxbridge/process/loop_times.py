@@ -18,13 +18,13 @@ class LoopTimes:
         self._loop = loop
         self._bus = bus
         self._began_ns = 0
-        loop.add(Hook.PRE_LOOP, self._begin)
-        loop.add(Hook.POST_LOOP, self._end)
+        loop.add(Hook.PRE_LOOP, self._start_cycle)
+        loop.add(Hook.POST_LOOP, self._end_cycle)
 
-    def _begin(self) -> None:
+    def _start_cycle(self) -> None:
         self._began_ns = time.perf_counter_ns() if self._bus.wants(LoopTime) else 0
 
-    def _end(self) -> None:
+    def _end_cycle(self) -> None:
         if self._began_ns:
             duration_us = (time.perf_counter_ns() - self._began_ns) // 1000
             self._bus.emit(LoopTime(self._bus.clock.now_us(), self._loop.loops + 1, duration_us))

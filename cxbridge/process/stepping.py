@@ -11,7 +11,7 @@ from typing import Any, Final, Self, TextIO
 
 from cxbridge.errors import CxbridgeError
 
-_SLICE_S: Final = 0.2
+_SLICE_S: Final = 0.2  # seconds between calls of ``enough`` while no key comes
 
 
 class StepKeys:
@@ -52,7 +52,7 @@ class StepKeys:
     def __call__(self, enough: Callable[[], bool]) -> bool:
         """Wait for a step; return False at the end of input, after ``q``, or if ``enough`` does."""
         while not enough():
-            if (step := self._take()) is not None:
+            if (step := self._next_input()) is not None:
                 return step
             if self._ended:
                 return False
@@ -63,7 +63,7 @@ class StepKeys:
                 self._ended = not data
         return False
 
-    def _take(self) -> bool | None:
+    def _next_input(self) -> bool | None:
         """Return whether the next input is a step or a request to end, None without input."""
         if self._on_terminal:
             key, self._left = self._left, b""

@@ -126,7 +126,6 @@ class Player(Protocol):
 class Run(Closing):
     """One agent with its components. :meth:`start` loads the agent; a context manager closes the run.
 
-    :param options: checked options.
     :param base: by default configuration, clock, bus and loop from the options.
     :param replay: the recorded environment, which replaces Skillers and local executors.
     :param additions: features, skills and writers of a program.
@@ -157,7 +156,7 @@ class Run(Closing):
         self.source = source_of(options)
         self.options = options if self.source.needs_skiller else replace(options, skiller="none")
         self.additions, self.is_look, self._replay, self._more = additions, is_look, replay, components
-        self.warnings = [str(each.error) for each in installed_plugins() if each.error is not None]
+        self.warnings = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
         self.warnings += [*sections_without_package(self.config.keys), *map(str, self.config.warnings)]
         self.spec = self._choose_spec(base) if self.has_executive else ""
         self.paths: RunPaths = self.source.find_paths(self.config, base.config_file)
@@ -191,10 +190,7 @@ class Run(Closing):
             self._make_nodes()
 
     def _choose_spec(self, base: RunBase) -> str:
-        """Return the spec and add warnings about the configuration.
-
-        :raises CxbridgeError: if the spec does not exist or a key is misspelt.
-        """
+        """Return the spec and add warnings about the configuration."""
         config, source = self.config, self.source
         spec = choose_spec(config, self.options.spec, base.config_file)
         mistaken = mistaken_keys(config, spec)
@@ -285,16 +281,16 @@ class Run(Closing):
         thinking.watch()
         if self._replay is not None:
             for component in self._replay.components(self):
-                self._start(component)
+                self._start_component(component)
         for make in self._more:
-            self._start(make(self))
+            self._start_component(make(self))
         for row in needed_components(self, replayed=self._replay is not None):
             if row.name != EXECUTIVE:
-                self._start(COMPONENTS.load(row)(self), row.name)
+                self._start_component(COMPONENTS.load(row)(self), row.name)
         self.lifecycle.start(node)
         self._join(thinking)
 
-    def _start(self, component: Component, name: str = "") -> None:
+    def _start_component(self, component: Component, name: str = "") -> None:
         node = ManagedNode(name or type(component).__name__, lambda: component, type(component), component)
         self.lifecycle.add(node)
         self.lifecycle.start(node)

@@ -28,7 +28,7 @@ class Explainer(Protocol):
         """Return ``lines`` for people and ``data`` for programs.
 
         :param kind: ``rule``, ``goal``, ``action``, ``fact``, or ``run``, which has no name.
-        :raises CxbridgeError: when the run has nothing of that name, or does not know it.
+        :raises CxbridgeError: if the run has nothing of that name, or does not know it.
         """
 
 
@@ -91,7 +91,7 @@ def explainer(run: Run, at_s: float | None = None, env: str | None = None) -> Ex
 
     :param at_s: the moment, seconds since the start of the run; None: its end.
     :param env: the CLIPS environment; None: the executive's, or the only one.
-    :raises CxbridgeError: when the run cannot be read, or no plug-in explains runs.
+    :raises CxbridgeError: if the run cannot be read, or no plug-in explains runs.
     """
     for row in EXPLAINERS.rows:
         make = getattr(EXPLAINERS.load(row), "explainer", None)

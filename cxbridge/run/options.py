@@ -324,7 +324,6 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
 
 def _check_reader(name: str, pipe: Path) -> None:
-    """Raise if a named pipe has no reader."""
     # without a reader, a blocking open() of the pipe would never return
     try:
         os.close(os.open(pipe, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0)))

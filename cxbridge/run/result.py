@@ -70,9 +70,7 @@ class ReplayOutcome:
 class RunResult:
     """The result of a run.
 
-    :param status: the exit status.
     :param reason: the reason of the status in a sentence.
-    :param spec: the executed spec.
     :param goals: the last state of each goal, in order of appearance; limited to the latest ones.
     :param is_stuck: whether the run ended early because no event could follow.
     :param forgotten: the number of earlier goals that are not in ``goals``.

@@ -33,7 +33,7 @@ def read_rights(
     control = config.get_bool(_CONTROL, default=True)
     if settings is None:
         settings = plugin_settings(config, of_daemon=False).values()
-    by_default = control and local and all(each.is_local for each in settings)
+    by_default = control and local and all(setting.is_local for setting in settings)
     programs = config.get_bool(_PROGRAMS, default=by_default)
     if programs and not control:
         message = "clients that may change nothing may run no programs: remote-programs needs remote-control"

@@ -173,7 +173,7 @@ def _finish_servers(
         for server in servers:
             server.attend()
         tick()
-        time.sleep(REST_S)
+        time.sleep(REST_S)  # the run has ended; only the servers have work
 
 
 def _attach_clients(
@@ -182,7 +182,6 @@ def _attach_clients(
     attach: Callable[[Run], None] | None,
     servers: Sequence[RunServer],
 ) -> None:
-    """Attach the console and the servers to a run before its start."""
     if attach is not None:
         for agent in assembly.agents:
             attach(agent)
@@ -206,7 +205,6 @@ def sum_up_run(
     :param verdict: status and reason from the watchdog, if it ended the run.
     :param seconds: duration by the run's clock, and real duration.
     :param over: whether the run reached its end.
-    :param rule_errors: the rules with errors, if the run is stuck.
     """
     several = len(assembly.agents) > 1
     verdicts = {
@@ -270,10 +268,7 @@ class _Stalls(Stalls):
 
 
 def _start(assembly: Run | Team, interrupt: Interrupt) -> None:
-    """Start the run.
-
-    :raises KeyboardInterrupt: if a signal arrived during the start.
-    """
+    """Start the run."""
     try:
         assembly.start()
     except CxbridgeError:
@@ -310,7 +305,6 @@ def _verdict(
 
     :param over: whether the run reached its end.
     :param loss: the lost component that ended the run; else empty.
-    :param rule_errors: the rules with errors, if the run is stuck.
     """
     env, goals = assembly.executive.env, assembly.executive.goals
     maintaining = ", ".join(assembly.executive.maintained)
@@ -369,5 +363,4 @@ def _open_work(assembly: Run) -> str:
 
 
 def _modes(goals: Iterable[GoalState]) -> str:
-    """Return goals with their modes as text."""
     return ", ".join(f"{goal.goal} is {goal.mode}" for goal in goals)

@@ -57,7 +57,6 @@ def read_samples(path: Path) -> list[Sample]:
 
 
 def _status(event: Event) -> Transition | None:
-    """Return the Skiller status in an event; None without one."""
     if isinstance(event, SkillStatus):
         return replace(event, env=_ENV)
     if isinstance(event, FactChange) and event.asserted and event.template == _TYPE:

@@ -51,7 +51,7 @@ CLIPS_SUFFIX = ".clp"
 
 _EXECUTIVE = "/clips-executive"
 _TIME = f"{_EXECUTIVE}/assert-time-each-loop"
-_MOST_NAMED = 3
+_MOST_NAMED = 3  # folders in a hint
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
@@ -101,10 +101,7 @@ def source_of(options: RunOptions) -> Source:
 
 
 class Source:
-    """The default source: a scenario's folder or a Fawkes checkout. Subclasses override the differences.
-
-    :param options: the options of the run.
-    """
+    """The default source: a scenario's folder or a Fawkes checkout. Subclasses override the differences."""
 
     has_fawkes_configuration: ClassVar[bool] = True
     """Whether keys, stages and specs follow Fawkes' executive."""
@@ -301,10 +298,7 @@ class Source:
         features: Sequence[Feature | LazyFeature],
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
-        """Make the manager of the executive's environments.
-
-        :param environment: the class of the environments.
-        """
+        """Make the manager of the executive's environments."""
         return EnvironmentManager(context.bus, features, context.paths.library, environment)
 
     def make_executive(

@@ -40,7 +40,7 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
     :param config_file: the place for an error without a place in the configuration.
     :raises ConfigError: if the spec does not exist.
     """
-    place = _first(config, f"{_ROOT}/spec") if spec is None else None
+    place = _first_value(config, f"{_ROOT}/spec") if spec is None else None
     if spec is not None:
         config.set(f"{_ROOT}/spec", spec)
     chosen = config.get_str(f"{_ROOT}/spec", default="")
@@ -115,18 +115,18 @@ def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
         for each in () if section in sections else sections:
             if nearest(section, [each], _LIKE) and not set(known).isdisjoint(config.keys(f"/{each}")):
                 yield _error(
-                    f"'{each}' is never read", _first(config, f"/{each}"), f"did you mean {section}?"
+                    f"'{each}' is never read", _first_value(config, f"/{each}"), f"did you mean {section}?"
                 )
 
 
 def _misspelt(config: Configuration, path: str, known: Sequence[str]) -> Iterator[ConfigError]:
     """Yield an error for each key that is similar to a known, absent key."""
     keys = config.keys(path)
-    given = [key for key in keys if (value := _first(config, f"{path}/{key}")) is None or value.file]
+    given = [key for key in keys if (value := _first_value(config, f"{path}/{key}")) is None or value.file]
     absent = [key for key in known if key not in given]  # includes keys with an unwritten default
     for key in keys:
         if key not in known and (near := nearest(key, absent, _LIKE)):
-            place = _first(config, f"{path}/{key}")
+            place = _first_value(config, f"{path}/{key}")
             yield _error(f"'{key}' is never read", place, f"did you mean {near[0]}?")
 
 
@@ -151,10 +151,7 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
 
 
 def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
-    """Return an error for each missing file of a spec, at its entry.
-
-    :param folders: the search path of CLIPS files.
-    """
+    """Return an error for each missing file of a spec, at its entry."""
     missing = []
     for stage, path in _entries(config, spec):
         names = config.get_strings(f"{path}/files", default=[])
@@ -198,18 +195,20 @@ def _entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:
 def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
     path = f"{base}/init/{stage}"
     if stage not in STAGES:
-        raise _error(f"there is no '{stage}'", _first(config, path), f"the stages are {', '.join(STAGES)}")
+        raise _error(
+            f"there is no '{stage}'", _first_value(config, path), f"the stages are {', '.join(STAGES)}"
+        )
     _must_have_parts(config, path, "a list of entries, each with a name")
     for index in config.keys(path):
         if not index.isdigit():
             hint = "begin each with a dash: - name: ..."
-            raise _error(f"{stage} is a list of entries", _first(config, f"{path}/{index}"), hint)
+            raise _error(f"{stage} is a list of entries", _first_value(config, f"{path}/{index}"), hint)
         yield from _check_entry(config, f"{path}/{index}", f"{stage}, entry {int(index) + 1}")
 
 
 def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
     keys = config.keys(path)
-    place = _first(config, path)
+    place = _first_value(config, path)
     if "name" not in keys:
         raise _error(f"{where} has no name", place, "give it one: - name: ...")
     for key in ("name", "file", "wait-for"):
@@ -218,7 +217,9 @@ def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
     if "files" in keys:
         if config.keys(f"{path}/files"):
             raise _error(
-                f"the files of {where} are a map", _first(config, f"{path}/files"), "write [a.clp, b.clp]"
+                f"the files of {where} are a map",
+                _first_value(config, f"{path}/files"),
+                "write [a.clp, b.clp]",
             )
         files = config.get(f"{path}/files")
         if not files.is_list or (files.items and files.type is not ConfigType.STRING):
@@ -238,8 +239,7 @@ def _must_have_parts(config: Configuration, path: str, shape: str) -> None:
         raise _error(f"'{name}' must be {shape}", value, None)
 
 
-def _first(config: Configuration, path: str) -> ConfigValue | None:
-    """Return the value at the path, or the first value below it."""
+def _first_value(config: Configuration, path: str) -> ConfigValue | None:
     return config.get(path) if config.exists(path) else min(config.search(path), key=_line, default=None)
 
 
@@ -253,7 +253,7 @@ def _line(value: ConfigValue) -> int:
 
 def _prefix(config: Configuration, path: str) -> str:
     """Return ``FILE:LINE: `` of the path, or of the first value below it; empty if set at run time."""
-    place = _first(config, path)
+    place = _first_value(config, path)
     return f"{place.file}:{place.line}: " if place is not None and place.file else ""
 
 

@@ -36,15 +36,15 @@ SPIN_S: Final = 1.5
 HOPELESS_S: Final = 5.0
 """The limit of a right-hand side in tests, explorations and sweeps, which have no user to interrupt it."""
 
-_TICK_S = 0.25
+_TICK_S = 0.25  # seconds between looks at the loop
 _AGAIN_S = 0.02
 _PATIENCE_S = 0.1
-_MOST_NAMES = 5
-_LOOKS = 20
-_BETWEEN_LOOKS_S = 0.0005
+_MOST_NAMES = 5  # rules in a report
+_LOOKS = 20  # samples of the firing rule, taken in a row
+_BETWEEN_LOOKS_S = 0.0005  # seconds between samples
 _MOST_LOOKS = 12 * _LOOKS
 _HALTED: Final = "[PRCCODE4]"
-_TICK_RULES: Final = 2
+_TICK_RULES: Final = 2  # time-retract and blackboard-read fire in every tick
 # The first check waits for this many loops without firings other than each tick's.
 _QUIET_LOOPS: Final = 15
 
@@ -191,7 +191,7 @@ class Watchdog:
                     self._seen.append(rule)
                 elif not env.is_firing:
                     break
-                time.sleep(_BETWEEN_LOOKS_S)
+                time.sleep(_BETWEEN_LOOKS_S)  # lets the thread of the rules run
 
     def _is_spinning(self, tick_s: float) -> bool:
         """Return whether the time is spent in a single right-hand side rather than in matching."""
@@ -360,7 +360,6 @@ def _frames(frame: FrameType | None) -> Iterator[FrameType]:
 
 
 def _component(frame: FrameType) -> str:
-    """Return the component if the frame is ``ComponentManager.guarded``; else empty."""
     if frame.f_code.co_qualname == "ComponentManager.guarded.<locals>.run":
         return str(frame.f_locals["node"].name)
     return ""

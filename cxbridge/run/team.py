@@ -38,11 +38,8 @@ class AgentWatcher(Protocol):
 class Team(Closing):
     """A run of several agents, with the interface of a :class:`Run`.
 
-    :param options: checked options.
     :param base: the shared clock, bus, loop and configuration.
-    :param names: the names of the agents.
     :param replay: the recorded environment.
-    :param additions: additions for each agent.
     :param components: makes further components of an agent.
     :raises CxbridgeError: if a named file or setting is missing or wrong.
     """
@@ -155,11 +152,7 @@ class Team(Closing):
 
 
 class AgentBus(EventBus):
-    """The bus of one agent in a team. It forwards events to the run's bus under the agent's name.
-
-    :param name: the name of the agent and its environment.
-    :param run: the bus of the run.
-    """
+    """The bus of one agent in a team. It forwards events to the run's bus under the agent's name."""
 
     def __init__(self, name: str, run: EventBus) -> None:
         super().__init__(run.clock)

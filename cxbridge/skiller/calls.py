@@ -232,7 +232,6 @@ class SkillerCall(Closing):
 
 
 def _result(status: str, error: str, msgid: int) -> SkillResult:
-    """Return the result for a final state of the Skiller."""
     if status == _FINAL:
         return SkillResult(CallOutcome.FINAL, "", msgid)
     why = "the Skiller gives no reason" if status == _FAILED else "it called no skill, or was stopped"
@@ -260,7 +259,6 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
 
 
 def _skills_on_board(board: BlackBoard, agent: str) -> list[str] | None:
-    """Return the skills of an agent's executors, or None."""
     names: set[str] = set()
     for info in board.list("SkillExecutorInterface"):
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:

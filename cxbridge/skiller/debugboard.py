@@ -26,9 +26,7 @@ class DebugBoard:
 
     Fawkes formerly laid out the graph for the twin. Now both have the same text.
 
-    :param name: the name of the Skiller.
     :param mode: ``fawkes`` writes the twin in every loop of a running skill, as Fawkes does.
-    :param owner: the owner of the interfaces.
     """
 
     def __init__(

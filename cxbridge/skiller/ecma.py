@@ -62,7 +62,7 @@ class _Translator:
         if char == "[":
             return self._char_class()
         if char == "(":
-            return self._take(_GROUP_START, "a group that ECMAScript does not know")
+            return self._next_token(_GROUP_START, "a group that ECMAScript does not know")
         self.position += 1
         # in ECMAScript, '.' excludes all line ends, and '$' does not match before a final newline
         return {".": r"[^\n\r]", "$": r"\Z"}.get(char, char)
@@ -71,9 +71,9 @@ class _Translator:
         if not self.repeatable:
             raise EcmaRegexError(f"nothing to repeat at position {self.position + 1}")
         self.repeatable = False
-        return self._take(_QUANTIFIER, "a repetition that ECMAScript does not know")
+        return self._next_token(_QUANTIFIER, "a repetition that ECMAScript does not know")
 
-    def _take(self, token: re.Pattern[str], otherwise: str) -> str:
+    def _next_token(self, token: re.Pattern[str], otherwise: str) -> str:
         found = token.match(self.pattern, self.position)
         if found is None:
             raise EcmaRegexError(f"{otherwise} at position {self.position + 1}")

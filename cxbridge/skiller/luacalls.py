@@ -94,7 +94,7 @@ class _LuaCallReader:
         while self._next.kind != "end":
             found.append(self._call())
             if self._next.text == ";" and self._next.kind == "symbol":
-                self._take()
+                self._next_token()
         return found
 
     def _refuse(self, message: str, at: int) -> NoReturn:
@@ -135,7 +135,7 @@ class _LuaCallReader:
                 return _Token(kind, text, start)
         return _Token("end", "", len(self._text))
 
-    def _take(self) -> _Token:
+    def _next_token(self) -> _Token:
         token, self._next = self._next, self._scan()
         return token
 
@@ -145,7 +145,7 @@ class _LuaCallReader:
     def _expect(self, symbol: str, wanted: str) -> None:
         if not self._is(symbol):
             self._refuse_token(self._next, wanted)
-        self._take()
+        self._next_token()
 
     def _long_bracket(self, start: int, level: str) -> str:
         end = self._text.find(f"]{level}]", self._at)
@@ -187,7 +187,7 @@ class _LuaCallReader:
         return int(number) if number.is_integer() and number < 2**53 else number
 
     def _call(self) -> LuaCall:
-        name = self._take()
+        name = self._next_token()
         if name.kind != "name" or name.text in _KEYWORDS or name.text in _CONSTANTS:
             if name.kind == "name":
                 self._refuse(f"'{name.text}' is not a skill; {ONLY_FAWKES}", name.at)
@@ -197,7 +197,7 @@ class _LuaCallReader:
 
     def _arguments(self, name: _Token) -> tuple[Value, ...]:
         if self._next.kind == "text":
-            return (self._take().value,)
+            return (self._next_token().value,)
         if self._is("{"):
             return (self._table(),)
         if not self._is("("):
@@ -207,12 +207,12 @@ class _LuaCallReader:
             self._refuse_token(self._next, wanted)
         if _LINE_END.search(self._text, name.at, self._next.at):
             self._refuse("a '(' must be in the line of the name before it", self._next.at)
-        self._take()
+        self._next_token()
         values: list[Value] = []
         if not self._is(")"):
             values.append(self._value())
             while self._is(","):
-                self._take()
+                self._next_token()
                 values.append(self._value())
         self._expect(")", "',' or ')'")
         return tuple(values)
@@ -220,19 +220,19 @@ class _LuaCallReader:
     def _value(self) -> Value:
         if self._is("{"):
             return self._table()
-        token = self._take()
+        token = self._next_token()
         if token.kind in ("text", "number"):
             return token.value
         if token.kind == "name" and token.text in _CONSTANTS:
             return _CONSTANTS[token.text]
         if token.kind == "symbol" and token.text == "-" and self._next.kind == "number":
-            number = self._take().value
+            number = self._next_token().value
             assert isinstance(number, int | float)
             return -number if number else -0.0
         return self._refuse_token(token, "a literal")
 
     def _table(self) -> dict[Any, Any]:
-        opening = self._take()
+        opening = self._next_token()
         self._depth += 1
         if self._depth > DEEPEST:
             self._refuse(f"tables lie in each other more than {DEEPEST} deep", opening.at)
@@ -250,17 +250,17 @@ class _LuaCallReader:
             else:
                 table[key] = value
             if self._is(",") or self._is(";"):
-                self._take()
+                self._next_token()
             elif not self._is("}"):
                 self._refuse_token(self._next, "',' or '}'")
-        self._take()
+        self._next_token()
         self._depth -= 1
         # positional values override equal explicit keys, as in Lua
         return table | pending
 
     def _field(self) -> tuple[str | float | None, Value]:
         if self._is("["):
-            at = self._take().at
+            at = self._next_token().at
             key = self._value()
             if not isinstance(key, str | int | float) or isinstance(key, bool):
                 self._refuse("a key is a word, a text or a number", at)
@@ -268,10 +268,10 @@ class _LuaCallReader:
             self._expect("=", "'='")
             return key, self._value()
         if self._next.kind == "name" and self._next.text not in _CONSTANTS:
-            name = self._take()
+            name = self._next_token()
             if not self._is("=") or name.text in _KEYWORDS:
                 self._refuse_name(name)
-            self._take()
+            self._next_token()
             return name.text, self._value()
         return None, self._value()
 

@@ -42,7 +42,6 @@ class _CannotMapError(Exception):
 class ActionSkillMapping:
     """Maps actions to skill strings.
 
-    :param mapping: templates by action.
     :param mode: ``strict`` or ``fawkes``.
     """
 
@@ -176,10 +175,7 @@ def _check_steps(action: str, place: Placeholder) -> list[Message]:
 
 
 def _kept(place: Placeholder, value: str, before: str) -> str:
-    """Return the text of a value behind a Lua text such that it cannot become code.
-
-    :raises _CannotMapError: if the value does not permit it.
-    """
+    """Return the text of a value behind a Lua text such that it cannot become code."""
     context = quoting.context_at_end(before)
     if context in (quoting.QuotingContext.DOUBLE_QUOTES, quoting.QuotingContext.SINGLE_QUOTES):
         return quoting.escape(value, context.value)

@@ -14,7 +14,7 @@ _FLOAT = re.compile(
     re.IGNORECASE | re.VERBOSE,
 )
 _LONG_MIN, _LONG_MAX = -(2**63), 2**63 - 1
-_SMALLEST_NORMAL = 2.2250738585072014e-308
+_SMALLEST_NORMAL = 2.2250738585072014e-308  # C's strtod reports an underflow below it
 
 
 class NumberError(ValueError):

@@ -42,7 +42,6 @@ class Skiller(SkillerBackend):
     :param name: the id of the SkillerInterface and SkillerDebugInterface.
     :param mode: whether to imitate Fawkes' oddities.
     :param watch: detects changed skill files, which are then reloaded.
-    :param closing: further objects to close with the Skiller.
     :param place_of: returns the place of a skill string's mapping, for messages; empty if unknown.
     :raises BlackBoardError: if an interface has another writer.
     """
@@ -151,7 +150,6 @@ class Skiller(SkillerBackend):
             thing.close()
 
     def _look_for_changes(self, watch: ModuleWatch) -> None:
-        """Reload changed skill files."""
         # Fawkes reloads immediately and silently loses the running skill string; strict mode finishes it
         # first, because saving a file must not stop a driving robot
         changed = watch.look()
@@ -298,6 +296,5 @@ class Skiller(SkillerBackend):
         self._log_problem(self.engine.reset_all())
 
     def _log_problem(self, problem: str) -> None:
-        """Log an error of skills' code outside of the skill string."""
         if problem:
             self._log.error(problem)

@@ -17,7 +17,6 @@ from cxbridge.skiller.luacalls import LuaCall, read_calls
 class SkillStringCall:
     """A call of a skill.
 
-    :param name: the skill.
     :param args: arguments by name, or by position from 1.
     """
 

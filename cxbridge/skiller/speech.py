@@ -21,7 +21,7 @@ from cxbridge.events import EventBus
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
 
-_PATIENCE = 10
+_PATIENCE = 10  # times the estimated duration, as some drivers report no end
 _LINUX_PLAYER = "aplay"
 _SECONDS_PER_TEXT = 0.343
 _SECONDS_PER_CHARACTER = 0.070
@@ -62,10 +62,7 @@ class Voice(ABC):
 
 
 class SilentVoice(Voice):
-    """Says nothing for as long as the text would take.
-
-    :param clock: the run's clock.
-    """
+    """Says nothing for as long as the text would take."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -174,7 +171,7 @@ class SpeechSynthWriter:
         self._interface: Any = board.open_for_writing("SpeechSynthInterface", name, owner="SpeechSynth")
         self._speaking = False
         if greeting is not None:
-            self._start(greeting)
+            self._start_text(greeting)
 
     @property
     def speaking(self) -> bool:
@@ -193,10 +190,10 @@ class SpeechSynthWriter:
         while not self._speaking and (message := self._interface.msgq_first()) is not None:
             if message.type == "SayMessage":
                 self._interface.msgid = message.id
-                self._start(message.text)
+                self._start_text(message.text)
             self._interface.msgq_pop()
 
-    def _start(self, text: str) -> None:
+    def _start_text(self, text: str) -> None:
         self._speaking = True
         self._interface.text = text
         self._interface.final = False

@@ -46,7 +46,6 @@ class Placeholder(Struct, frozen=True):
     """A placeholder for a parameter's value.
 
     :param name: the parameter.
-    :param steps: the replacements in order.
     :param kind: one of ``s S y Y i f``.
     """
 
@@ -79,7 +78,6 @@ def parse_template(template: str) -> tuple[Part, ...]:
 
 
 def _scan(template: str) -> Iterator[tuple[int, Part]]:
-    """Yield the parts of the template with offsets."""
     end = 0
     for found in _terminal("PLACEHOLDER").finditer(template):
         if found.start() > end:
@@ -118,7 +116,7 @@ def find_doubts(template: str) -> list[Doubt]:
     return [Doubt(start, _excerpt(template[start:]), _reason(template[start:])) for start in starts]
 
 
-_EXCERPT_LENGTH = 40
+_EXCERPT_LENGTH = 40  # characters in an error
 
 
 def _excerpt(text: str) -> str:

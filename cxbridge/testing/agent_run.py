@@ -39,7 +39,7 @@ PATIENCE_S: Final = 60.0
 # The start of CLIPS' message that names the rule of an error; the message before it is the error.
 _HALTED = "[PRCCODE4]"
 
-_LAST_RULES = 10
+_LAST_RULES = 10  # in the report of a failure
 _LAST_LINES = 15
 
 
@@ -82,7 +82,7 @@ class AgentRun(Closing):
             recorder = start_recording(assembly, options)
             stack.callback(recorder.close)
             stack.callback(assembly.finalize)
-            assembly.bus.subscribe(self._note, LogLine, RuleFired, *TRANSITION_TYPES)
+            assembly.bus.subscribe(self._record_event, LogLine, RuleFired, *TRANSITION_TYPES)
             self._history = RunHistory(UNLIMITED, self._start_us)
             assembly.bus.subscribe(self._history.take, GoalTransition, PlanActionTransition)
             self._world = World(assembly.executive.env, assembly.board)
@@ -112,7 +112,7 @@ class AgentRun(Closing):
         """The agent of the run."""
         return self._assembly
 
-    def _note(self, event: Event) -> None:
+    def _record_event(self, event: Event) -> None:
         if isinstance(event, LogLine):
             if event.text.startswith(_HALTED):
                 cause = self.log[-1].text if self.log and self.log[-1].level is Level.ERROR else ""
@@ -317,7 +317,7 @@ class AgentRun(Closing):
 
     def actions(self, name: str | None = None) -> list[PlanActionRecord]:
         """Return all plan-actions with a name, or all, including former ones, in order."""
-        return [each for each in self._history.actions if name is None or each.name == name]
+        return [action for action in self._history.actions if name is None or action.name == name]
 
     def assert_outcomes(self, **outcomes: str) -> None:
         """Check the outcomes of all goals of classes; ``_`` in names of classes also means ``-``."""

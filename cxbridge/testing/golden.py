@@ -93,8 +93,8 @@ def write_golden(file: Path, transitions: Sequence[Transition], start_us: int | 
     """
     file.parent.mkdir(parents=True, exist_ok=True)
     with replacing(file) as fresh, TransitionsWriter(fresh, details=True, start_us=start_us) as writer:
-        for each in transitions:
-            writer.write(each)
+        for transition in transitions:
+            writer.write(transition)
 
 
 def compare_with_golden(

@@ -54,10 +54,7 @@ TEMPLATES: Final[Table[type[Template]]] = Table(
 
 @dataclass(frozen=True, kw_only=True)
 class NewOptions:
-    """The options of ``cxbridge new``: those of all templates.
-
-    :param more: the templates with a given option.
-    """
+    """The options of ``cxbridge new``: those of all templates."""
 
     more: tuple[Template, ...] = ()
 
@@ -119,7 +116,6 @@ def words_of_checkout(name: str, checkout: Path, options: RunOptions) -> dict[st
     """Return the replacements of a template for an agent that remains in its checkout.
 
     :param name: of the project.
-    :param options: of a run of the agent.
     :raises CxbridgeError: if the checkout has no such agent.
     """
     options.check()
@@ -150,10 +146,7 @@ def read_template(folder: Path, words: Mapping[str, str] | None = None) -> dict[
 
 
 def _name_of(folder: Path) -> str:
-    """Return the name of a project's agent.
-
-    :raises CxbridgeError: if files and rules cannot have the name.
-    """
+    """Return the name of a project's agent."""
     name = folder.absolute().name
     if _NAME.fullmatch(name) is None:
         raise CxbridgeError(f"'{name}' cannot name an agent", hint="use letters, digits, - and _")
@@ -163,7 +156,6 @@ def _name_of(folder: Path) -> str:
 
 
 def _write(files: Mapping[Path, str]) -> list[Path]:
-    """Write files, or none if one of them exists."""
     there = next((file for file in files if file.exists() or file.is_symlink()), None)
     if there is not None:
         raise CxbridgeError(
@@ -191,7 +183,6 @@ def _renamed(path: Path, words: Mapping[str, str]) -> str:
 
 
 def _worded(text: str, words: Mapping[str, str]) -> str:
-    """Return a text with words replaced simultaneously."""
     return (
         re.sub("|".join(map(re.escape, words)), lambda match: words[match.group()], text) if words else text
     )

@@ -72,7 +72,7 @@ class ScriptedSkills(SkillScript):
 
     def vanish(self, skiller: str = "Skiller") -> None:
         """Let a Skiller crash: its interface loses its writer, and its skill is lost."""
-        self._known(skiller)
+        self._check_known(skiller)
         self._skillers.pop(skiller).close()
 
     def come_back(self, skiller: str = "Skiller") -> None:
@@ -88,12 +88,12 @@ class ScriptedSkills(SkillScript):
 
     def take_control(self, skiller: str = "Skiller") -> None:
         """Let another client steal a Skiller's exclusive control in the next cycle."""
-        self._known(skiller)
+        self._check_known(skiller)
         reader = self._context.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
         message = reader.create_message("AcquireControlMessage")
         message.set("steal_control", True)
         reader.msgq_enqueue(message)
 
-    def _known(self, skiller: str) -> None:
+    def _check_known(self, skiller: str) -> None:
         if skiller not in self._skillers:
             raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._skillers)}")

@@ -27,7 +27,6 @@ class Call:
     :param seconds: since the start of the run.
     :param name: the skill.
     :param args: the arguments by name, or by position from 1.
-    :param skiller: a Skiller, or an agent of the skill board.
     """
 
     seconds: float
@@ -87,23 +86,23 @@ class SkillRule:
 
     def succeeds(self, *, after: float = 1.0, times: int | None = None, then: Effect | None = None) -> Self:
         """Let the calls succeed after some seconds."""
-        return self._say(_always(Outcome(after)), times, then)
+        return self._add_behaviour(_always(Outcome(after)), times, then)
 
     def fails(
         self, error: str = "", *, after: float = 1.0, times: int | None = None, then: Effect | None = None
     ) -> Self:
         """Let the calls fail with an error after some seconds."""
-        return self._say(_always(Outcome(after, Status.S_FAILED, error)), times, then)
+        return self._add_behaviour(_always(Outcome(after, Status.S_FAILED, error)), times, then)
 
     def hangs(self, *, times: int | None = None) -> Self:
         """Let the calls never end."""
-        return self._say(_always(Outcome(FOREVER)), times, None)
+        return self._add_behaviour(_always(Outcome(FOREVER)), times, None)
 
     def does(self, answer: SkillAnswer, *, times: int | None = None, then: Effect | None = None) -> Self:
         """Let a function determine the outcome at the start of each call."""
-        return self._say(answer, times, then)
+        return self._add_behaviour(answer, times, then)
 
-    def _say(self, answer: SkillAnswer, times: int | None, then: Effect | None) -> Self:
+    def _add_behaviour(self, answer: SkillAnswer, times: int | None, then: Effect | None) -> Self:
         if times is not None and times < 1:
             raise ValueError(f"times={times}: at least once")
         self._scripted = True
@@ -193,10 +192,7 @@ class SkillScript:
         return SkillRule(name, args).matches(SkillStringCall(call.name, call.args))
 
     def complaints(self, mapped: Collection[str] = ()) -> list[str]:
-        """Return the complaints about unused entries at the end of the run.
-
-        :param mapped: the names of skills to which actions are mapped.
-        """
+        """Return the complaints about unused entries at the end of the run."""
         known = {*mapped, *(call.name for call in self.calls)}
         return [text for rule in self._rules if (text := rule.complaint(known, self.calls))]
 

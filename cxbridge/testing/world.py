@@ -38,7 +38,7 @@ class World:
             raise AssertionError(
                 f"there is no deftemplate '{template}'{or_similar(template, template_names(self._env))}"
             )
-        wanted = {name.replace("_", "-"): _plain(value) for name, value in slots.items()}
+        wanted = {name.replace("_", "-"): _comparable(value) for name, value in slots.items()}
         matching = []
         for index, _, found in self._env.facts(template):
             names = {name: name if name in found else name.replace("-", "_") for name in wanted}
@@ -47,7 +47,7 @@ class World:
                 raise AssertionError(
                     f"deftemplate '{template}' has no slot '{unknown[0]}', but: {', '.join(found)}"
                 )
-            if all(_plain(found[names[name]]) == value for name, value in wanted.items()):
+            if all(_comparable(found[names[name]]) == value for name, value in wanted.items()):
                 matching.append((index, found))
         return matching
 
@@ -116,12 +116,12 @@ def _set(block: Block, fields: dict[str, object]) -> None:
         put(block, name, value)
 
 
-def _plain(value: object) -> object:
+def _comparable(value: object) -> object:
     """Return a value in a form in which values of CLIPS and Python can be compared."""
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     if isinstance(value, str):
         return str(value)
     if isinstance(value, (tuple, list)):
-        return tuple(_plain(item) for item in value)
+        return tuple(_comparable(item) for item in value)
     return value

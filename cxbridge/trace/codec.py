@@ -20,7 +20,7 @@ from cxbridge.event_kinds import Event
 
 _PLAIN: Final = frozenset({int, str, bool})
 _JSON_TYPES: Final = {int: "integer", str: "string", bool: "boolean", float: "number"}
-_LIMIT: Final = 1 << 63
+_LIMIT: Final = 1 << 63  # msgspec accepts integers of more than 64 bits
 
 
 class EventFormatError(ValueError):
@@ -41,14 +41,14 @@ def encode(event: Event) -> bytes:
         return _encode(event)
     except UnicodeEncodeError:
         plain = {name: getattr(event, name) for name in field_names(event_type)}
-        return _encode({name: v if isinstance(v, Enum) else _ready(v) for name, v in plain.items()})
+        return _encode({name: v if isinstance(v, Enum) else _writable(v) for name, v in plain.items()})
 
 
 def _prepared(value: Any) -> Any:
     """Return the value of a field in types that msgspec writes like :mod:`json`."""
     if type(value) is not dict:
-        return _ready(value)
-    return {name: each if type(each) in _PLAIN else _ready(each) for name, each in value.items()}
+        return _writable(value)
+    return {name: each if type(each) in _PLAIN else _writable(each) for name, each in value.items()}
 
 
 def encode_with_kind(event: Event) -> bytes:
@@ -58,7 +58,7 @@ def encode_with_kind(event: Event) -> bytes:
 
 def dump(plain: Mapping[str, Any]) -> str:
     """Return values as a JSON object on one line."""
-    return _encode(_ready(plain)).decode()
+    return _encode(_writable(plain)).decode()
 
 
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def schema_of(event_type: type[Event]) -> dict[str, Any]:
         "title": f"cxbridge.{event_type.__name__}",
         "type": "object",
         "properties": {name: {"type": kind} for name, kind in _json_types(event_type).items()},
-        "required": [each.name for each in msgspec.structs.fields(event_type) if each.required],
+        "required": [field.name for field in msgspec.structs.fields(event_type) if field.required],
     }
 
 
@@ -123,7 +123,6 @@ def field_names(event_type: type[Event]) -> tuple[str, ...]:
 
 
 def _json_types(event_type: type[Event]) -> dict[str, str]:
-    """Return the JSON types of an event's fields."""
     hints = get_type_hints(event_type)
     found = {}
     for name in field_names(event_type):
@@ -157,7 +156,7 @@ def _is_ready(values: Iterable[Any]) -> bool:
     return True
 
 
-def _ready(value: Any) -> Any:
+def _writable(value: Any) -> Any:
     """Return a value that msgspec writes like :mod:`json`, with enum items by name."""
     ready = _READY.get(type(value))
     if ready is not None:
@@ -183,11 +182,11 @@ def _ready_number(number: float) -> float | msgspec.Raw:
 
 
 def _ready_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: _ready(value) for name, value in values.items()}
+    return {name: _writable(value) for name, value in values.items()}
 
 
 def _ready_list(values: list[Any] | tuple[Any, ...]) -> list[Any]:
-    return [_ready(value) for value in values]
+    return [_writable(value) for value in values]
 
 
 _READY: Final[dict[type, Callable[[Any], Any]]] = {

@@ -53,7 +53,6 @@ def _converted(run: Run, path: Path, to: str) -> list[str]:
 
 
 def _opened(target: CopyFormat, path: Path, run: Run) -> RunWriter:
-    """Open the new file."""
     writer: RunWriter = resolve_name(target.writer)(path, run.registry)
     return writer
 

@@ -17,7 +17,7 @@ def exchange_lines(events: Iterable[Event]) -> Iterator[str]:
     for message, master in Exchange().read(events):
         start_us = message.time_us if start_us is None else start_us
         seconds = (message.time_us - start_us) / MICROSECONDS
-        yield f"{seconds:9.3f}  {message.type:8}  {_way(message, master)}{_words(message)}"
+        yield f"{seconds:9.3f}  {message.type:8}  {_route_text(message, master)}{_content_text(message)}"
 
 
 def exchange_json(events: Iterable[Event]) -> Iterator[str]:
@@ -29,7 +29,7 @@ def exchange_json(events: Iterable[Event]) -> Iterator[str]:
         yield json.dumps(fields, ensure_ascii=False)
 
 
-def _way(message: SkillMessage, master: str) -> str:
+def _route_text(message: SkillMessage, master: str) -> str:
     if message.type == "REQUEST":
         return f"{master} -> all"
     if message.type in ("RESPONSE", "FEEDBACK", "FINISH"):
@@ -37,7 +37,7 @@ def _way(message: SkillMessage, master: str) -> str:
     return f"{master} -> {message.node_id}"
 
 
-def _words(message: SkillMessage) -> str:
+def _content_text(message: SkillMessage) -> str:
     if message.type == "REQUEST":
         mapped = f", mapped to {message.mapped_action}" if message.mapped_action else ""
         return f": {' '.join((message.action, *message.params))}, agent {message.agent_id}{mapped}"

@@ -38,7 +38,7 @@ class _Task(Enum):
 
 
 _ALL: Final = ("", "")
-_RECHECK_S: Final = 5.0
+_RECHECK_S: Final = 5.0  # seconds after a reconnection in which interfaces reappear
 _STAMP_LIMIT: Final = 1 << 53  # microseconds; larger values are not times and exceed the range of mcap
 
 
@@ -113,7 +113,7 @@ class WriteForwarder(Listener, Observer):
 
     def poll(self, timeout: float) -> None:
         """Open new interfaces and close unused ones, until ``timeout`` seconds pass without an event."""
-        with suppress(queue.Empty):
+        with suppress(queue.Empty):  # no task for ``timeout`` seconds
             self._handle(*self._tasks.get(timeout=timeout))
             while True:
                 self._handle(*self._tasks.get_nowait())
@@ -130,7 +130,7 @@ class WriteForwarder(Listener, Observer):
         """Publish the writes received so far, and close the instances."""
         self._board.unregister_observer(self)
         if self._board.connected:
-            with suppress(BlackBoardError):
+            with suppress(BlackBoardError):  # the connection may be lost just now
                 self._board.flush()
         elif self._lost is not None:
             self._on_connection(True)
@@ -139,7 +139,7 @@ class WriteForwarder(Listener, Observer):
         with self._lock:
             self.enabled = False
         for followed in self._followed.values():
-            with suppress(BlackBoardError):
+            with suppress(BlackBoardError):  # the blackboard may be gone already
                 followed.instance.close()
         self._followed.clear()
 
@@ -165,7 +165,7 @@ class WriteForwarder(Listener, Observer):
         """
         if not self._board.connected or (self._recheck_s is not None and key in self._followed):
             return
-        with suppress(BlackBoardError):
+        with suppress(BlackBoardError):  # the connection may be lost just now; then another check follows
             followed = self._followed.get(key)
             if followed is not None and followed.instance.valid:
                 if followed.instance.has_writer or followed.instance.num_readers > 1:
@@ -271,7 +271,6 @@ class WriteForwarder(Listener, Observer):
             self._tasks.put((_Task.SURVEY, _ALL))
 
     def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:
-        """Publish a write; the caller holds the lock."""
         # an interface that was never written has only zeros
         if not self.enabled or not any(block):
             return

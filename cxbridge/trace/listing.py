@@ -91,14 +91,12 @@ def describe_details(event: Event) -> str:
 
 
 def _message_text(event: InterfaceMessage) -> str:
-    """Return a message as text."""
     sender = f" from {event.sender}" if event.sender else ""
     values = dump(plain_values(event.values))
     return f"{event.uid} <- {event.message} {event.msgid}{sender}, {event.outcome}: {values}"
 
 
 def _planner_text(event: PlannerCall) -> str:
-    """Return a planner call as text, without empty parts."""
     call = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
     if event.status == "started":
         return f"{call}: {event.problem} in domain {event.domain}"

@@ -34,8 +34,14 @@ class MemoryRun(Run):
         return self._metadata
 
     def files(self) -> Iterator[StoredFile]:
-        for each in self._attachments:
-            yield StoredFile(each.name, each.media_type, len(each.data), each.time_us, partial(_data, each))
+        for attachment in self._attachments:
+            yield StoredFile(
+                attachment.name,
+                attachment.media_type,
+                len(attachment.data),
+                attachment.time_us,
+                partial(_data, attachment),
+            )
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
         return iter(self._sources)

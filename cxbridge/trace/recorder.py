@@ -15,7 +15,7 @@ from cxbridge.trace.formats.base import Attachment, RunWriter
 
 _log = logging.getLogger(__name__)
 
-_FLUSH_SECONDS = 0.5
+_FLUSH_SECONDS = 0.5  # real time
 
 
 class Recorder(Closing):

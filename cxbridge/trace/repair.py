@@ -17,7 +17,7 @@ from cxbridge.trace.formats.bblogger.reader import BBLoggerFile
 from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
 
-_TAIL = 1 << 16
+_TAIL = 1 << 16  # bytes searched at once for the last line feed, from the end
 _UINT32 = 0xFFFFFFFF  # wraps like C's assignment
 
 
@@ -121,7 +121,7 @@ def files_of(folder: Path) -> Iterator[Path]:
     for path in paths:
         try:
             open_run(path)
-        except TraceError:
+        except TraceError:  # other files may be in the folder
             continue
         if path.is_file():
             yield path

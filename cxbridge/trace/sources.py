@@ -15,7 +15,7 @@ from cxbridge.events import SourceRead
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import writing
 
-_MOST_DIGITS = 18
+_MOST_DIGITS = 18  # digits that fit 64 bits
 _OWN_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
 
 
@@ -138,10 +138,7 @@ def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
 
 
 def _checked(run: Run, name: str) -> PurePosixPath:
-    """Return the name of an attachment as a relative path within its folder.
-
-    :raises TraceError: if the name leads elsewhere.
-    """
+    """Return the name of an attachment as a relative path within its folder."""
     path = PurePosixPath(name)
     parts = name.split("/")
     if path.is_absolute() or any(part in ("", ".", "..") for part in parts) or "\\" in name or "\0" in name:

@@ -30,10 +30,7 @@ _NUMBERED: Final = frozenset({"config", "clips", "construct"})
 
 
 class EarlySources:
-    """Stores sources that are read before the recorder exists.
-
-    :param bus: the bus of the run.
-    """
+    """Stores sources that are read before the recorder exists."""
 
     def __init__(self, bus: EventBus) -> None:
         self._bus = bus
@@ -89,7 +86,6 @@ class SourceNamer:
 
 
 def _attachment_name(event: SourceRead, number: int) -> str:
-    """Return the attachment name of a source."""
     role, file = event.role, safe_name(event.name.rsplit("/", 1)[-1])
     if role in {"clips", "construct"}:
         ending = "" if role == "clips" else ".clp"

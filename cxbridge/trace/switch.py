@@ -57,5 +57,5 @@ class RecordingSwitch(Listener):
 
     def close(self) -> None:
         """Close the switch's interface."""
-        with suppress(BlackBoardError):
+        with suppress(BlackBoardError):  # the blackboard may be gone already
             self._writer.close()

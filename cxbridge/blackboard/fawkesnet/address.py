@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 
 from cxbridge.errors import BlackBoardError
 
-DEFAULT_PORT: Final = 1910
+DEFAULT_PORT: Final = 1910  # Fawkes' default
 SCHEME: Final = "fawkes"
 
 

@@ -8,8 +8,6 @@ from cxbridge.blackboard.kit.errors import DisconnectedError, ProtocolError
 class FrameTooLongError(ProtocolError):
     """A header announces more bytes than permitted.
 
-    :param component: the component of the frame.
-    :param kind: the kind of the message.
     :param size: the announced bytes.
     :param limit: the permitted bytes.
     """

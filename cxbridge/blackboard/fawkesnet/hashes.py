@@ -18,10 +18,7 @@ class RemoteHashes:
         self._adopted: Final[dict[str, bytes]] = {}
 
     def candidates(self, schema: InterfaceSchema, listed: Iterable[bytes] = ()) -> list[bytes]:
-        """Return the hashes to offer, most likely first.
-
-        :param listed: the hashes that the server lists for the type.
-        """
+        """Return the hashes to offer, most likely first."""
         adopted = self._adopted.get(schema.name)
         likely = [] if adopted is None or not accepts_hash(schema, adopted) else [adopted]
         likely += [one for one in listed if accepts_hash(schema, one)]
@@ -40,7 +37,6 @@ def own_hash(registry: Registry, interface_type: str, remote: bytes) -> bytes:
 
 
 def fawkes_hash(registry: Registry, interface_type: str, in_memory: bytes) -> bytes:
-    """Return Fawkes' hash for the hash in memory."""
     schema = schema_or_none(registry, interface_type)
     return hash_for_wire(schema) if schema is not None and schema.hash == in_memory else in_memory
 

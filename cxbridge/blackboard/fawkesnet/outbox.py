@@ -13,7 +13,7 @@ CONFLATE_FROM: Final = 4 * 1024 * 1024
 MOST: Final = 16 * 1024 * 1024
 """The maximum number of queued bytes."""
 
-_BATCH: Final = 64 * 1024
+_BATCH: Final = 64 * 1024  # bytes of frames that are sent together
 
 
 @dataclass(slots=True)

@@ -33,8 +33,8 @@ NETWORK: Final = "FawkesNetworkServer"
 HANDLER: Final = "BlackBoardNetworkHandler"
 """The log component of the blackboard component, as in Fawkes."""
 
-_CHUNK: Final = 64 * 1024
-_BACKLOG: Final = 512
+_CHUNK: Final = 64 * 1024  # bytes of one read
+_BACKLOG: Final = 512  # clients that connect at once, and connections accepted in a row
 _STOP_S: Final = 5.0
 # Seconds without accepting when the process has no file descriptors left.
 _PAUSE: Final = 0.5
@@ -60,15 +60,12 @@ DEFAULT_LIMITS: Final = ServerLimits()
 class FawkesServer(BoardServer):
     """Serves a blackboard by Fawkes' protocol, between :meth:`start` and :meth:`stop`.
 
-    :param board: the served blackboard.
     :param host: the listening address; beyond the loopback only with ``allow``.
     :param port: 0 for any free port, see :attr:`port`.
     :param bus: gets log lines, by default the board's bus.
     :param components: further components: network logger, plugin manager, configuration.
     :param allow: addresses and networks that may connect, in addition to the loopback.
     :param echo: whether clients receive their own writes, as from a Fawkes.
-    :param limits: the limits of clients.
-    :param rights: the rights of clients.
     :raises BlackBoardError: if the address cannot be used.
     """
 
@@ -172,7 +169,7 @@ class FawkesServer(BoardServer):
                 self._see_to_attention()
         finally:
             self._collecting = False
-            self._end()
+            self._end_sessions()
 
     def _patience(self) -> float | None:
         """Return the seconds until the next check; None: wait for events only."""
@@ -321,7 +318,7 @@ class FawkesServer(BoardServer):
             except CxbridgeError as error:
                 self._complaints.add("disconnected", f"{session!r}: {error.message}")
 
-    def _end(self) -> None:
+    def _end_sessions(self) -> None:
         self._listener.close()  # first, because clients reconnect immediately
         for session in tuple(self._sessions.values()):
             self._drop(session, "")

@@ -9,7 +9,7 @@ from typing import Final
 GONE_SECONDS: Final = 20.0
 """Seconds without a sign of life of the other machine until the connection ends."""
 
-_PROBES: Final = 4
+_PROBES: Final = 4  # TCP keep-alive probes without reply after which the peer counts as gone
 _QUICKACK: Final[int | None] = getattr(socket, "TCP_QUICKACK", None)
 
 

@@ -14,7 +14,7 @@ from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus
 
 _LEAST_S: Final = {"timeout": 0.01, "silence": 0.0}
-_LONGEST_S: Final = 86_400.0
+_LONGEST_S: Final = 86_400.0  # a day
 
 
 class FawkesTransport(Transport):

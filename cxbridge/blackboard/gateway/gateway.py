@@ -141,7 +141,7 @@ class Gateway(Closing):
         for board in self._boards:
             board.unregister_observer(self._watch)
         if self._thread is None or not self._thread.is_alive():
-            self._carry()
+            self._deliver_messages()
         for key, mirror in self._mirrors.items():
             mirror.close(f"the gateway to {'::'.join(key)} was closed")
         self._mirrors.clear()
@@ -165,15 +165,15 @@ class Gateway(Closing):
 
     def loop(self) -> None:
         """Mirror new data, and start or end mirrors. Returns soon."""
-        self._carry()
+        self._deliver_messages()
         now_s = time.monotonic()
         if self._dirty.is_set() or now_s >= self._next_sweep_s:
             self._dirty.clear()
             self._next_sweep_s = now_s + self._sweep_s
             self._reconcile()
-            self._carry()
+            self._deliver_messages()
 
-    def _carry(self) -> None:
+    def _deliver_messages(self) -> None:
         for mirror in self._mirrors.values():
             mirror.carry()
 
@@ -182,18 +182,18 @@ class Gateway(Closing):
         for key, mirror in list(self._mirrors.items()):
             if mirror.ended:  # before the surveys, which take long on a lost board
                 away = not self._boards[mirror.side].connected
-                self._end(key, "the connection is lost" if away else mirror.ended)
+                self._end_mirror(key, "the connection is lost" if away else mirror.ended)
         surveys = (self._survey(0), self._survey(1))
         for key, mirror in list(self._mirrors.items()):
             reason = mirror.ended or self._loss(key, mirror, surveys)
             if reason:
-                self._end(key, reason)
+                self._end_mirror(key, reason)
                 surveys = (self._survey(0), self._survey(1))
         for key in dict.fromkeys(key for survey in surveys for key in survey or ()):
             if key not in self._mirrors:
                 self._try_to_mirror(key, surveys)
 
-    def _end(self, key: Key, reason: str) -> None:
+    def _end_mirror(self, key: Key, reason: str) -> None:
         uid = "::".join(key)
         mirror = self._mirrors.pop(key)
         self._on_end(uid, reason)

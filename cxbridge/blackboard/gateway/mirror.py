@@ -38,7 +38,6 @@ class Hooks:
 
     :param carry: data are queued.
     :param look: the mirror must end.
-    :param warn: logs a warning.
     """
 
     carry: Callable[[], None]
@@ -77,8 +76,6 @@ class InterfaceMirror:
 
     Listeners fill queues in any thread; :meth:`carry` empties them in one thread.
 
-    :param source: the board with the writer.
-    :param target: the other board.
     :param side: the number of the source, for the owner.
     :param hooks: callbacks.
     :param orphans: serials of closed instances of earlier mirrors. A disconnected writer may not know that
@@ -134,13 +131,10 @@ class InterfaceMirror:
             self._stack = stack.pop_all()
 
     def close(self, reason: str) -> None:
-        """Close the instances on both boards.
-
-        :param reason: the reason for readers.
-        """
+        """Close the instances on both boards."""
         with suppress(BlackBoardError):  # first, because readers see it and the source may reply slowly
             write_farewell(self._writer, reason)
-        with suppress(BlackBoardError):
+        with suppress(BlackBoardError):  # the blackboard may be gone already, and with it the instance
             self._writer.close()
         self._carry_requests()  # the messages taken so far
         for proxy in self._proxies.values():
@@ -148,7 +142,7 @@ class InterfaceMirror:
                 self._orphans.append(str(proxy.serial))
             proxy.close(self._controller())
         self._proxies.clear()
-        with suppress(BlackBoardError):
+        with suppress(BlackBoardError):  # as above
             self._stack.close()
 
     def capture(self, reader: Interface) -> None:
@@ -244,7 +238,6 @@ class InterfaceMirror:
             self._reader.msgq_enqueue(message, proxy=True)
 
     def _warn_of(self, controller: str) -> None:
-        """Warn if the controller is not one of this mirror's senders."""
         if controller and self._sender_of(controller) is None:
             self._hooks.warn(f"{name_controller(self._reader, controller)} has control")
 
@@ -254,7 +247,6 @@ class InterfaceMirror:
             return self._answers.controller(self._reader.to_bytes())
 
     def _sender_of(self, serial: str) -> str | None:
-        """Return the sender behind one of the mirror's instances, or None."""
         for source, proxy in self._proxies.items():
             if serial == str(proxy.serial):
                 return str(source)
@@ -262,10 +254,7 @@ class InterfaceMirror:
 
 
 def _check_layouts(reader: Interface, writer: Interface) -> None:
-    """Refuse an interface whose blocks or messages have different layouts on the two boards.
-
-    :raises BlackBoardError: if the layouts differ; hashes may differ.
-    """
+    """Refuse an interface whose blocks or messages have different layouts on the two boards."""
     ours = [(f.name, f.type, f.length, f.offset) for f in reader.SCHEMA.fields]
     theirs = [(f.name, f.type, f.length, f.offset) for f in writer.SCHEMA.fields]
     sizes = [

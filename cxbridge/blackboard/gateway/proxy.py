@@ -49,5 +49,5 @@ class SenderProxy:
         with suppress(BlackBoardError):  # a lost writer has lost its controller, too
             if self.may_control and controller in ("", str(self.serial)):
                 self._instance.msgq_enqueue(self._instance.create_message(RELEASE))
-        with suppress(BlackBoardError):
+        with suppress(BlackBoardError):  # the blackboard may be gone already
             self._instance.close()

@@ -20,7 +20,6 @@ class AnswerTranslator:
     On the writer's board, a message has another id than for its sender, and the controller is an instance of
     the gateway.
 
-    :param interface_class: the class of the interface.
     :param hide: show the writer as idle until it works for a sender of this gateway.
     :param sender_of: returns the sender's serial for an instance of the gateway, or None.
     """

@@ -42,16 +42,13 @@ class RemoteBlackBoard(BlackBoard):
             if self._gone:
                 return
             self._gone = True
-        self._end()
+        self._shut_down()
 
     @abstractmethod
-    def _end(self) -> None:
+    def _shut_down(self) -> None:
         """Carry out the shutdown; called once."""
 
     def _check_here(self) -> None:
-        """Check that the blackboard was not shut down.
-
-        :raises BlackBoardGoneError: if it was.
-        """
+        """Check that the blackboard was not shut down."""
         if self._gone:
             raise BlackBoardGoneError

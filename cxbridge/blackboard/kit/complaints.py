@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-PAUSE_S: Final = 60.0
+PAUSE_S: Final = 60.0  # seconds between log lines about mistakes of the same kind
 
 # the names of kinds may come from the wire: the table must not grow without limit
 MAX_KINDS: Final = 1000

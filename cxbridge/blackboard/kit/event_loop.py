@@ -12,7 +12,7 @@ from cxbridge.closing import Closing
 
 T = TypeVar("T")
 
-_STOP_S: Final = 5.0
+_STOP_S: Final = 5.0  # a callback that does not return must not block the end of the process
 
 
 class LoopThread(Closing):

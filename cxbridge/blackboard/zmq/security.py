@@ -39,10 +39,7 @@ class CurveServer:
 
 @dataclass(frozen=True, slots=True)
 class CurveClient:
-    """Keys of a client.
-
-    :param server_key: the server's public key file.
-    """
+    """Keys of a client."""
 
     secret_key: Path
     server_key: Path

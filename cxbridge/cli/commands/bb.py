@@ -103,7 +103,7 @@ def show(
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
             instance.read()
             if as_json:
-                row = {**_info_row(info), "fields": _plain(instance.as_dict())}
+                row = {**_info_row(info), "fields": _plain_values(instance.as_dict())}
                 say_json(row, indent=2)
             else:
                 _print_interface(info, instance)
@@ -221,6 +221,7 @@ def send(
 def _answered(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) -> bool:
     """Wait for the reply to a message and print it; return whether it came."""
     while (news := feed.next(deadline)) is not None:
+        # a listener may get the write before the message once more
         stale = news.values == before.values and news.time_us <= before.time_us
         if news.kind == "data" and not stale and news.values["msgid"] == msgid:
             _print_fields(news.values)
@@ -246,7 +247,7 @@ def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
     raise BlackBoardError(f"no process has {uid} open", hint=hint)
 
 
-def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
+def _plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
     from cxbridge.interfaces.assignments import plain
 
     return {name: plain(value) for name, value in values.items()}
@@ -297,7 +298,7 @@ def _print_news(news: InterfaceChange, known: dict[str, dict[str, Any]], *, as_j
         if not changed:
             return False
     if as_json:
-        values = _plain({name: news.values[name] for name in changed})
+        values = _plain_values({name: news.values[name] for name in changed})
         row = {"time_us": news.time_us, "uid": news.uid, "what": news.kind, "fields": values}
         say_json(row, flush=True)
     else:

@@ -21,8 +21,8 @@ from cxbridge.plugins import package_hint
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
 
-_COMMAND_S = 30.0
-_WHERE_S = 5.0
+_COMMAND_S = 30.0  # a reset loads all files of an agent, which takes seconds
+_WHERE_S = 5.0  # a stuck main loop does not reply
 
 
 # parse_args and shell_complete are of the interface that click documents for groups.

@@ -97,7 +97,9 @@ def check(
     for file in files:
         result = check_file(file)
         wrong = wrong or bool(result.errors)
-        found = [("error", one) for one in result.errors] + [("warning", one) for one in result.warnings]
+        found = [("error", error) for error in result.errors] + [
+            ("warning", warning) for warning in result.warnings
+        ]
         found.sort(key=lambda one: (one[1].line or 0, one[1].column or 0))
         for severity, one in found:
             findings.append(

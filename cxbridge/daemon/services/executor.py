@@ -28,7 +28,7 @@ PERIOD_S = 1 / 30
 PATIENCE_S = 5.0
 """The seconds in which a predecessor with the same id must disappear."""
 
-_AGAIN_S = 0.1
+_AGAIN_S = 0.1  # seconds between attempts
 
 
 class _Mail(Listener):
@@ -84,10 +84,7 @@ def run_executor(
 
 
 def _patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
-    """Call ``make`` until its interface has no other writer; return None if it is stopped before.
-
-    :raises WriterActiveError: if the other writer remains.
-    """
+    """Call ``make`` until its interface has no other writer; return None if it is stopped before."""
     deadline_s = time.monotonic() + PATIENCE_S
     while True:
         try:

@@ -27,7 +27,7 @@ from cxbridge.trace.switch import RecordingSwitch
 if TYPE_CHECKING:
     from cxbridge.trace.formats.base import RunWriter
 
-_TICK_S = 0.5
+_TICK_S = 0.5  # seconds between reports of the progress
 
 
 @dataclass(slots=True)
@@ -38,7 +38,6 @@ class RecordReport:
     :param writes: the number of entries by ``Type::id``.
     :param skipped: the number of conflated updates.
     :param gaps: start in microseconds since the epoch, and seconds, of each loss of the connection.
-    :param errors: errors of writing.
     """
 
     url: str
@@ -133,7 +132,6 @@ def _writers(
     """Open the outputs.
 
     :param definition: returns the definition of an interface type.
-    :raises TraceError: if one cannot be written.
     """
     writers: list[RunWriter] = []
     try:

@@ -31,7 +31,7 @@ DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
 """The results of a replay."""
 
 COMPONENT: Final = "Replay"
-_TICK_S = 0.2
+_TICK_S = 0.2  # seconds between reports while the values are held
 
 Keys = Callable[[Callable[[], bool]], bool]
 """Waits for a key and returns False at the end of input; its argument returns whether to give up."""
@@ -161,7 +161,7 @@ class _Session:
         try:
             while True:
                 report.rounds += 1
-                whole = self._player.play(make_moves(), pace, self._note)
+                whole = self._player.play(make_moves(), pace, self._record_move)
                 if not (whole and self._options.loop) or self._stop.is_set():
                     break
             # a stop after the last write still reports done, because the last values may be held
@@ -170,29 +170,29 @@ class _Session:
                 self._board.flush()
             while self._options.hold and not self._stop.wait(_TICK_S):
                 self._player.drop_messages()
-                self._look()
+                self._update_report()
         except BlackBoardError:
             if self._board.connected and not self._lost:
                 raise
             self._lost = True
         if self._lost:
             report.end = LOST
-        self._look()
+        self._update_report()
         report.end = report.end or INTERRUPTED
 
     def _pace(self, keys: Keys | None) -> Pace:
         if keys is None:
-            return TimedPace(self._options.speed, self._stop, self._look)
+            return TimedPace(self._options.speed, self._stop, self._update_report)
         return SteppedPace(lambda: keys(self._stop.is_set))
 
-    def _look(self) -> None:
+    def _update_report(self) -> None:
         report, player = self._report, self._player
         report.seconds = time.monotonic() - self._began_s
         report.writes = dict(player.writes)
         report.messages, report.undelivered = player.messages, player.undelivered
         self.on_progress(report)
 
-    def _note(self, move: ReplayMove) -> None:
+    def _record_move(self, move: ReplayMove) -> None:
         self._report.position_s = move.at_us / MICROSECONDS
         self.announce(move)
 
@@ -203,10 +203,7 @@ class _Session:
 
 
 def _survey(run: Run, selection: ReplaySelection) -> Survey:
-    """Read the run and return the overview of its replay.
-
-    :raises TraceError: if there is nothing to replay.
-    """
+    """Read the run and return the overview of its replay."""
     found = survey(run, selection)
     if found.writes:
         return found

@@ -24,10 +24,7 @@ def clips_scalar(text: str) -> Value:
 
 
 class ConfigFeature(Feature):
-    """Provides ``config-load`` and the template ``confval``.
-
-    :param config: the configuration of the run.
-    """
+    """Provides ``config-load`` and the template ``confval``."""
 
     name = "config"
 

@@ -58,7 +58,6 @@ def cleanup_rule(kind: str) -> str:
 
 
 def slots(interface: Interface) -> dict[str, Value]:
-    """Return the slots of an interface's fact."""
     values: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
     for field in interface.SCHEMA.fields:
         value = getattr(interface, field.name)
@@ -128,7 +127,6 @@ def _from_clips(block: Block, field: FieldSchema, value: Value) -> Value:
 
 
 def _enum_item(block: Block, field: FieldSchema, value: Value) -> int:
-    """Return the number of an enum item."""
     assert field.enum is not None
     for item in field.enum.items:
         if item.name == str(value):

@@ -49,7 +49,6 @@ class NavGraphFeature(Feature):
         self._asserted.pop(env.name, None)
 
     def _assert_graph(self, env: ClipsEnvironment) -> None:
-        """Assert the graph, or ``navgraph-load-fail``."""
         try:
             graph = self._graph()
         except CxbridgeError as error:

@@ -33,9 +33,6 @@ Numbers = list[tuple[tuple[str, tuple[str, ...]], float]]
 class PlanningUser:
     """The planning of one environment.
 
-    :param env: the environment.
-    :param service: the planning service of this environment.
-    :param settings: planner and timeout.
     :param domain_of: returns the environment's domain.
     """
 
@@ -138,7 +135,7 @@ class PlanningUser:
                 "plan-id": plan_id,
                 "goal-id": goal_id,
                 "action-name": Symbol(action.name),
-                "param-values": tuple(clips_scalar(each) for each in action.arguments),
+                "param-values": tuple(clips_scalar(argument) for argument in action.arguments),
             }
             self.env.assert_fact("plan-action", {**slots, **times})
 
@@ -149,7 +146,6 @@ UserT = TypeVar("UserT", bound=PlanningUser)
 class PlanningFeature(Feature, Generic[UserT]):
     """A feature with a planning service per environment.
 
-    :param settings: planner and timeout.
     :param domain_of: returns the last domain parsed in an environment.
     :param make_service: makes the service of an environment; None: planners.
     """

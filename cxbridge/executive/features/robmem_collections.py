@@ -203,19 +203,12 @@ class CollectionFunctions:
             self._log.error(str(error))
 
     def _document(self, address: Value, function: str) -> Document:
-        """Return the document behind an address.
-
-        :raises ClipsError: unless the address is a document.
-        """
+        """Return the document behind an address."""
         document: Document = self._handles.get(address, dict, function)
         return document
 
     def _query(self, query: Value) -> Document:
-        """Return a query, given as document or JSON.
-
-        :raises ClipsError: unless the argument is a query.
-        :raises QueryError: if the JSON is invalid.
-        """
+        """Return a query, given as document or JSON."""
         if isinstance(query, ExternalAddress):
             return self._document(query, "robmem-update: query")
         if isinstance(query, str):

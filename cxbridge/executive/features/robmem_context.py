@@ -16,7 +16,7 @@ from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.executive.robmem.store import Change, Store
 
-_THREADS = 4
+_THREADS = 4  # operations that may wait for a remote store at once
 
 
 class RobotMemoryContext:

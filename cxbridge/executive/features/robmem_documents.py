@@ -32,10 +32,7 @@ class Unsupported(Exception):  # noqa: N818  no error of anybody's: CLIPS has no
 
 
 class DocumentFunctions:
-    """Defines the functions in an environment. Errors are logged and never end a right-hand side.
-
-    :param handles: holds the documents.
-    """
+    """Defines the functions in an environment. Errors are logged and never end a right-hand side."""
 
     def __init__(self, env: ClipsEnvironment, handles: Handles, log: Logger) -> None:
         self._handles = handles
@@ -82,7 +79,7 @@ class DocumentFunctions:
     def append(self, doc: Value, field: str, value: Value) -> None:
         document = self._document(doc, "bson-append")
         if document is not None:
-            self._put(document, field, self._to_bson(value, f"bson-append: field {field}"))
+            self._set_field(document, field, self._to_bson(value, f"bson-append: field {field}"))
 
     def append_regex(self, doc: Value, field: str, pattern: Value) -> None:
         if isinstance(pattern, Symbol) or not isinstance(pattern, str):
@@ -90,13 +87,13 @@ class DocumentFunctions:
             return
         document = self._document(doc, "bson-append-regex")
         if document is not None:
-            self._put(document, field, Regex(str(pattern)))
+            self._set_field(document, field, Regex(str(pattern)))
 
     def append_array(self, doc: Value, field: str, values: tuple[Value, ...]) -> None:
         document = self._document(doc, "bson-append-array")
         if document is not None:
             items = (self._to_bson(value, f"bson-append-array: field {field}") for value in values)
-            self._put(document, field, [item for item in items if item is not MISSING])
+            self._set_field(document, field, [item for item in items if item is not MISSING])
 
     def append_time(self, doc: Value, field: str, time: tuple[Value, ...]) -> None:
         """Set a field to a time with a resolution of milliseconds."""
@@ -110,7 +107,7 @@ class DocumentFunctions:
         if document is None:
             return
         try:
-            self._put(document, field, from_ms(time[0] * 1000 + time[1] // 1000))
+            self._set_field(document, field, from_ms(time[0] * 1000 + time[1] // 1000))
         except RobotMemoryError as error:
             self._log.error(f"Failed to append time value to field {field}: {error}")
 
@@ -136,9 +133,9 @@ class DocumentFunctions:
             self._log.error(str(error))
             return
         if document is not None:
-            self._put(document, field, items)
+            self._set_field(document, field, items)
 
-    def _put(self, document: Document, field: str, value: Any) -> None:
+    def _set_field(self, document: Document, field: str, value: Any) -> None:
         if value is MISSING:
             return
         try:
@@ -219,10 +216,7 @@ class DocumentFunctions:
         return (FALSE,)
 
     def _to_clips(self, value: Any) -> Value:
-        """Return the CLIPS equivalent of a document's value.
-
-        :raises Unsupported: if there is none.
-        """
+        """Return the CLIPS equivalent of a document's value."""
         if isinstance(value, bool):
             return TRUE if value else FALSE
         if isinstance(value, str):

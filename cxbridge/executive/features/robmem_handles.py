@@ -21,7 +21,7 @@ T = TypeVar("T")
 # far from the numbers of messages, which are external addresses, too
 _FIRST = 1 << 32
 
-_MANY = 100_000
+_MANY = 100_000  # handles above which rules probably forget to release them
 
 
 class Cursor:

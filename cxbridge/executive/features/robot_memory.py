@@ -30,7 +30,6 @@ _RELATIONS = (
 class RobotMemoryFeature(Feature):
     """Provides ``bson-*``, ``robmem-*``, ``robmem-mutex-*`` and robot-memory.clp.
 
-    :param memory: the robot memory of the application.
     :param library: robot-memory.clp, by default cxbridge's. Fawkes' files need Fawkes' own.
     :param placeholders: values of ``@BASEDIR@`` and other placeholders, by name without ``@``.
     """

@@ -169,7 +169,7 @@ class SkillBoardFeature(Feature):
         if len(names) != len(values):
             context.log.error(f"{skill} has {len(names)} names of parameters, but {len(values)} values")
             return 0
-        parameters = {str(name): _plain(value) for name, value in zip(names, values, strict=True)}
+        parameters = {str(name): _plain_value(value) for name, value in zip(names, values, strict=True)}
         return self._ask(context, lambda skills: skills.ask(str(skill), parameters, str(agent), context.note))
 
     def _call(self, context: _SkillBoardContext, skill_string: str, agent: str) -> int:
@@ -256,10 +256,9 @@ class SkillBoardFeature(Feature):
                 known[name] = (executor, made)
 
 
-def _plain(value: Value) -> Any:
-    """Return a CLIPS value as a parameter of the skill board."""
+def _plain_value(value: Value) -> Any:
     if isinstance(value, tuple):
-        return [_plain(item) for item in value]
+        return [_plain_value(item) for item in value]
     if isinstance(value, Symbol) and value in (TRUE, FALSE):
         return value == TRUE
     return str(value) if isinstance(value, str) else value

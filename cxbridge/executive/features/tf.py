@@ -184,7 +184,6 @@ class _TransformFunctions:
         return int(time[0]) * 1_000_000 + int(time[1])
 
     def _numbers(self, kind: str, given: Value, count: int) -> tuple[float, ...] | None:
-        """Return ``count`` numbers; None after a warning."""
         if not isinstance(given, tuple) or len(given) != count:
             words = {3: "three", 4: "four"}
             self._log.warn(f"Invalid {kind}: must be list of exactly {words[count]} entries")

@@ -29,12 +29,14 @@ TOLD_S: Final = 1.5
 MOST_FIRINGS: Final = 1_000_000
 """The maximum number of firings in a run, whatever their facts."""
 
-_LOOK_AGAIN_S: Final = 0.25
+_LOOK_AGAIN_S: Final = 0.25  # seconds of a run before tracing starts
+# firings between checks: doubled after a fast chunk, halved after a slow one
 _LEAST_CHUNK, _MOST_CHUNK = 20, 200
 _FAST_S, _SLOW_S = 0.02, 0.1
+# firings in which a ring of rules is searched: doubled while firings use older facts
 _LEAST_WINDOW, _FIRST_WINDOW, _MOST_WINDOW = 20, 4_000, 64_000
-_WINDOW_S: Final = 0.2
-_MOST_NAMES: Final = 8
+_WINDOW_S: Final = 0.2  # seconds after which a window of few, slow firings is evaluated
+_MOST_NAMES: Final = 8  # rules in a message
 
 
 class EndlessRules:
@@ -151,7 +153,6 @@ class EndlessRules:
             self._first_new = int(lib.FactIndex(fact))
 
     def _evaluate_window(self, now_s: float) -> None:
-        """Evaluate a window of firings when it is full."""
         count = len(self._firings)
         if count < self._window and (count < _LEAST_WINDOW or now_s - self._window_s < _WINDOW_S):
             return
@@ -175,7 +176,7 @@ def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new: int | N
     half, seen = len(firings) // 2, set()
     for number, (rule, basis) in enumerate(firings):
         facts = (each for each in basis.split(",") if each.startswith("f-"))
-        old = tuple(each for each in facts if first_new is None or int(each[2:]) < first_new)
+        old = tuple(fact for fact in facts if first_new is None or int(fact[2:]) < first_new)
         if old and (rule, old) not in seen:
             if number >= half:
                 return True

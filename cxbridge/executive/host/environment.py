@@ -47,7 +47,6 @@ class ClipsEnvironment:
     Threads must hold :attr:`lock` for each sequence of calls.
 
     :param name: e.g. ``executive``.
-    :param bus: gets the events of the environment.
     :param log_component: the component of log lines, by default ``CLIPS (NAME)``.
     """
 

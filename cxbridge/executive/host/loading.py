@@ -47,7 +47,6 @@ _FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
 class Diagnostic(Struct, frozen=True):
     """A mistake in a CLIPS file.
 
-    :param file: the path of the file.
     :param line: the line reported by CLIPS or by the scanner; None if unknown.
     :param construct: the undefined construct, e.g. ``defrule NAME``; may be empty.
     :param code: CLIPS' code of the message, e.g. ``EXPRNPSR3``.
@@ -72,7 +71,6 @@ class ClipsLoader:
     """Loads files into one environment and collects their mistakes.
 
     :param env: the environment's pointer.
-    :param output: the environment's router.
     :param log: gets a line for each mistake.
     :param is_native: returns whether a file of the built-in core keeps 6.4's `modify`.
     :param owner: the environment's name in events.
@@ -169,6 +167,7 @@ class ClipsLoader:
     def noting(self, file: str, *, batch: bool) -> Iterator[None]:
         """Record a file that CLIPS itself loads within another load, as a source of the run."""
         self.files.append(Path(file))
+        # the file may have been removed by the rules; then only its source is not recorded
         with suppress(OSError):
             self._emit_source(file, Path(file).read_bytes(), batch=batch, native=True)
         self._loading.append(file)
@@ -199,7 +198,7 @@ class ClipsLoader:
     def place_of(self, rule: str) -> tuple[Path, int] | None:
         """Return file and line of a rule if its file is still readable."""
         for file in reversed(self.files):
-            with suppress(OSError):
+            with suppress(OSError):  # the file may have been removed since it was loaded
                 line = rule_lines(file.read_text("utf-8", "surrogateescape")).get(rule)
                 if line is not None:
                     return file, line

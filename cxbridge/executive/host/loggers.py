@@ -47,7 +47,6 @@ class ClipsLogger(Struct, frozen=True):
     :param name: unique in the environment.
     :param sink: receives the accepted lines.
     :param priority: higher priorities are called first; among equals, the latest logger.
-    :param level: the minimum level.
     :param contains: a text that accepted lines contain.
     :param replaces: whether accepted lines are hidden from loggers below.
     :param component: the log component, for lists.
@@ -69,11 +68,7 @@ class ClipsLogger(Struct, frozen=True):
 
 
 class LoggerStack:
-    """The loggers of an environment.
-
-    :param sink: receives the lines of the first logger.
-    :param component: the log component of the first logger.
-    """
+    """The loggers of an environment."""
 
     def __init__(self, sink: LineSink, component: str = "") -> None:
         first = ClipsLogger(DEFAULT_LOGGER, sink, DEFAULT_PRIORITY, component=component)

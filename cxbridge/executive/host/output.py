@@ -89,7 +89,7 @@ class OutputRouter:
             piece = OWN_NAMES.get(piece, piece)
             if self.quiet:
                 return
-            self._count(piece)
+            self._count_message(piece)
             if self._capture is not None:
                 self._capture.append(piece)
                 return
@@ -118,7 +118,7 @@ class OutputRouter:
         """Stop dropping error messages."""
         self.quiet, self._last = False, None
 
-    def _count(self, piece: str) -> None:
+    def _count_message(self, piece: str) -> None:
         """Start dropping if this piece completes the last permitted message."""
         if self._last is not None:
             self._last += piece

@@ -27,8 +27,6 @@ def kept_slots(code: str, start: int, end: int) -> list[Edit]:
     """Return the edits that preserve the slots of retracted facts in a construct.
 
     :param code: the file's text with strings and comments blanked.
-    :param start: the start of the construct.
-    :param end: the end of the construct.
     """
     if _LIKELY.search(code, start, end) is None:
         return []
@@ -45,12 +43,12 @@ def _edits(query: SyntaxNode) -> Iterator[Edit]:
     arguments = query.arguments
     if len(arguments) < _LEAST_ARGUMENTS:
         return
-    variables = [each.head for each in arguments[0].items or ()]
+    variables = [item.head for item in arguments[0].items or ()]
     body = arguments[2:]
     for variable in variables:
         gone = _end_of(variable, body)
         slots: dict[str, str] = {}
-        for node in _words(body):
+        for node in _body_words(body):
             name, colon, slot = node.text.partition(":")
             if gone is not None and node.start > gone and name == variable and colon and slot:
                 slots[slot] = f"?cx-{variable[1:]}-{slot}"
@@ -63,9 +61,11 @@ def _edits(query: SyntaxNode) -> Iterator[Edit]:
 def _end_of(variable: str, body: tuple[SyntaxNode, ...]) -> int | None:
     """Return the end of the first call that retracts a variable's fact, or None."""
     calls = (node for each in body for node in each.walk() if node.head in _ENDS)
-    return next((call.end for call in calls if any(each.text == variable for each in call.arguments)), None)
+    return next(
+        (call.end for call in calls if any(argument.text == variable for argument in call.arguments)), None
+    )
 
 
-def _words(body: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
+def _body_words(body: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
     for each in body:
         yield from (node for node in each.walk() if node.items is None)

@@ -96,12 +96,12 @@ _DROPPED: Final = frozenset(
 _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
 
 
-def _whole(name: str) -> str:
+def _to_integer(name: str) -> str:
     """Return an expression that converts a FLOAT to INTEGER, as 6.30 does where it expects an INTEGER."""
     return f"(if (floatp {name}) then (integer {name}) else {name})"
 
 
-_I, _J = _whole("?i"), _whole("?j")
+_I, _J = _to_integer("?i"), _to_integer("?j")
 _SWITCHES = ("auto-float-dividend", "incremental-reset", "static-constraint-checking")
 _LENGTH = (
     "(?x) (if (multifieldp ?x) then (cx-length$ ?x)"

@@ -272,7 +272,6 @@ def _line_ends(match: re.Match[str]) -> str:
 
 
 def _apply(text: str, edits: list[tuple[int, int, str]]) -> str:
-    """Apply sorted edits that do not overlap."""
     parts: list[str] = []
     position = 0
     for start, end, new in edits:

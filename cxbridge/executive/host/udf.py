@@ -27,8 +27,8 @@ from cxbridge.executive.host.values import (
 UNBOUNDED = 65535
 """A ``maximum`` without limit."""
 
-_ALL_BITS = (1 << 10) - 1
-_MULTIFIELD = 4
+_ALL_BITS = (1 << 10) - 1  # accept arguments of any type
+_MULTIFIELD = 4  # CLIPS' type code of multifields
 
 _NAMES = {
     "l": "INTEGER",
@@ -201,7 +201,6 @@ def wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
 
 
 def _letter(value: Value) -> str:
-    """Return the type letter of a value."""
     return next((letter for kind, letter in _LETTERS if isinstance(value, kind)), "v")
 
 

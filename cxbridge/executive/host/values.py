@@ -56,7 +56,7 @@ __all__ = [
     "to_python",
 ]
 
-_INT64_MAX = 2**63 - 1
+_INT64_MAX = 2**63 - 1  # the integers of CLIPS have 64 bits
 
 
 class FactAddress(Struct, frozen=True):

@@ -30,7 +30,6 @@ _UNSAID: Final = ("position", "file", "text")
 
 @cache
 def _compared_fields(node_class: type[PddlNode]) -> attrgetter[Any]:
-    """Return a getter of the compared fields of a node class."""
     return attrgetter(*(name for name in node_class.__struct_fields__ if name not in _UNSAID))
 
 
@@ -407,7 +406,6 @@ TYPING: Final = frozenset({"typing", "adl", "ucpop"})
 class Problem(PddlNode, frozen=True):
     """A planning problem.
 
-    :param domain: the name of the domain.
     :param objects: the objects in addition to the domain's constants.
     :param init: the true atoms of the initial state, with constants as arguments.
     :param init_false: the atoms explicitly declared false.

@@ -41,7 +41,6 @@ class Section(NamedTuple):
     """A section of a domain, problem or action.
 
     :param field: the field of the syntax tree.
-    :param keyword: the PDDL keyword.
     """
 
     field: str
@@ -87,8 +86,8 @@ class SyntaxBuilder:
 
     def domain(self, parts: Parts, _start: int) -> Domain:
         name, *sections = parts
-        actions = tuple(each for each in sections if isinstance(each, ActionSchema))
-        fields = self._fields([each for each in sections if isinstance(each, Section)])
+        actions = tuple(section for section in sections if isinstance(section, ActionSchema))
+        fields = self._fields([section for section in sections if isinstance(section, Section)])
         return Domain(name.text, **fields, actions=actions, file=self._file)
 
     def requirements(self, parts: Parts, start: int) -> Section:
@@ -107,15 +106,15 @@ class SyntaxBuilder:
     def functions(self, parts: Parts, start: int) -> Section:
         """Return the functions of a domain. ``number`` is their only permitted type."""
         functions = []
-        for each in parts:
-            if isinstance(each, Predicate):
-                functions.append(Function(each.name, each.parameters, each.position))
-            elif isinstance(each, Token):
-                functions.append(Function(each.text, (), self._at(each.start)))
-            elif tuple(map(str.lower, each.names)) != ("number",):
+        for part in parts:
+            if isinstance(part, Predicate):
+                functions.append(Function(part.name, part.parameters, part.position))
+            elif isinstance(part, Token):
+                functions.append(Function(part.text, (), self._at(part.start)))
+            elif tuple(map(str.lower, part.names)) != ("number",):
                 raise self._error(
                     "the value of a function can only be a number: object fluents are not supported",
-                    each.start,
+                    part.start,
                     "write - number",
                 )
         return Section("functions", ":functions", tuple(functions), start)
@@ -150,7 +149,7 @@ class SyntaxBuilder:
 
     def problem(self, parts: Parts, start: int) -> Problem:
         name, *sections = parts
-        fields = self._fields([each for each in sections if isinstance(each, Section)])
+        fields = self._fields([section for section in sections if isinstance(section, Section)])
         for needed in ("domain", "goal"):
             if needed not in fields:
                 raise self._error(f"there is no (:{needed} ...)", start)
@@ -302,7 +301,7 @@ class SyntaxBuilder:
         return NumericChange(sign.text.lower(), target, amount, self._at(start))
 
     def _note_words(self, terms: Parts) -> None:
-        self.words_of_numbers.update(each.name for each in terms if isinstance(each, Constant))
+        self.words_of_numbers.update(term.name for term in terms if isinstance(term, Constant))
 
     def variable(self, parts: Parts, start: int) -> Variable:
         name = parts[0].text[1:]

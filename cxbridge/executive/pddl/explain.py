@@ -47,7 +47,7 @@ class _Explainer:
         self._path = _groups_around(items, self._place)
         words = words_of(unexpected.token, text)
         self._word = words[0].text if unexpected.token.text not in ("(", ")") and words else ""
-        self._group = next((each for each in self._siblings() if each.position == self._place), None)
+        self._group = next((sibling for sibling in self._siblings() if sibling.position == self._place), None)
         self._is_end = unexpected.token.kind == END
 
     def _siblings(self) -> tuple[Item, ...]:
@@ -152,7 +152,7 @@ class _Explainer:
         if inner:
             hint = "write a name, or (either TYPE TYPE)"
             return self._error("a type is expected", inner[0].position, hint)
-        before = self._before()
+        before = self._preceding_item()
         if isinstance(before, BracketWord) and before.text == "-":
             if self._word and self._word != "-":
                 return self._error(f"'{self._word}' is not a type", None, _NAME_HINT)
@@ -164,19 +164,19 @@ class _Explainer:
         hint = "write a variable such as ?x" if kind in ("a parameter", "a variable") else _NAME_HINT
         return self._error(f"'{self._word}' is not {kind}", None, hint)
 
-    def _before(self) -> Item | None:
+    def _preceding_item(self) -> Item | None:
         """Return the preceding item in the same brackets."""
         return max(
-            (each for each in self._siblings() if each.position < self._place),
+            (sibling for sibling in self._siblings() if sibling.position < self._place),
             key=lambda each: each.position,
             default=None,
         )
 
     def _action(self, section: Group, inner: list[Group]) -> PddlSyntaxError:
-        words = [each.text for each in section.items[1:2] if isinstance(each, BracketWord)]
+        words = [item.text for item in section.items[1:2] if isinstance(item, BracketWord)]
         if not words or words[0].startswith(":"):
             return self._error("this action has no name", section.position)
-        before = [each for each in section.items if each.position < self._place]
+        before = [item for item in section.items if item.position < self._place]
         key = next((each.text for each in reversed(before) if isinstance(each, BracketWord)), "")
         if inner:
             is_typed = key.lower() == ":parameters"
@@ -194,7 +194,7 @@ class _Explainer:
             if key.lower() == ":parameters":
                 return self._error("the parameters must be in brackets", None, "(?x - TYPE ...)")
             return self._no_formula()
-        before = self._before()
+        before = self._preceding_item()
         at = before.position if before is not None else None
         return self._error(f"{key} of action {action} is missing its value", at)
 
@@ -207,7 +207,6 @@ class _Explainer:
         return self._in_variables(path) or self._head(path) or self._number_of_parts(path) or self._part(path)
 
     def _in_variables(self, path: list[Group]) -> PddlSyntaxError | None:
-        """Explain an error in the variables of a quantifier."""
         for depth, (outer, group) in enumerate(pairwise(path), start=2):
             if outer.head.lower() in _QUANTIFIERS and len(outer.items) > _TWO and group is outer.items[1]:
                 return (
@@ -260,7 +259,7 @@ def _groups_around(items: tuple[Item, ...], place: Position) -> list[Group]:
     """Return the groups that enclose a position, outermost first."""
     path: list[Group] = []
     while True:
-        before = [each for each in items if isinstance(each, Group) and each.position < place]
+        before = [item for item in items if isinstance(item, Group) and item.position < place]
         around = next((each for each in reversed(before) if place <= each.end), None)
         if around is None:
             return path

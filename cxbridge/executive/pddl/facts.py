@@ -91,7 +91,6 @@ def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[Fact
 
 
 def _variables(formula: TermComparison) -> Iterator[Variable]:
-    """Yield the variables of a comparison, with repetitions."""
     waiting = list(formula.terms)
     while waiting:
         term = waiting.pop(0)
@@ -200,7 +199,6 @@ class _FactMaker:
     def _comparison(
         self, formula: TermComparison, parent: str, id_: str, *, root: bool
     ) -> Iterator[FactToAssert]:
-        """Yield the facts of an equality or numeric comparison."""
         terms, position = formula.terms, formula.position
         if self._compat or not any(isinstance(term, FunctionTerm) for term in terms):
             predicate = EQUALITY if formula.operator == "=" else formula.operator

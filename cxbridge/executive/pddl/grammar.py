@@ -39,11 +39,9 @@ class Rule(msgspec.Struct, frozen=True, array_like=True):
 class Tables(msgspec.Struct, frozen=True):
     """The parse tables of the grammar.
 
-    :param comment: the pattern of comments.
     :param cuts: patterns of terminals that are matched before words.
     :param keywords: terminals by keyword, in lower case.
     :param words: patterns of terminals for other words; the first match counts.
-    :param rules: the rules by number.
     :param starts: the first state of each start symbol.
     :param states: by state and symbol: the next state, or, if negative, the rule ``-1 - number`` to reduce.
     """

@@ -63,7 +63,10 @@ def format_domain(domain: Domain) -> str:
         lines.append(f"  (:constants {format_typed(domain.constants)})")
     for section, declarations in ((":predicates", domain.predicates), (":functions", domain.functions)):
         if declarations or section == ":predicates":
-            texts = (_list(each.name, format_typed(each.parameters, "?")) for each in declarations)
+            texts = (
+                _list(declaration.name, format_typed(declaration.parameters, "?"))
+                for declaration in declarations
+            )
             lines.append(f"  {_list(section, *texts)}")
     lines += [_action(action) for action in domain.actions]
     return "\n".join([*lines, ")"]) + "\n"

@@ -132,8 +132,10 @@ class DomainChecker:
 
     def _refuse_all_twins(self) -> None:
         domain = self._domain
-        self._refuse_twins("predicate", [(each.name, each.position) for each in domain.predicates])
-        self._refuse_twins("function", [(each.name, each.position) for each in domain.functions])
+        self._refuse_twins(
+            "predicate", [(predicate.name, predicate.position) for predicate in domain.predicates]
+        )
+        self._refuse_twins("function", [(function.name, function.position) for function in domain.functions])
         self._refuse_twins("action", [(each.name, each.position) for each in domain.actions])
         for action in domain.actions:
             names = [(name, group.position) for group in action.parameters for name in group.names]

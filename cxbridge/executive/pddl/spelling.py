@@ -38,12 +38,8 @@ Table = Mapping[str, str]
 
 
 def spell_domain(domain: Domain, words: Iterable[str], words_of_numbers: set[str]) -> Domain:
-    """Return the domain with declared spellings.
-
-    :param words: all words of the text.
-    :param words_of_numbers: the words at places of numbers.
-    """
-    functions = {each.name.lower() for each in domain.functions if not each.parameters}
+    """Return the domain with declared spellings."""
+    functions = {function.name.lower() for function in domain.functions if not function.parameters}
     if not _has_twins(words) and functions.isdisjoint(map(str.lower, words_of_numbers)):
         return domain
     return _Spelling(domain, domain.constants).domain(domain)
@@ -53,7 +49,10 @@ def spell_problem(
     problem: Problem, domain: Domain, words: Iterable[str], words_of_numbers: set[str]
 ) -> Problem:
     """Return the problem with the spellings of its declarations and the domain's."""
-    functions = {TOTAL_TIME, *(each.name.lower() for each in domain.functions if not each.parameters)}
+    functions = {
+        TOTAL_TIME,
+        *(function.name.lower() for function in domain.functions if not function.parameters),
+    }
     if not _has_twins((*words, *_names_in(domain))) and functions.isdisjoint(
         map(str.lower, words_of_numbers)
     ):
@@ -70,8 +69,8 @@ def _has_twins(words: Iterable[str]) -> bool:
 def _names_in(domain: Domain) -> Iterable[str]:
     yield from (domain.name, ROOT_TYPE)
     yield from names_of(domain.types + domain.constants)
-    yield from (each.name for each in domain.predicates)
-    yield from (each.name for each in domain.functions)
+    yield from (predicate.name for predicate in domain.predicates)
+    yield from (function.name for function in domain.functions)
 
 
 class _Spelling:
@@ -79,17 +78,21 @@ class _Spelling:
         self._name = domain.name
         self._types = _table((ROOT_TYPE, *names_of(domain.types)))
         self._objects = _table(names_of(objects))
-        self._predicates = _table(each.name for each in domain.predicates)
-        self._functions = _table((*(each.name for each in domain.functions), TOTAL_TIME))
-        self._numbers = {each.name for each in domain.functions if not each.parameters} | {TOTAL_TIME}
+        self._predicates = _table(predicate.name for predicate in domain.predicates)
+        self._functions = _table((*(function.name for function in domain.functions), TOTAL_TIME))
+        self._numbers = {function.name for function in domain.functions if not function.parameters} | {
+            TOTAL_TIME
+        }
 
     def domain(self, domain: Domain) -> Domain:
         return replace(
             domain,
             types=self._typed(domain.types, self._types),
             constants=self._typed(domain.constants, self._objects),
-            predicates=tuple(self._declaration(each, self._predicates) for each in domain.predicates),
-            functions=tuple(self._declaration(each, self._functions) for each in domain.functions),
+            predicates=tuple(
+                self._declaration(predicate, self._predicates) for predicate in domain.predicates
+            ),
+            functions=tuple(self._declaration(function, self._functions) for function in domain.functions),
             actions=tuple(map(self._action, domain.actions)),
         )
 
@@ -160,7 +163,7 @@ class _Spelling:
 
     def _term(self, term: Any, variables: Table) -> Any:
         if isinstance(term, FunctionTerm):
-            arguments = tuple(self._term(each, variables) for each in term.arguments)
+            arguments = tuple(self._term(argument, variables) for argument in term.arguments)
             term = replace(term, arguments=arguments)
         return self._spell_term(term, variables)
 

@@ -93,7 +93,6 @@ class _Kinds(dict[str, str]):
 
 @lru_cache(maxsize=4096)
 def _kind(word: str) -> str:
-    """Return the terminal of a word."""
     # cached across texts: a domain and its problems share most words
     keywords, words = _words()
     kind = keywords.get(word.lower())
@@ -114,7 +113,6 @@ def _words() -> tuple[dict[str, str], re.Pattern[str]]:
 
 @cache
 def _patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
-    """Return the patterns of comments and tokens."""
     tables = load_tables()
     cuts = "|".join(f"(?P<{name}>{pattern})" for name, pattern in tables.cuts.items())
     return re.compile(tables.comment), re.compile(

@@ -63,7 +63,7 @@ class Attempts:
     def advice(self) -> str:
         """The advice after a timeout, as the end of a sentence."""
         fitting = [planner.name for planner in self._choice.planners]
-        tried = [each.planner for each in self._results] or fitting[:1]
+        tried = [result.planner for result in self._results] or fitting[:1]
         said = f" (tried: {', '.join((*tried, *fitting[len(tried) : len(tried) + 1]))})" if fitting else ""
         absent = self._choice.absent
         more = f", or install one of {', '.join(absent)}" if absent else ""

@@ -74,7 +74,6 @@ def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
 
 
 def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula | None, bool]]:
-    """Yield place, formula, and whether the formula is an effect."""
     for action in domain.actions:
         yield f"action {action.name}", action.condition, False
         yield f"action {action.name}", action.effect, True

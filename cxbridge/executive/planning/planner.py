@@ -63,7 +63,6 @@ class PlanStatus(Enum):
 class PlanResult:
     """The result of a planner call.
 
-    :param planner: the planner's name.
     :param actions: the plan; empty without one, or if the goal holds already.
     :param message: why there is no plan; else empty.
     :param seconds: the duration of the call.

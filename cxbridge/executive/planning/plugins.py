@@ -206,10 +206,10 @@ class PddlPlanner:
                 self._end(result)
         while (message := self._interface.msgq_first()) is not None:
             if message.type == "PlanMessage":
-                self._begin(message.id)
+                self._start_request(message.id)
             self._interface.msgq_pop()
 
-    def _begin(self, message_id: int) -> None:
+    def _start_request(self, message_id: int) -> None:
         if self._call is not None:
             self._call.cancel()
             self._report_end(PlanResult(PlanStatus.CANCELLED, self._planner, message="another call came"))

@@ -15,7 +15,7 @@ from cxbridge.executive.planning.jobs import Job, receive, send
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.process.python import python_command
 
-_WORDS: Final = 500
+_WORDS: Final = 500  # bytes of the planner's output in an error
 
 
 class PlannerProcess:
@@ -78,7 +78,7 @@ class PlannerProcess:
         if not (hasattr(os, "killpg") and hasattr(signal, "SIGKILL")):
             self._process.kill()  # Windows has no process groups; a planner's children end by themselves
             return
-        with suppress(ProcessLookupError):
+        with suppress(ProcessLookupError):  # the process group may have ended
             os.killpg(self._process.pid, signal.SIGKILL)
 
     def close(self) -> None:
@@ -87,6 +87,6 @@ class PlannerProcess:
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout, self._noise):
             if stream is not None:
-                with suppress(OSError):
+                with suppress(OSError):  # closing flushes, which fails if the planner has ended
                     stream.close()
         self._folder.close()

@@ -134,11 +134,11 @@ class PlanCall:
         with self._lock:
             self._process = None
         if process.killed and result.status is PlanStatus.FAILED:
-            result = self._left(planner, process, seconds)
+            result = self._plan_so_far(planner, process, seconds)
         self._service.give_back(process)
         return result
 
-    def _left(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
+    def _plan_so_far(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
         """Return the best plan of a planner whose process was killed, or none."""
         from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415 - seldom needed
 

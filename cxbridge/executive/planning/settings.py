@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from cxbridge.config import Configuration
 
-_MEBIBYTE = 1 << 20
+_MEBIBYTE = 1 << 20  # the setting is in MiB
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,7 +45,6 @@ class _Field:
 class PlannerTemplate:
     """A parsed template.
 
-    :param text: the template.
     :param file: the file name for errors.
     :raises PlanningError: if sections do not match or a query is not JSON.
     """
@@ -131,7 +130,6 @@ def _fill(
 
 
 def _fields(document: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Yield names and texts of all fields of a document."""
     for key, value in document.items():
         name = prefix + key
         if isinstance(value, Mapping):

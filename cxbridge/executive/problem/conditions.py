@@ -47,10 +47,10 @@ class Conditions:
 
     def of(self, operator: str) -> Formula | None:
         """Return the condition of an operator, or None."""
-        parts = self._below(operator, ())
+        parts = self._parts_of(operator, ())
         return parts[0] if len(parts) == 1 else And(tuple(parts)) if parts else None
 
-    def _below(self, parent: str, above: tuple[str, ...]) -> list[Formula]:
+    def _parts_of(self, parent: str, above: tuple[str, ...]) -> list[Formula]:
         """Return the formulas and atoms that are part of a parent, without cycles."""
         atoms = [atom_of(each) for each in self._atoms.get(parent, ())]
         if parent in above or len(above) > _DEEPEST:
@@ -59,7 +59,7 @@ class Conditions:
         return [*atoms, *(self._formula(each, inner) for each in self._formulas.get(parent, ()))]
 
     def _formula(self, slots: Slots, above: tuple[str, ...]) -> Formula:
-        parts, kind = self._below(text_in(slots, "id"), above), text_in(slots, "type")
+        parts, kind = self._parts_of(text_in(slots, "id"), above), text_in(slots, "type")
         if kind == "negation" and parts:
             return Not(parts[0] if len(parts) == 1 else And(tuple(parts)))
         if kind == "disjunction":
@@ -86,4 +86,4 @@ def text_in(slots: Slots, name: str) -> str:
 
 def list_in(slots: Slots, name: str) -> list[str]:
     values = slots.get(name, ())
-    return [str(each) for each in values] if isinstance(values, tuple) else []
+    return [str(value) for value in values] if isinstance(values, tuple) else []

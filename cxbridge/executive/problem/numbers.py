@@ -28,7 +28,6 @@ class PddlNumbers:
     """Computes with function values that are facts.
 
     :param domain_of: returns the last domain parsed in the environment.
-    :param error: logs an error.
     """
 
     def __init__(

@@ -50,10 +50,7 @@ class _Watched:
 
 
 class PlanChecks:
-    """Checks plans of an environment against its facts.
-
-    :param warn: logs a warning.
-    """
+    """Checks plans of an environment against its facts."""
 
     def __init__(self, env: ClipsEnvironment, warn: Callable[[str], None]) -> None:
         self._env = env
@@ -97,7 +94,7 @@ class PlanChecks:
             begun, rest, settled = self._actions(plan_id)
             if settled:
                 watched.failure = self._failure(watched, tuple(rest), tuple(begun))
-                self._note(plan_id, watched.failure)
+                self._record_failure(plan_id, watched.failure)
         return FALSE if watched.failure else TRUE
 
     def _listen(self) -> None:
@@ -159,7 +156,7 @@ class PlanChecks:
             watched.objects = (changes, Objects(watched.domain, problem))
         return watched.objects[1]
 
-    def _note(self, plan_id: str, failure: str) -> None:
+    def _record_failure(self, plan_id: str, failure: str) -> None:
         for index, _, slots in list(self._env.facts(FACT)):
             if slots["plan-id"] != plan_id or slots["message"] == failure:
                 continue

@@ -45,7 +45,7 @@ _COMPUTE: Final[Mapping[str, Callable[[float, float], float]]] = {
     "*": operator.mul,
     "/": operator.truediv,
 }
-_SAME: Final = 1e-9
+_SAME: Final = 1e-9  # sums of decimal fractions differ from their literals by rounding
 
 DURATION: Final = "duration"
 """The variable of the time that a durative action takes."""

@@ -181,10 +181,7 @@ class Collection:
         return True
 
     def _check_index(self, spec: IndexSpec) -> bool:
-        """Return whether the index exists.
-
-        :raises QueryError: if the keys have another index.
-        """
+        """Return whether the index exists."""
         known = self._specs.get(spec.keys)
         if known not in (None, spec):
             raise QueryError(f"there is an index on {', '.join(spec.paths)} already, with other options")
@@ -207,10 +204,7 @@ class Collection:
 
 
 def _single(document: Document, path: str) -> Any:
-    """Return the value at a path.
-
-    :raises QueryError: if the path leads through an array.
-    """
+    """Return the value at a path."""
     value: Any = document
     for part in path.split("."):
         value = value.get(part, MISSING) if isinstance(value, dict) else MISSING

@@ -149,7 +149,7 @@ class EmbeddedStore(Store):
         return watch
 
     def _end_watch(self, collection: str, watch: _LocalWatch) -> None:
-        with self._lock, suppress(ValueError):
+        with self._lock, suppress(ValueError):  # the watch may have ended already
             self._watches[collection].remove(watch)
 
     def attend(self) -> None:

@@ -27,7 +27,7 @@ CREATE TABLE IF NOT EXISTS indexes (
   collection TEXT NOT NULL, spec BLOB NOT NULL, UNIQUE (collection, spec)
 );
 """
-_APPLICATION = 0x43585242
+_APPLICATION = 0x43585242  # "CXRB", by which SQLite files of other programs are recognised
 # version of the layout; version 0 had BSON instead of JSON
 _VERSION = 2
 

@@ -29,7 +29,6 @@ INTERFACE = "MongoDBManagedReplicaSetInterface"
 class RobotMemory:
     """The robot memory of one application, opened on first use.
 
-    :param config: the configuration, read when the memory opens.
     :param board: receives the interfaces about replica sets.
     :param store: a store shared with other applications, which close it; None: a new store.
     :param embedded: makes the embedded store; None: an unshared one.

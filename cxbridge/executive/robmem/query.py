@@ -204,10 +204,7 @@ def compile_regex(regex: Regex) -> Test:
 
 
 def _growth(regex: Regex) -> tuple[int, int]:
-    """Return exponent and factor of a match's steps in the worst case, by the length of the text.
-
-    :raises QueryError: if a repeated group may cause faster growth.
-    """
+    """Return exponent and factor of a match's steps in the worst case, by the length of the text."""
     # without an anchor, a match is attempted at each position
     power = int(not regex.pattern.startswith("^") or "m" in regex.options or "|" in regex.pattern)
     total, ways, depth, before = 0, 1, 0, ""

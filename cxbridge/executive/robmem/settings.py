@@ -26,7 +26,6 @@ class Settings(Struct, frozen=True):
     :param distributed_uri: the URI of the shared MongoDB; empty: the same.
     :param database: the database of undistributed documents.
     :param distributed: databases in the shared set.
-    :param mutexes: the collection of mutexes.
     :param sets: ids of the interfaces about replica sets.
     """
 

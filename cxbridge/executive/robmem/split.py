@@ -14,7 +14,6 @@ class SplitStore(Store):
 
     :param own: the agent's store, closed with this one.
     :param common: the shared store, which stays open.
-    :param shared: the databases in the shared store.
     """
 
     is_local = True

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.robmem.store import Store
 
 _PERIOD_S = 1.0
-_LONGEST_TEXT = 1023
+_LONGEST_TEXT = 1023  # characters of the interface's field without its NUL
 
 
 class SetKeeper:
@@ -32,11 +32,11 @@ class SetKeeper:
         if store.is_local:
             self._status = store.set_status(interface.id)
         else:
-            self._thread = threading.Thread(target=self._ask, name="robot-memory-status", daemon=True)
+            self._thread = threading.Thread(target=self._poll_status, name="robot-memory-status", daemon=True)
             self._thread.start()
         self.write()
 
-    def _ask(self) -> None:
+    def _poll_status(self) -> None:
         while not self._end.is_set():
             self._status = self._store.set_status(self._interface.id)
             self._end.wait(_PERIOD_S)
@@ -53,7 +53,6 @@ class SetKeeper:
         self._interface.write()
 
     def _set(self, name: str, item: str) -> None:
-        """Set a field to an enum item."""
         (enum,) = (field.enum for field in self._interface.SCHEMA.fields if field.name == name)
         assert enum is not None
         self._interface.set(name, next(each.value for each in enum.items if each.name == item))

@@ -28,7 +28,6 @@ class Changed:
 
     :param document: the new document; the old one stays unchanged.
     :param fields: new values by path.
-    :param removed: removed paths.
     """
 
     document: Document
@@ -95,7 +94,7 @@ class Update:
             wanted[path] = value
         base: Document = {}
         for path in sorted(wanted):
-            _put(base, path.split("."), wanted[path], path)
+            _set_value(base, path.split("."), wanted[path], path)
         return self.apply(base, now).document
 
 
@@ -193,7 +192,6 @@ def _place(step: _UpdateStep) -> list[tuple[int, str]]:
 
 
 def _apply_step(step: _UpdateStep, result: Changed, now: datetime) -> None:
-    """Apply one step and record its changes."""
     parts = step.path.split(".")
     old = _get(result.document, parts)
     new = step.modify(old, now)
@@ -203,7 +201,7 @@ def _apply_step(step: _UpdateStep, result: Changed, now: datetime) -> None:
         return
     if step.operator != "$currentDate" and old is not MISSING and same(old, new):
         return  # a second change to the same time would look like no update on a virtual clock
-    _put(result.document, parts, new, step.path)
+    _set_value(result.document, parts, new, step.path)
     if step.operator == "$push" and len(new) > 1:
         result.fields[f"{step.path}.{len(new) - 1}"] = new[-1]
     else:
@@ -221,11 +219,8 @@ def _get(value: Any, parts: list[str]) -> Any:
     return value
 
 
-def _put(document: Document, parts: list[str], new: Any, path: str) -> None:
-    """Set a value, creating documents on the path.
-
-    :raises QueryError: if the path leads through a scalar, or behind the end of an array.
-    """
+def _set_value(document: Document, parts: list[str], new: Any, path: str) -> None:
+    """Set a value, creating documents on the path."""
     at: Any = document
     for part, is_last in zip(parts, [*[False] * (len(parts) - 1), True], strict=True):
         place: Any = part

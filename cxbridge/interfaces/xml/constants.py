@@ -10,7 +10,7 @@ from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
 _CONSTANT_TYPES = tuple(name for name in TYPES if name != "byte")
-_INT32_LIMIT = 1 << 31
+_INT32_LIMIT = 1 << 31  # C++ enums are 32 bit signed integers
 
 
 def read_constant(element: Element, scope: NameScope, findings: Findings) -> ConstantSchema | None:

@@ -142,7 +142,6 @@ def read_pseudomap(
 def _read_mapref(
     element: Element, keytype: str | None, fields: DataFields, findings: Findings
 ) -> tuple[int, MapRef] | None:
-    """Read an entry of a pseudo map: its key and field."""
     findings.only(element, ())
     text = findings.attribute(element, "key", "1")
     key = parse_literal(keytype or "int64", text) if text is not None else None

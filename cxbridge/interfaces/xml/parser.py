@@ -78,10 +78,7 @@ def _parse(data: bytes, file: str) -> InterfaceSchema:
 
 
 def _read(path: str | Path) -> bytes:
-    """Return at most `MAX_FILE_SIZE` + 1 bytes of a file.
-
-    :raises InterfaceDefinitionError: if the file cannot be read.
-    """
+    """Return at most `MAX_FILE_SIZE` + 1 bytes of a file."""
     # the extra byte lets the parser detect files that are too large
     try:
         with Path(path).open("rb") as stream:
@@ -110,7 +107,7 @@ def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:
     findings = Findings(name)
     digest = hashlib.md5(data, usedforsecurity=False).digest()
     schema = None
-    with contextlib.suppress(TooManyFindings):
+    with contextlib.suppress(TooManyFindings):  # reading ends early, but the errors so far are reported
         schema = _Definition(root, findings).read(digest, name or "")
     errors = tuple(sorted(findings.errors, key=lambda error: (error.line or 0, error.column or 0)))
     return CheckResult(None if errors else schema, errors, tuple(findings.warnings))
@@ -202,7 +199,7 @@ class _Definition:
             )
         return type_name
 
-    def _one(self, name: str, *, required: bool) -> Element | None:
+    def _single_child(self, name: str, *, required: bool) -> Element | None:
         """Return the single child of the root with a name."""
         found = self._root.find_all(name)
         for extra in found[1:]:
@@ -219,7 +216,7 @@ class _Definition:
 
     def _read_constants(self) -> None:
         """Read the optional block of constants and enums."""
-        block = self._one("constants", required=False)
+        block = self._single_child("constants", required=False)
         if block is None:
             return
         self._findings.only(block, ("constant", "enum"))
@@ -234,10 +231,9 @@ class _Definition:
                     self._enums[enum.name] = enum
 
     def _read_data(self) -> None:
-        """Read the data block."""
         # fields first, because pseudo maps may refer to any of them
         findings = self._findings
-        block = self._one("data", required=True)
+        block = self._single_child("data", required=True)
         if block is None:
             return
         findings.only(block, ("comment", "field", "pseudomap"))
@@ -264,7 +260,6 @@ class _Definition:
         return tuple(messages)
 
     def _read_message(self, element: Element) -> MessageSchema | None:
-        """Read a message."""
         # fields first, then references, in the order in which Fawkes lays them out
         findings = self._findings
         findings.only(element, ("comment", "field", "ref"))

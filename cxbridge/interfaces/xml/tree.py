@@ -92,8 +92,8 @@ class _TreeReader:
         parser.EntityDeclHandler = self._entity_declared
         parser.SkippedEntityHandler = self._entity_skipped
         parser.ExternalEntityRefHandler = self._external_entity
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
+        parser.StartElementHandler = self._start_element
+        parser.EndElementHandler = self._end_element
         parser.CharacterDataHandler = self._characters
 
     def read(self) -> Element:
@@ -152,7 +152,7 @@ class _TreeReader:
     ) -> int:
         raise self._error(f"the external entity '{system}' is not fetched", "write the text itself")
 
-    def _start(self, name: str, attributes: dict[str, str]) -> None:
+    def _start_element(self, name: str, attributes: dict[str, str]) -> None:
         parser = self._parser
         self._count += 1
         if self._count > MAX_ELEMENTS:
@@ -173,7 +173,7 @@ class _TreeReader:
             self._root = element
         self._open.append(element)
 
-    def _end(self, _name: str) -> None:
+    def _end_element(self, _name: str) -> None:
         self._open.pop()
 
     def _characters(self, text: str) -> None:

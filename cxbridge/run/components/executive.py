@@ -135,7 +135,6 @@ def make_executive(
 
 
 def _watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:
-    """Watch facts and rules for a recording of ``level``."""
     # with debugging on, the core's own configuration has chosen the watches
     if level == "transitions" or config.get_bool("/clips-executive/debug/enable", default=False):
         return

@@ -108,8 +108,6 @@ class ManagedNode(Generic[ComponentType]):
 
     :param name: the name for lists and logs.
     :param make: makes the component; may raise.
-    :param kind: the class of the component.
-    :param component: an existing component.
     """
 
     def __init__(
@@ -197,10 +195,7 @@ class ManagedNode(Generic[ComponentType]):
             raise failures[0]
 
     def _go(self, before: State, after: State, step: Callable[[], None], *, regardless: bool = False) -> None:
-        """Take one transition.
-
-        :raises LifecycleError: if the node is not in the state ``before``.
-        """
+        """Take one transition."""
         if self.state is not before:
             raise LifecycleError(f"{self.name} is {self.state.name.lower()}, expected {before.name.lower()}")
         try:
@@ -251,7 +246,7 @@ class ComponentManager:
         self.nodes = (*self.nodes, node)
         self._since[node.name] = self._clock.now_us()
 
-    def _say(self, level: Level, text: str) -> None:
+    def _log_change(self, level: Level, text: str) -> None:
         if self._log is not None:
             self._log.log(level, text)
 
@@ -408,7 +403,7 @@ class ComponentManager:
     def fail(self, node: ManagedNode[Any], error: Exception) -> None:
         """Stop a failed component; under :attr:`Policy.STOP`, set :attr:`failure`."""
         reason = _one_line(error)
-        self._say(Level.ERROR, f"{node.name} failed: {reason}")
+        self._log_change(Level.ERROR, f"{node.name} failed: {reason}")
         self._wind_down(node, reason)
         if self.policy is Policy.STOP and not self.failure:
             self.failure, self.failure_error = f"{node.name}: {reason}", error
@@ -437,18 +432,17 @@ class ComponentManager:
             if node.state is State.UNCONFIGURED:
                 node.abort()
             words = _one_line(error)
-            self._say(Level.ERROR, f"{node.name} cannot {step}: {words}")
+            self._log_change(Level.ERROR, f"{node.name} cannot {step}: {words}")
             node.error, reason, succeeded = error, words, False
         if node.state is not before:
             self._since[node.name] = self._clock.now_us()
-            self._say(Level.DEBUG, f"{node.name} is {node.state.name.lower()}")
+            self._log_change(Level.DEBUG, f"{node.name} is {node.state.name.lower()}")
         node.reason = reason
         self.on_change()
         return succeeded
 
 
 def _attempt(step: Callable[[], object], failures: list[Exception]) -> None:
-    """Call a step and collect its exception."""
     try:
         step()
     except Exception as error:  # noqa: BLE001 - the caller raises the failure

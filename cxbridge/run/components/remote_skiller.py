@@ -21,7 +21,7 @@ PATIENCE_S = 5.0
 RELEASE_S = 2.0
 """Seconds to wait for a lost Skiller before giving up control of it."""
 
-_POLL_S = 0.05
+_POLL_S = 0.05  # seconds between looks at the remote Skiller
 
 Opener = Callable[[str], BlackBoard]
 
@@ -31,9 +31,7 @@ class RemoteSkiller:
 
     Uses a thread, because the remote blackboard may be slow or disconnected.
 
-    :param url: the blackboard with the Skiller.
     :param board: the local blackboard.
-    :param open_blackboard: opens the blackboard at a URL.
     :param patience_s: seconds to wait for the Skiller; 0 does not wait.
     :raises SkillerError: if no Skiller appears.
     :raises BlackBoardError: if the URL has no blackboard.

@@ -86,7 +86,9 @@ class AgentChecks:
     @staticmethod
     def _raise(mistakes: list[CxbridgeError], *, started: bool = False) -> None:
         if mistakes:
-            raise BrokenAgentError([*{str(each): each for each in mistakes}.values()], started=started)
+            raise BrokenAgentError(
+                [*{str(mistake): mistake for mistake in mistakes}.values()], started=started
+            )
 
 
 class _Agent:
@@ -130,8 +132,10 @@ def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> It
     :param files_are_missing: unknown names may be defined in the missing files.
     """
     diagnostics = list(dict.fromkeys(diagnostics))
-    unclosed = {each.file: each.line or 0 for each in diagnostics if each.code == UNCLOSED}
-    lost = {each.construct.partition(" ")[2] for each in diagnostics if each.construct}
+    unclosed = {
+        diagnostic.file: diagnostic.line or 0 for diagnostic in diagnostics if diagnostic.code == UNCLOSED
+    }
+    lost = {diagnostic.construct.partition(" ")[2] for diagnostic in diagnostics if diagnostic.construct}
     for each in diagnostics:
         start = unclosed.get(each.file)
         if each.code != UNCLOSED:
@@ -205,7 +209,6 @@ def _parameters(template: str) -> list[str]:
 
 
 def _with_values(action: str, template: str) -> str:
-    """Return a skill string with the value 1 for each placeholder."""
     mapping = ActionSkillMapping({action: template})
     return mapping.map(action, dict.fromkeys(_parameters(template), "1")).text or f"{template}"
 
@@ -225,7 +228,6 @@ def known_skills(context: Run) -> frozenset[str] | None:
 
 
 def _of_mapping(context: Run, action: str, message: str, word: str, known: Iterable[str]) -> ConfigError:
-    """Return an error about the mapping of an action, with a suggestion."""
     known = sorted(known)
     hint = did_you_mean(word, known, f"there are: {', '.join(known) or 'none'}")
     return context.config.error(_path(context, action), message, hint)

@@ -32,9 +32,9 @@ class UnexecutedActions:
     def __init__(self, context: Run, executive: Executive) -> None:
         self._context, self._executive = context, executive
         self._reported: set[str] = set()
-        executive.env.watcher.follow("plan-action", self._note, ("action-name", "state", "error-msg"))
+        executive.env.watcher.follow("plan-action", self._record_fact, ("action-name", "state", "error-msg"))
 
-    def _note(self, _template: str, slots: Mapping[str, str]) -> None:
+    def _record_fact(self, _template: str, slots: Mapping[str, str]) -> None:
         if slots.get("state") != "FAILED" or _NOT_EXECUTED not in slots.get("error-msg", ""):
             return
         action = slots["action-name"]

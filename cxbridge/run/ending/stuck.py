@@ -96,7 +96,9 @@ def waits_for(agent: Run, failed_rules: Iterable[str]) -> str:
     if not _has_time(agent):
         text = "no time passes for the rules: assert-time-each-loop is not true"
         place = agent.config.get(_TIME) if agent.config.exists(_TIME) else None
-        causes.append(text + _at(f"{place.file}:{place.line}" if place is not None and place.file else ""))
+        causes.append(
+            text + _place_text(f"{place.file}:{place.line}" if place is not None and place.file else "")
+        )
     return "; ".join(causes)
 
 
@@ -116,7 +118,7 @@ def _place_of_signal(agent: Run, signal: str) -> str:
     return ""
 
 
-def _at(place: str) -> str:
+def _place_text(place: str) -> str:
     return f" ({place})" if place else ""
 
 
@@ -129,7 +131,7 @@ def _goals(agent: Run, places: Places) -> Iterator[str]:
     below = (goal for goal in goals.open.values() if not goal.is_root and goal.goal in unhandled)
     for goal in (*goals.open_roots, *below):
         is_mode = not modes or goal.mode in modes
-        place = _at(places.of_goal(classes.get(goal.goal, ""), goal.mode))
+        place = _place_text(places.of_goal(classes.get(goal.goal, ""), goal.mode))
         why = unhandled.get(goal.goal, "") if is_mode else ", which is not a mode of goals"
         yield f"{goal.goal} is {goal.mode}{place}{why}"
     known = goals.open
@@ -137,7 +139,7 @@ def _goals(agent: Run, places: Places) -> Iterator[str]:
         if str(slots["goal-id"]) in known and slots["state"] not in ACTIONS_OVER:
             values = slots["param-values"]
             words = " ".join(map(str, values)) if isinstance(values, tuple) else ""
-            place = _at(places.of_action(str(slots["action-name"])))
+            place = _place_text(places.of_action(str(slots["action-name"])))
             yield f"action {slots['action-name']} {words}".rstrip() + f" is {slots['state']}{place}"
     shown = env.facts("SkillerInterface") if env.has_template("SkillerInterface") else ()
     controllers = {slots["id"]: slots["exclusive_controller"] for _, _, slots in shown}
@@ -179,7 +181,7 @@ def _without_files(agent: Run) -> Iterator[str]:
     if spec is None and agent.config.exists(chosen):
         spec = agent.config.get(chosen)
     place = f"{spec.file}:{spec.line}" if spec is not None and spec.file else ""
-    yield f"the init of the spec {agent.spec} names no file{_at(place)}"
+    yield f"the init of the spec {agent.spec} names no file{_place_text(place)}"
 
 
 def _empty(agent: Run) -> Iterator[str]:
@@ -197,22 +199,21 @@ def _lacking(agent: Run, places: Places) -> list[str]:
         template = lacking(agent.executive.env, rule)
         if template:
             hint = places.of_similar_fact(template)
-            text = f"rule {rule} lacks a fact ({template}){_at(_place_of_rule(agent, rule))}"
+            text = f"rule {rule} lacks a fact ({template}){_place_text(_place_of_rule(agent, rule))}"
             return [text, *([hint] if hint else [])]
     return []
 
 
 def _deffacts(agent: Run) -> list[str]:
-    """Return a text for each deffacts of the agent."""
     # Fawkes loads files without a reset, which alone would assert deffacts
     found: list[str] = []
     for file in agent.executive.env.loader.files:
         if file.is_relative_to(agent.paths.cx) or file.is_relative_to(agent.paths.library):
             continue
         found += (
-            f"{file}:{each[1]}: the facts of deffacts {each[0]} are not there, for nothing resets the "
+            f"{file}:{line}: the facts of deffacts {name} are not there, for nothing resets the "
             "environment: assert them in a rule"
-            for each in _definitions(file, "deffacts")
+            for name, line in _definitions(file, "deffacts")
         )
     return found
 
@@ -222,7 +223,9 @@ def _definitions(file: Path, kind: str) -> Iterator[tuple[str, int]]:
         text = file.read_text("utf-8", "surrogateescape")
     except OSError:
         return
-    yield from ((each.name, each.line) for each in definitions(text) if each.kind == kind)
+    yield from (
+        (definition.name, definition.line) for definition in definitions(text) if definition.kind == kind
+    )
 
 
 def _place_of_rule(agent: Run, rule: str) -> str:
@@ -241,4 +244,4 @@ def _unwritten(agent: Run, places: Places) -> Iterator[str]:
     written = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in _read_interfaces(agent.executive.env):
         if f"{kind}::{name}" not in written:
-            yield f"{kind}::{name} has no writer{_at(places.of_interface(kind, name))}"
+            yield f"{kind}::{name} has no writer{_place_text(places.of_interface(kind, name))}"

@@ -66,8 +66,8 @@ def _may_hold(env: ClipsEnvironment, element: CE) -> bool:
     """Return whether existing facts and any time fact may satisfy a conditional element."""
     if isinstance(element, GroupCE):
         if element.kind in ("and", "logical", "exists"):
-            return all(_may_hold(env, each) for each in element.items)
-        return element.kind != "or" or any(_may_hold(env, each) for each in element.items)
+            return all(_may_hold(env, item) for item in element.items)
+        return element.kind != "or" or any(_may_hold(env, item) for item in element.items)
     if not isinstance(element, PatternCE) or element.template == TIME:
         return True
     wanted = _literals(element)

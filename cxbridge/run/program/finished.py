@@ -45,8 +45,6 @@ class Run:
     """A finished run, from :func:`run` or a recording.
 
     ``str()`` returns the goal tree with outcomes. A notebook shows a page with the timeline.
-
-    :param source: the recorded events.
     """
 
     def __init__(self, source: RecordedRun) -> None:

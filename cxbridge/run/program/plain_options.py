@@ -101,7 +101,7 @@ def plain_options(given: Mapping[str, Any]) -> RunOptions:
 def _kinds() -> dict[str, tuple[type, ...]]:
     """Return the accepted types of each option."""
     return {
-        name: tuple(dict.fromkeys(plain for each in _members(hint) for plain in _PLAIN.get(each, ())))
+        name: tuple(dict.fromkeys(plain for member in _members(hint) for plain in _PLAIN.get(member, ())))
         for group in (RunOptions, *RunOptions.added_groups())
         for name, hint in get_type_hints(group).items()
     }
@@ -110,15 +110,12 @@ def _kinds() -> dict[str, tuple[type, ...]]:
 def _members(hint: Any) -> list[Any]:
     """Return the members of a union type; of ``tuple[...]`` just ``tuple``."""
     if get_origin(hint) in (Union, types.UnionType):
-        return [member for each in get_args(hint) for member in _members(each)]
+        return [member for arg in get_args(hint) for member in _members(arg)]
     return [get_origin(hint) or hint]
 
 
 def _check_type(name: str, value: object) -> None:
-    """Check the type of an option's value. Unknown options pass: :func:`make_options` refuses them.
-
-    :raises CxbridgeError: if the type is wrong.
-    """
+    """Check the type of an option's value. Unknown options pass: :func:`make_options` refuses them."""
     kinds = _kinds().get(name)
     if kinds is None:
         return

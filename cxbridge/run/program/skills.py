@@ -29,7 +29,7 @@ def executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
     """
     if isinstance(skills, Mapping):
         return tuple(function_skill(function, name) for name, function in skills.items())
-    return tuple(_executor_class(each) for each in skills)
+    return tuple(_executor_class(skill) for skill in skills)
 
 
 def _executor_class(skill: type[SkillExecutor] | SkillFunction) -> type[SkillExecutor]:
@@ -71,10 +71,7 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
 
 
 def _arguments(signature: inspect.Signature, call: SkillCall) -> list[Any]:
-    """Return the arguments of a call in the order of the function's parameters.
-
-    :raises SkillFailedError: if an argument is missing or unknown.
-    """
+    """Return the arguments of a call in the order of the function's parameters."""
     unnamed = [call.parameters[key] for key in sorted(call.parameters, key=_place) if key.isdigit()]
     named = {name: value for name, value in call.parameters.items() if not name.isdigit()}
     try:

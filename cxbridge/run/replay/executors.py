@@ -15,7 +15,6 @@ _FAILED = "FAILED"
 class RecordedExecutor(SkillExecutor):
     """Executes skills with the recorded durations and outcomes.
 
-    :param script: the recorded executions.
     :param start_us: the start of the recorded run, where this run's clock starts too.
     :param whole: whether the recording is complete.
     :param report: receives the first differing skill.

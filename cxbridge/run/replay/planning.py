@@ -60,7 +60,7 @@ def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -
 
 def plans_of(scans: Iterable[Scan], env: str) -> dict[str, RecordedPlan]:
     """Return an environment's calls by id, from the first recording with any."""
-    found = (recorded_plans(each.plans, env) for each in scans)
+    found = (recorded_plans(scan.plans, env) for scan in scans)
     return next((plans for plans in found if plans), {})
 
 
@@ -148,5 +148,4 @@ class _RecordedCall(PlanCall):
         return self.result
 
     def cancel(self) -> None:
-        """Cancel the call."""
         self._cancelled = self.result is None

@@ -45,7 +45,6 @@ class Recordings:
 
     :param scans: one per recording, in the order of the options.
     :param decisions: the scan whose transitions are compared.
-    :param start_us: the start of the run.
     """
 
     scans: tuple[Scan, ...]
@@ -167,7 +166,6 @@ class Recordings:
 
 
 def _is_shipped(scenario: str) -> bool:
-    """Return whether a scenario is shipped with cxbridge."""
     try:
         file = Path(scenario).resolve(strict=True)
     except (OSError, ValueError):
@@ -219,7 +217,6 @@ _OF_ENVIRONMENTS: Final = (GoalTransition, PlanActionTransition, SkillStatus, Pl
 class RecordedAgentRun(Run):
     """The events of one agent in the recording of a team.
 
-    :param run: the recording of the team.
     :param agent: the agent's name: its environment, and the prefix of its interface ids.
     """
 

@@ -69,7 +69,7 @@ def judge(
     mine, theirs = open_run(ours), decisions.run
     if not whole:
         mine, theirs = _cut(mine, theirs, view, order)
-    if not _count(mine, view.event_types):
+    if not _count_events(mine, view.event_types):
         nothing = ("It has come to nothing that can be compared.",)
         return ReplayOutcome(compared, order.value, None, same=False, whole=whole, lines=nothing)
     comparison = compare_runs(mine, [theirs], view, order, tolerance=tolerance)
@@ -89,12 +89,9 @@ def _same_in_partial_order(
 
 
 def _cut(mine: Recording, theirs: Recording, view: View, order: Order) -> tuple[Recording, Recording]:
-    """Return the comparable parts of two runs if the second recording is incomplete.
-
-    :raises TraceError: if there are none.
-    """
+    """Return the comparable parts of two runs if the second recording is incomplete."""
     types = view.event_types if order is Order.TOTAL else (SkillStatus,)
-    count = _count(theirs, types)
+    count = _count_events(theirs, types)
     if not count:
         raise TraceError(
             "it ends before the first state of a Skiller, so nothing can be compared in partial order",
@@ -102,31 +99,29 @@ def _cut(mine: Recording, theirs: Recording, view: View, order: Order) -> tuple[
             hint="--replay-order total compares the events that exist",
         )
     if order is Order.PARTIAL:
-        count = min(count, _count(mine, types))
+        count = min(count, _count_events(mine, types))
     return RunHead(mine, count, types), RunHead(theirs, count, types)
 
 
-def _count(run: Recording, types: tuple[type[Event], ...]) -> int:
+def _count_events(run: Recording, types: tuple[type[Event], ...]) -> int:
     return sum(isinstance(event, types) for event in run)
 
 
 class RunHead(Recording):
     """The start of a run, up to a number of events.
 
-    :param run: the whole run.
     :param count: the number of events of ``types``.
-    :param types: the counted event types.
     """
 
     def __init__(self, run: Recording, count: int, types: tuple[type[Event], ...]) -> None:
         super().__init__(run.path)
         self.format = run.format
         self._run = run
-        self._count = count
+        self._count_events = count
         self._types = types
 
     def __iter__(self) -> Iterator[Event]:
-        left = self._count
+        left = self._count_events
         for event in self._run:
             if isinstance(event, self._types):
                 if not left:
@@ -156,11 +151,9 @@ def _record_transitions(bus: EventBus, file: Path) -> Recorder:
 class Replay:
     """The environment of a recorded run.
 
-    :param recordings: the recordings of the run.
     :param order: how transitions are compared.
     :param tolerance: the permitted difference of times; None ignores times.
     :param whole: the replay of the team, for one agent's part of it.
-    :param name: the name of the agent.
     """
 
     board_class: type[LocalBlackBoard] = YieldingBoard
@@ -287,7 +280,7 @@ class Replay:
         )
         self._expected.append(player.expected)
         for command in script.commands:
-            self._note(command.time_us + (command.later[-1][0] if command.later else 0))
+            self._record_action_time(command.time_us + (command.later[-1][0] if command.later else 0))
         return player
 
     def _executor(self, context: Run, script: ExecutorScript) -> ExecutorHost:
@@ -301,10 +294,10 @@ class Replay:
         )
         self._expected.append(executor.expected)
         for execution in script.executions:
-            self._note(execution.time_us + (execution.duration_us or 0))
+            self._record_action_time(execution.time_us + (execution.duration_us or 0))
         return ExecutorHost(executor, script.name)
 
-    def _note(self, time_us: int) -> None:
+    def _record_action_time(self, time_us: int) -> None:
         """Update the time of the last recorded action."""
         self._last_us = max(self._last_us, time_us)
 

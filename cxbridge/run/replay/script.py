@@ -111,17 +111,17 @@ def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[In
     # statuses name no controller; a reader of the Skiller counts as having requested control
     return [
         InterfaceWrite(
-            each.time_us,
+            skill_status.time_us,
             f"SkillerInterface::{skiller}",
             {
                 **_IDLE,
-                "skill_string": each.skill_string,
+                "skill_string": skill_status.skill_string,
                 "exclusive_controller": "the reader",
-                "msgid": each.msgid,
-                "status": each.status,
+                "msgid": skill_status.msgid,
+                "status": skill_status.status,
             },
         )
-        for each in statuses
+        for skill_status in statuses
     ]
 
 
@@ -201,7 +201,6 @@ def _ticket(values: Values) -> tuple[Any, Any]:
 
 
 def _add_message(execution: Execution, message: InterfaceMessage) -> None:
-    """Add a message to an execution."""
     values = message.values
     if message.message == "RequestMessage":
         try:

@@ -32,7 +32,6 @@ class YieldingBoard(LocalBlackBoard):
 class SensorPlayer(Component):
     """Replays interface writes before the executive thinks.
 
-    :param samples: the first write of each interface.
     :param writes: the writes by time, in the run's time.
     :raises TraceError: if an interface definition has changed since the recording.
     """
@@ -51,11 +50,11 @@ class SensorPlayer(Component):
         self._open: dict[tuple[str, str], tuple[Interface, BlockMaker, bytes]] = {}
         self._writes: Iterator[InterfaceWrite] = iter(writes)
         for uid, sample in samples.items():
-            self._begin(uid, sample)
+            self._open_writer(uid, sample)
         self._next = next(self._writes, None)
         board.give_way = self._give_way
 
-    def _begin(self, uid: str, sample: InterfaceWrite) -> None:
+    def _open_writer(self, uid: str, sample: InterfaceWrite) -> None:
         kind, interface_id = key = parse_uid(uid)
         try:
             interface_class = self._board.registry.get(kind)

@@ -20,7 +20,6 @@ COMPONENT = "Replay"
 class RecordedSkiller(SkillerBackend):
     """Serves a SkillerInterface from a recording.
 
-    :param script: the recorded commands.
     :param start_us: the start of the recorded run, where this run's clock starts too.
     :param whole: whether the recording is complete.
     :param report: receives the first divergence.

@@ -33,14 +33,12 @@ REQUESTS_PER_LOOP: Final = 100
 
 # a new action takes about 0.13 ms of the loop, so a thousand at once would delay everything else
 _EPOCH_US = 1000
-_EPOCHS = 2**32
+_EPOCHS = 2**32  # the field of the epoch has 32 bits
 
 
 class SkillBoard:
     """Finds executors for actions and follows the actions to their end. Not thread-safe.
 
-    :param name: the id of the SkillBoardInterface.
-    :param timeouts: the timeouts of masters.
     :param policy: the choice of executors, and the class of masters.
     :raises BlackBoardError: if the interface has another writer.
     :raises SkillError: if the name does not fit into messages.
@@ -299,16 +297,15 @@ class SkillBoard:
                 info = next((info for info in executors.values() if master.call.skill in info.skills), None)
                 if info is not None:
                     del executors[info.id]
-                    self._ask(info.id, master)
+                    self._send_request(info.id, master)
                     again.append(master)
             waiting = again
 
     def _ask_first(self, master: Master) -> None:
-        """Ask the first suitable executor."""
         skill = master.call.skill
         for info in self._watch.of_agent(master.call.agent):
             if info.state is ExecutorState.IDLE and skill in info.skills and info.id not in self._asked:
-                self._ask(info.id, master)
+                self._send_request(info.id, master)
                 return
 
     def _free(self, agent: str) -> dict[str, ExecutorInfo]:
@@ -323,7 +320,7 @@ class SkillBoard:
         """Ask all suitable executors except one."""
         for info in self._free(master.call.agent).values():
             if master.call.skill in info.skills and info.id != but:
-                self._ask(info.id, master)
+                self._send_request(info.id, master)
 
     def _ask_for(self, executor: str) -> None:
         """Offer an idle executor the oldest master without a pending request, else the oldest master."""
@@ -336,13 +333,13 @@ class SkillBoard:
         for master in self._asking.get(info.agent, {}).values():
             if master.call.skill in info.skills and master.number not in self._fresh:
                 if master.number not in self._waits_for:
-                    self._ask(executor, master)
+                    self._send_request(executor, master)
                     return
                 second = second or master
         if second is not None:
-            self._ask(executor, second)
+            self._send_request(executor, second)
 
-    def _ask(self, executor: str, master: Master) -> None:
+    def _send_request(self, executor: str, master: Master) -> None:
         """Ask an executor, which must have no pending request because it answers only one."""
         self._quota -= 1
         self._asked[executor] = master.number

@@ -60,7 +60,6 @@ class MessageDelivery:
             self._pool.submit(self._work, to.id)
 
     def _work(self, executor: str) -> None:
-        """Send all pending messages of one executor."""
         while True:
             with self._lock:
                 queue = self._waiting[executor]

@@ -79,7 +79,7 @@ def _load_module(name: str) -> Any:
     except ModuleNotFoundError as error:
         raise SkillError(f"there is no Python module '{name}': {error}", hint=CLASS_FORM) from None
     except (Exception, SystemExit) as error:
-        raise SkillError(f"the Python module '{name}' does not load: {_words(error)}") from error
+        raise SkillError(f"the Python module '{name}' does not load: {_error_text(error)}") from error
 
 
 def _load_file(file: Path) -> Any:
@@ -97,12 +97,11 @@ def _load_file(file: Path) -> Any:
     except (Exception, SystemExit) as error:  # e.g. sys.exit() in a script must not end the run
         del sys.modules[name]
         line = error.lineno if isinstance(error, SyntaxError) else _line_in(error, file)
-        raise SkillError(f"it does not load: {_words(error)}", file=file, line=line) from error
+        raise SkillError(f"it does not load: {_error_text(error)}", file=file, line=line) from error
     return module
 
 
 def _line_in(error: BaseException, file: Path) -> int | None:
-    """Return the last line of a file in an error's traceback."""
     line, trace = None, error.__traceback__
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == str(file):
@@ -111,7 +110,7 @@ def _line_in(error: BaseException, file: Path) -> int | None:
     return line
 
 
-def _words(error: BaseException) -> str:
+def _error_text(error: BaseException) -> str:
     return error.msg if isinstance(error, SyntaxError) else f"{type(error).__name__}: {error}"
 
 
@@ -176,8 +175,6 @@ class SkillExecutor:
             def execute(self, call: SkillCall) -> Steps:
                 for done in range(3):
                     yield done / 3
-
-    :param context: the environment of the executor.
     """
 
     skills: tuple[str, ...] = ()
@@ -248,5 +245,4 @@ Execution: TypeAlias = Callable[[SkillExecutor, SkillCall], Steps]
 
 
 def as_executor(executor: SkillExecutor, call: SkillCall) -> Steps:
-    """Return the executor's steps."""
     return executor.execute(call)

@@ -149,8 +149,8 @@ class ExecutorHost(Listener):
             self._note_progress(error)
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
-            self._log.error(f"{self.name}: {self._call.skill} failed: {_words(error)}")
-            self._finish(SkillOutcome.FAILED, _words(error))
+            self._log.error(f"{self.name}: {self._call.skill} failed: {_error_text(error)}")
+            self._finish(SkillOutcome.FAILED, _error_text(error))
         else:
             if said is None or isinstance(said, (int, float, Progress)):
                 self._publish_feedback(said)
@@ -165,7 +165,9 @@ class ExecutorHost(Listener):
                 self.executor.idle()
             except Exception as error:  # noqa: BLE001 - an executor may fail in any way
                 self._can_idle = False
-                self._log.error(f"{self.name}: idle() failed, and is not called any more: {_words(error)}")
+                self._log.error(
+                    f"{self.name}: idle() failed, and is not called any more: {_error_text(error)}"
+                )
 
     def loop(self) -> None:
         """Do one loop."""
@@ -189,7 +191,7 @@ class ExecutorHost(Listener):
         try:
             self.executor.close()
         except Exception as error:  # noqa: BLE001 - an executor may fail in any way
-            self._log.error(f"{self.name}: close() failed: {_words(error)}")
+            self._log.error(f"{self.name}: close() failed: {_error_text(error)}")
 
     def _request(self, message: Any) -> None:
         if self.state is not ExecutorState.IDLE:
@@ -216,7 +218,7 @@ class ExecutorHost(Listener):
         elif self.state is ExecutorState.RESERVED:
             self.state = ExecutorState.BUSY
             self._publish()
-            self._begin()
+            self._start_execution()
 
     def _reject(self, message: Any) -> None:
         if self.state is ExecutorState.RESERVED and self._is_ours(message):
@@ -243,7 +245,7 @@ class ExecutorHost(Listener):
             self._end_steps()
             self._become_idle()
 
-    def _begin(self) -> None:
+    def _start_execution(self) -> None:
         self._said, self._begun = Progress(0.0), False
         try:
             self._call = replace(self._call, parameters=decode_parameters(self._parameters))
@@ -254,7 +256,7 @@ class ExecutorHost(Listener):
         except SkillError as error:
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
-            self._finish(SkillOutcome.FAILED, _words(error))
+            self._finish(SkillOutcome.FAILED, _error_text(error))
 
     def _note_progress(self, error: CxbridgeError) -> None:
         if isinstance(error, SkillFailedError) and error.progress is not None:
@@ -294,7 +296,7 @@ class ExecutorHost(Listener):
             try:
                 steps.close()
             except Exception as error:  # noqa: BLE001 - a skill may fail in any way
-                self._log.error(f"{self.name}: cleaning up failed: {_words(error)}")
+                self._log.error(f"{self.name}: cleaning up failed: {_error_text(error)}")
 
     def _become_idle(self) -> None:
         self._steps = None
@@ -361,10 +363,10 @@ def make_host(
     except CxbridgeError:
         raise
     except Exception as error:
-        raise SkillError(f"{kind.__name__} does not start: {_words(error)}") from error
+        raise SkillError(f"{kind.__name__} does not start: {_error_text(error)}") from error
 
 
-def _words(error: Exception) -> str:
+def _error_text(error: Exception) -> str:
     return error.message if isinstance(error, CxbridgeError) else f"{type(error).__name__}: {error}"
 
 

@@ -13,7 +13,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError
 from cxbridge.skiller.board.protocol import MasterState, SkillCall, SkillOutcome
 
-_NEVER = 2**63 - 1
+_NEVER = 2**63 - 1  # later than any time stamp
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,6 @@ class Sending(Protocol):
 class Master:
     """One action from its request to its end, in the board's thread.
 
-    :param number: the number in tickets.
     :param sending: sends messages to executors.
     :param explain: returns why no executor has started.
     :param on_change: called after each change of state, progress or feedback.

@@ -26,7 +26,7 @@ NAME_BYTES: Final = 64
 LABEL_BYTES: Final = 128
 """The maximum length in bytes of a master's name."""
 
-PARAMETER_BYTES: Final = 1023
+PARAMETER_BYTES: Final = 1023  # of the interfaces' fields without their NUL
 SKILLS_BYTES: Final = 1023
 
 D = TypeVar("D")

@@ -35,8 +35,6 @@ class BoardSkiller(SkillerBackend):
 
     It writes the same states as a Skiller in ``strict`` mode (docs/skiller.md).
 
-    :param skills: the board, which outlives this Skiller.
-    :param agent: the executing agent.
     :param name: the id of the SkillerInterface.
     :raises BlackBoardError: if the interface has another writer.
     """
@@ -96,9 +94,9 @@ class BoardSkiller(SkillerBackend):
         bad = next((m for m in masters if m.state in (MasterState.FAILED, MasterState.CANCELLED)), None)
         if bad is not None:
             text = bad.error or f"{bad.call.skill} was cancelled"
-            self._end(SkillFailure(FailureCause.OUTCOME, text))
+            self._end_execution(SkillFailure(FailureCause.OUTCOME, text))
         elif all(master.is_over for master in masters):
-            self._end()
+            self._end_execution()
 
     def close(self) -> None:
         """Drop the skill string and close the interface."""
@@ -137,7 +135,7 @@ class BoardSkiller(SkillerBackend):
         self._interface.status = Status.S_INACTIVE
         return True
 
-    def _end(self, failure: SkillFailure | None = None) -> None:
+    def _end_execution(self, failure: SkillFailure | None = None) -> None:
         self._drop()
         self._interface.error = ""
         self._interface.status = Status.S_FINAL
@@ -153,10 +151,7 @@ class BoardSkiller(SkillerBackend):
 
 
 class LocalSkillCalls:
-    """The skill board for the executive's feature ``skill-board``.
-
-    :param skills: the board.
-    """
+    """The skill board for the executive's feature ``skill-board``."""
 
     def __init__(self, skills: SkillBoard) -> None:
         self._skills = skills
@@ -185,7 +180,7 @@ class LocalSkillCalls:
         :param name: the display name of the master.
         :raises SkillError: if names or parameters do not fit into messages.
         """
-        return self._ask(SkillCall(skill, agent, parameters, name), on_change)
+        return self._request_skill(SkillCall(skill, agent, parameters, name), on_change)
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
         """Request a skill string with one call.
@@ -195,14 +190,14 @@ class LocalSkillCalls:
         calls = calls_of(skill_string, agent)
         if len(calls) != 1:
             raise SkillError(f"the skill string '{skill_string}' has {len(calls)} calls, expected one")
-        return self._ask(calls[0], on_change)
+        return self._request_skill(calls[0], on_change)
 
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether it was running."""
         master = self._open.get(number)
         return master is not None and self._skills.cancel(master)
 
-    def _ask(self, call: SkillCall, on_change: Callable[[Master], None]) -> Master:
+    def _request_skill(self, call: SkillCall, on_change: Callable[[Master], None]) -> Master:
         def changed(master: Master) -> None:
             if master.is_over:
                 self._open.pop(master.number, None)
@@ -232,7 +227,7 @@ def _with_names(value: Any) -> Any:
     return value
 
 
-_ROUNDS = 20
+_ROUNDS = 20  # answers cause further messages; an endless exchange must not block the cycle
 
 
 class SkillBoardService:
@@ -240,8 +235,6 @@ class SkillBoardService:
 
     A command is executed in the loop that reads it.
 
-    :param settings: the settings of the configuration.
-    :param policy: the board's policy.
     :param execution: executes the calls of local executors.
     :raises CxbridgeError: if an executor cannot be made or an interface has another writer.
     """
@@ -299,7 +292,7 @@ class SkillBoardService:
 
     def loop(self) -> None:
         """Handle commands, find executors, execute a step of each, and publish the results."""
-        self._take()
+        self._handle_commands()
         self.settle()
         for host in self.hosts:
             host.step()
@@ -307,7 +300,7 @@ class SkillBoardService:
         for skiller in self.skillers:
             skiller.publish()
 
-    def _take(self) -> None:
+    def _handle_commands(self) -> None:
         """Let Skillers handle commands until the board is full.
 
         The next loop continues with the next Skiller.

@@ -35,7 +35,6 @@ class ExecutorSettings:
 
     :param name: the id of its interface.
     :param target: ``MODULE:CLASS``, ``FILE.py:CLASS``, or the class.
-    :param settings: the settings for the class.
     :param folder: the base of relative files.
     :param place: the place in the configuration, for errors.
     """
@@ -187,7 +186,11 @@ class BoardSettings:
                 replace(
                     agent,
                     executors=(
-                        *(each for each in agent.executors if self.in_process and not each.yields_to(skills)),
+                        *(
+                            executor
+                            for executor in agent.executors
+                            if self.in_process and not executor.yields_to(skills)
+                        ),
                         *(ExecutorSettings(f"{agent.name}-{name}", kind) for name, kind in added.items()),
                     ),
                 )

@@ -19,7 +19,7 @@ from cxbridge.skiller.board.executor import CLASS_FORM
 _BASES: Final = frozenset({"SkillExecutor", "Skill"})
 
 _EXECUTE: Final = "write: def execute(self, call)"
-_ARGUMENTS: Final = 2
+_ARGUMENTS: Final = 2  # self and the call
 
 
 def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
@@ -36,7 +36,9 @@ def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
     if file is None:
         return None
     body = _read(file).body
-    classes = {each.name: each for each in _statements(body) if isinstance(each, ast.ClassDef)}
+    classes = {
+        statement.name: statement for statement in _statements(body) if isinstance(statement, ast.ClassDef)
+    }
     if name not in classes:
         if _may_bind(body, name):
             return None
@@ -57,10 +59,7 @@ def _read(file: Path) -> ast.Module:
 
 
 def _file_of_module(name: str) -> Path | None:
-    """Return the Python file of a module without importing it; None if it has no file.
-
-    :raises SkillError: if the module does not exist.
-    """
+    """Return the Python file of a module without importing it; None if it has no file."""
     top, *inner = name.split(".")
     try:
         spec = importlib.util.find_spec(top)
@@ -88,13 +87,13 @@ def _statements(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
 
 def _may_bind(body: Iterable[ast.stmt], name: str) -> bool:
     """Return whether an import or assignment may define a name."""
-    for each in _statements(body):
-        if isinstance(each, ast.Import | ast.ImportFrom):
-            if any(alias.asname == name or alias.name in (name, "*") for alias in each.names):
+    for statement in _statements(body):
+        if isinstance(statement, ast.Import | ast.ImportFrom):
+            if any(alias.asname == name or alias.name in (name, "*") for alias in statement.names):
                 return True
-        elif isinstance(each, ast.FunctionDef):
+        elif isinstance(statement, ast.FunctionDef):
             continue
-        elif any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(each)):
+        elif any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(statement)):
             return True
     return False
 
@@ -113,7 +112,7 @@ def _skills_of(
     members = list(_statements(kind.body))
     if is_first:
         _check_execute(kind, members, file, is_last=set(bases) <= _BASES)
-    if any(isinstance(each, ast.FunctionDef) and each.name == "skills_with" for each in members):
+    if any(isinstance(member, ast.FunctionDef) and member.name == "skills_with" for member in members):
         return None
     for each in reversed(members):
         targets = each.targets if isinstance(each, ast.Assign) else [getattr(each, "target", None)]
@@ -129,7 +128,7 @@ def _names(value: ast.expr | None) -> tuple[str, ...] | None:
     """Return the texts of a literal tuple or list; None if any element is computed."""
     if not isinstance(value, ast.Tuple | ast.List):
         return None
-    texts = [each.value for each in value.elts if isinstance(each, ast.Constant)]
+    texts = [elt.value for elt in value.elts if isinstance(elt, ast.Constant)]
     names = tuple(text for text in texts if isinstance(text, str))
     return names if len(names) == len(value.elts) else None
 
@@ -138,11 +137,10 @@ def _check_execute(kind: ast.ClassDef, members: list[ast.stmt], file: Path, *, i
     """Check that a class has a valid ``execute``.
 
     :param is_last: whether no class in between can define ``execute``.
-    :raises SkillError: if it has not.
     """
     found = next((m for m in members if isinstance(m, ast.FunctionDef) and m.name == "execute"), None)
     if found is None:
-        if is_last and not any("execute" in ast.unparse(each) for each in members):
+        if is_last and not any("execute" in ast.unparse(member) for member in members):
             hint = f"{_EXECUTE}: yield 0.5"
             raise SkillError(f"{kind.name} has no execute()", file=file, line=kind.lineno, hint=hint)
         return

@@ -79,7 +79,6 @@ class BoardAccess:
     """The open interfaces of one Lua state.
 
     :param pool: opens the instances.
-    :param make_table: makes Lua tables.
     """
 
     def __init__(self, pool: InterfacePool, make_table: MakeTable) -> None:
@@ -96,20 +95,22 @@ class BoardAccess:
             "describe": self._describe,
             "open": self._open,
             "close": self._close,
-            "read": lambda handle: self._at(handle).read() and None,
-            "write": lambda handle: self._at(handle).write(),
+            "read": lambda handle: self._interface_of(handle).read() and None,
+            "write": lambda handle: self._interface_of(handle).write(),
             "read_all": self._read_all,
             "write_changed": self._write_changed,
             "query": self._query,
-            "timestamp": lambda handle: self._at(handle).timestamp_us,
+            "timestamp": lambda handle: self._interface_of(handle).timestamp_us,
             "get": self._get,
             "set": self._set,
             "send": self._send,
             "queue_first": self._queue_first,
-            "queue_size": lambda handle: self._at(handle).msgq_size(),
-            "queue_pop": lambda handle: self._at(handle).msgq_pop() and None,
-            "queue_flush": lambda handle: self._at(handle).msgq_flush(),
-            "queue_remove": lambda handle, number: self._at(handle).msgq_remove(int(number)) and None,
+            "queue_size": lambda handle: self._interface_of(handle).msgq_size(),
+            "queue_pop": lambda handle: self._interface_of(handle).msgq_pop() and None,
+            "queue_flush": lambda handle: self._interface_of(handle).msgq_flush(),
+            "queue_remove": lambda handle, number: (
+                self._interface_of(handle).msgq_remove(int(number)) and None
+            ),
         }
         return {
             name: guarded(function, takes_tables=name in _TAKE_TABLES) for name, function in functions.items()
@@ -125,7 +126,7 @@ class BoardAccess:
         self._readers.clear()
         self._writers.clear()
 
-    def _at(self, handle: int) -> Interface:
+    def _interface_of(self, handle: int) -> Interface:
         return self._opened[int(handle)]
 
     def _open(self, type_name: str, interface_id: str, for_writing: object, shared: object) -> int:
@@ -154,7 +155,7 @@ class BoardAccess:
                 instance.write()
 
     def _query(self, handle: int, question: str) -> Any:
-        instance = self._at(handle)
+        instance = self._interface_of(handle)
         if question == "serial":
             return str(instance.serial)
         if question not in _QUESTIONS:
@@ -200,14 +201,18 @@ class BoardAccess:
         return self._make_table(dict(enumerate(items, start=1)))
 
     def _get(self, handle: int, name: str, index: float | None = None) -> Any:
-        value = self._at(handle).get(name, None if index is None else int(index))
-        return self._list([_plain(item) for item in value]) if isinstance(value, tuple) else _plain(value)
+        value = self._interface_of(handle).get(name, None if index is None else int(index))
+        return (
+            self._list([_plain_value(item) for item in value])
+            if isinstance(value, tuple)
+            else _plain_value(value)
+        )
 
     def _set(self, handle: int, name: str, value: Any, index: float | None = None) -> None:
-        _assign(self._at(handle), name, value, index)
+        _assign(self._interface_of(handle), name, value, index)
 
     def _send(self, handle: int, message_type: str, values: Any) -> int:
-        instance = self._at(handle)
+        instance = self._interface_of(handle)
         message = instance.create_message(message_type)
         for name, value in values.items():
             if not is_plain(value):
@@ -218,13 +223,15 @@ class BoardAccess:
         return instance.msgq_enqueue(message)
 
     def _queue_first(self, handle: int) -> Any:
-        message = self._at(handle).msgq_first()
+        message = self._interface_of(handle).msgq_first()
         if message is None:
             return None
         values = {}
         for name, value in message.as_dict().items():
             values[name] = (
-                self._list([_plain(item) for item in value]) if isinstance(value, tuple) else _plain(value)
+                self._list([_plain_value(item) for item in value])
+                if isinstance(value, tuple)
+                else _plain_value(value)
             )
         envelope = {
             "id": message.id,
@@ -235,8 +242,7 @@ class BoardAccess:
         return message.type, self._make_table(values), self._make_table(envelope)
 
 
-def _plain(value: Any) -> Any:
-    """Return a field's value as a Lua value."""
+def _plain_value(value: Any) -> Any:
     if isinstance(value, str):
         return to_lua(value)
     return int(value) if isinstance(value, int) and not isinstance(value, bool) else value

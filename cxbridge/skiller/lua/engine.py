@@ -68,7 +68,6 @@ class LuaEngine:
     :param space: the skill space: the module ``skills.SPACE``, which loads the skills.
     :param transforms: the transforms for ``tf``; None: no known frames.
     :param navgraph: the graph for ``navgraph``; None: unavailable.
-    :param owner: the owner of interfaces.
     :param seed: the seed of ``math.random``.
     :raises SkillError: if the space or a skill cannot be loaded, with file and line.
     """
@@ -104,10 +103,7 @@ class LuaEngine:
         self._use(*self._load())
 
     def _load(self) -> tuple[LuaState, BoardAccess]:
-        """Load the present skill files into a new Lua state.
-
-        :raises SkillError: if loading fails.
-        """
+        """Load the present skill files into a new Lua state."""
         bounds = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
         bounds["largest_text"] = self._limits.memory_per_loop
         modules = self.attempt = ModulePath(self._folders)
@@ -266,7 +262,6 @@ class LuaEngine:
         self._board_access.close_all()
 
     def _text(self, name: str, *args: Any) -> str:
-        """Call the runner for a text; empty if it returns none."""
         text = self._call(name, *args)[0]
         return text if isinstance(text, str) else ""
 

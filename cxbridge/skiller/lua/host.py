@@ -109,7 +109,6 @@ class HostFunctions:
 
     :param logger: gets the output of skills.
     :param clock: the run's clock, the only time in Lua.
-    :param modules: the module path.
     :param config: None without a configuration.
     :param seed: the seed of random numbers.
     """
@@ -169,10 +168,7 @@ class HostFunctions:
 
 
 def _readable(path: str, value: str) -> str:
-    """Return a value with masked secrets.
-
-    :raises SkillError: if the whole value is secret.
-    """
+    """Return a value with masked secrets."""
     masked = mask(path, value)
     if masked == HIDDEN != value:
         raise SkillError(f"{path} is secret: skills cannot read it")

@@ -34,7 +34,6 @@ class LuaState:
 
     :param memory: bytes of all Lua objects.
     :param bounds: the other limits by name.
-    :param modules: the module path.
     :param make_host: gets the function that makes Lua tables; returns the host functions.
     """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-_ANGLE = 1e-9
+_ANGLE = 1e-9  # radians and metres that count as rounding errors
 _LENGTH = 1e-9
 
 

@@ -64,7 +64,7 @@ class Move(SkillExecutor):
     def execute(self, call: SkillCall) -> Steps:
         """Drive to the nearest place, then along the path to the target."""
         target = self._node(call.text("to" if call.skill == "move" else "place"))
-        way = self._way(target)
+        way = self._path_to(target)
         whole, spare_s = self._length(way), 0.0
         self._then_us = self.clock.now_us()
         for number, node in enumerate(way):
@@ -83,21 +83,15 @@ class Move(SkillExecutor):
         self._publish()
 
     def _node(self, name: str) -> NavGraphNode:
-        """Return a place.
-
-        :raises SkillError: if the place is unknown.
-        """
+        """Return a place."""
         node = self.graph.node(name)
         if node is None:
             known = ", ".join(node.name for node in self.graph.nodes)
             raise SkillError(f"there is no place '{name}'", hint=f"there are: {known}")
         return node
 
-    def _way(self, target: NavGraphNode) -> list[NavGraphNode]:
-        """Return the path to a place, nearest place first; in a graph without edges only the target.
-
-        :raises SkillError: if there is no path.
-        """
+    def _path_to(self, target: NavGraphNode) -> list[NavGraphNode]:
+        """Return the path to a place, nearest place first; in a graph without edges only the target."""
         if not self.graph.edges:
             return [target]
         here = self.graph.closest_node(self.base.x, self.base.y)

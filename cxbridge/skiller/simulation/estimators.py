@@ -28,10 +28,8 @@ T = TypeVar("T")
 class SkillPattern:
     """An entry of a whitelist or blacklist.
 
-    :param name: the skill.
     :param args: regular expressions that must match the whole arguments.
     :param seconds: the duration, for the static estimator.
-    :param key: the key in the configuration.
     """
 
     name: str
@@ -52,7 +50,6 @@ class SkillSelection:
     """The common settings of estimators.
 
     :param whitelist: the skills that the estimator supports, first match wins; empty: all.
-    :param blacklist: the skills that it excludes.
     :param speed: divides durations.
     """
 
@@ -125,7 +122,6 @@ class StaticEstimator(Decider):
     """Durations from the configuration.
 
     :param whitelist: the first matching entry gives the duration.
-    :param blacklist: excluded skills.
     :param seconds: the default duration; None: no default.
     :param speed: divides durations.
     """
@@ -209,7 +205,6 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
 
 
 def _read_seconds(config: Configuration, path: str) -> float | None:
-    """Read a duration, or None."""
     if not config.exists(path):
         return None
     seconds = config.get_float(path)

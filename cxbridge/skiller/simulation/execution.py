@@ -37,7 +37,7 @@ def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall)
     elif outcome.seconds is None:
         yield from _share_of(executor.execute(call), outcome.share)
     elif outcome.failed:
-        yield from _until(executor, call, outcome.seconds)
+        yield from _steps_for(executor, call, outcome.seconds)
     else:
         yield from _wait(executor.clock, outcome.seconds)
     if outcome.then is not None:
@@ -47,7 +47,7 @@ def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall)
     return said
 
 
-def _until(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
+def _steps_for(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
     """Yield the steps of an executor for some seconds, and empty steps after its early end."""
     clock = executor.clock
     start_us = clock.now_us()

@@ -29,7 +29,6 @@ class Failure:
     :param pattern: the affected calls.
     :param probability: the probability of failure, 0 to 1.
     :param calls: the numbers of calls that fail, counted from 1 over the matching calls.
-    :param error: the error text.
     :param after: the share of its duration that a failing skill takes, 0 to 1.
     """
 

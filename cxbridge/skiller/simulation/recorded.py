@@ -36,7 +36,6 @@ ANY = ".*"
 class Sample:
     """A recorded execution of a skill.
 
-    :param skill_string: the requested skill string.
     :param seconds: the duration.
     :param status: S_FINAL or S_FAILED.
     """
@@ -55,7 +54,6 @@ class LookupEstimator(Decider):
     """Draws one of a skill's recorded executions with equal probability.
 
     :param samples: executions; skill strings with several calls are ignored.
-    :param selection: the supported skills.
     :param fully_match_args: whether an execution must match all arguments of the call, or only those in the
         whitelist's entry.
     :param include_failures: whether to draw failed executions, too.
@@ -80,7 +78,7 @@ class LookupEstimator(Decider):
         for sample in samples:
             try:
                 call = parse_skill_call(sample.skill_string)
-            except SkillError:
+            except SkillError:  # a recorded skill string may be any text
                 continue
             self._known.setdefault(call.name, []).append((call, sample))
 
@@ -135,7 +133,6 @@ class LookupEstimator(Decider):
         return Outcome(drawn.seconds / self.selection.speed, drawn.status, drawn.error)
 
     def _fits(self, known: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None) -> bool:
-        """Return whether a recorded call matches."""
         recorded = {key: as_text(value) for key, value in known.args.items()}
         if self._fully_match.of(entry):
             return all(recorded.get(key) in (ANY, as_text(value)) for key, value in call.args.items())

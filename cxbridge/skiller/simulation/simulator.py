@@ -177,10 +177,10 @@ class SkillerSimulator(SkillerBackend):
         self._interface.msgid = message.id
         self._interface.error = ""
         self._enqueued = True
-        self._begin(text)
+        self._start_skill(text)
         return True
 
-    def _begin(self, text: str) -> None:
+    def _start_skill(self, text: str) -> None:
         try:
             self._parts = [self._decide(call) for call in parse_skill_string(text)]
         except SkillError as error:  # Fawkes does not catch this exception
@@ -200,7 +200,6 @@ class SkillerSimulator(SkillerBackend):
         self._log.info(f"Executing '{text}', {duration}")
 
     def _decide(self, call: SkillStringCall) -> _Part:
-        """Return the decided end of a call."""
         decision = self._deciders.decide(call)
         if decision is None or decision.outcome.seconds is None:
             raise SkillError(

@@ -33,17 +33,14 @@ def emit_navgraph(bus: EventBus, graph: NavGraph) -> None:
 
 
 class NavGraphs:
-    """The last event of each graph. Thread-safe.
-
-    :param bus: emits the graphs.
-    """
+    """The last event of each graph. Thread-safe."""
 
     def __init__(self, bus: EventBus) -> None:
         self._bus = bus
         self._graphs: dict[str, NavGraphRead] = {}
-        bus.subscribe(self._take, NavGraphRead)
+        bus.subscribe(self._store_graph, NavGraphRead)
 
-    def _take(self, event: Event) -> None:
+    def _store_graph(self, event: Event) -> None:
         if isinstance(event, NavGraphRead):
             self._graphs = {**self._graphs, event.graph: event}
 
@@ -52,4 +49,4 @@ class NavGraphs:
 
     def close(self) -> None:
         """Stop listening."""
-        self._bus.unsubscribe(self._take)
+        self._bus.unsubscribe(self._store_graph)

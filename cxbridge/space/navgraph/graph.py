@@ -132,7 +132,6 @@ class NavGraph:
         """Return the closest node to a point.
 
         :param prop: only consider nodes with this property.
-        :param unconnected: also consider unconnected nodes.
         :param other_than: the name of a node to exclude.
         """
         candidates = [
@@ -218,7 +217,7 @@ class NavGraph:
         """
         for name in (start, goal):
             if name not in self._nodes:
-                raise NavGraphError(f"there is no node '{name}'", hint=_known(self._nodes))
+                raise NavGraphError(f"there is no node '{name}'", hint=_names_hint(self._nodes))
         target = self._nodes[goal]
         order = itertools.count()  # breaks ties of equal costs by the order of discovery
         queue = [(self._nodes[start].distance(target.x, target.y), next(order), 0.0, start, "")]
@@ -247,5 +246,5 @@ class NavGraph:
         return NavGraphPath(tuple(self._nodes[name] for name in reversed(names)), cost)
 
 
-def _known(names: Iterable[str]) -> str:
+def _names_hint(names: Iterable[str]) -> str:
     return "there are: " + (", ".join(sorted(names)) or "none")

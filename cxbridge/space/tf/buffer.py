@@ -36,7 +36,6 @@ class StampedTransform(Struct, frozen=True):
     """A transform at a time.
 
     :param stamp_us: the time.
-    :param frame: the parent frame.
     :param child_frame: the frame positioned in the parent.
     """
 
@@ -63,7 +62,7 @@ class _History:
             return True
         if self.stamps and entry.stamp_us < self.stamps[-1] - keep_us:
             return False
-        at = bisect_right(self.stamps, entry.stamp_us)
+        at = bisect_right(self.stamps, entry.stamp_us)  # transforms may arrive out of order
         self.stamps.insert(at, entry.stamp_us)
         self.entries.insert(at, entry)
         old = bisect_left(self.stamps, self.stamps[-1] - keep_us)
@@ -250,7 +249,6 @@ class TransformBuffer:
         return min(stamps, default=LATEST)
 
     def _parents(self, frame: str) -> list[StampedTransform]:
-        """Return the latest transforms from a frame to its root."""
         way: list[StampedTransform] = []
         while frame in self._histories:
             way.append(self._histories[frame].entries[-1])

@@ -18,8 +18,8 @@ Quaternion = tuple[float, float, float, float]
 ORIGIN: Final[Vector] = (0.0, 0.0, 0.0)
 NO_ROTATION: Final[Quaternion] = (0.0, 0.0, 0.0, 1.0)
 
-_LENGTH_TOLERANCE = 0.01
-_ALMOST_PARALLEL = 0.9995
+_LENGTH_TOLERANCE = 0.01  # as in Fawkes
+_ALMOST_PARALLEL = 0.9995  # close to parallel, the division by the sine of the angle loses precision
 
 
 def quaternion_from_yaw(yaw: float) -> Quaternion:

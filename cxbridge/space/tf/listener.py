@@ -24,7 +24,6 @@ class TransformListener(Listener, Observer):
     """Reads all present and future TransformInterfaces whose id starts with ``/tf``.
 
     :param buffer: gets the transforms; None makes one.
-    :param owner: the owner of the interfaces.
     """
 
     def __init__(

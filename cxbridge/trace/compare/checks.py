@@ -23,10 +23,7 @@ class TimeFrom(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """The allowed difference between the times of paired events.
-
-    :param seconds: the tolerance.
-    """
+    """The allowed difference between the times of paired events."""
 
     seconds: float
     since: TimeFrom = TimeFrom.THREAD

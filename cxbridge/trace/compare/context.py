@@ -79,10 +79,7 @@ def event_line(number: int, event: Event, start_us: int, *, here: bool = False) 
 
 
 def goal_lines(goals: Mapping[str, GoalTransition]) -> Iterator[GoalAtDifference]:
-    """Yield goals as a tree without retracted roots and their sub-goals.
-
-    :param goals: the last transition of each goal.
-    """
+    """Yield goals as a tree without retracted roots and their sub-goals."""
     forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
     for name, depth in forest.walk(name for name in forest.roots if goals[name].mode != "RETRACTED"):
         goal = goals[name]

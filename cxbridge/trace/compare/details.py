@@ -63,10 +63,7 @@ def _missing(run: Run) -> Missing:
 
 
 class _WithoutDetails(Run):
-    """A run without some details.
-
-    :param missing: the details to leave out.
-    """
+    """A run without some details."""
 
     def __init__(self, run: Run, missing: Missing) -> None:
         super().__init__(run.path, run.registry)

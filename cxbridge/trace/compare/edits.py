@@ -90,7 +90,6 @@ class Alignment:
         :param thread: the goal, plan or Skiller of a state. A state counts as changed if the other run has
             another state of the thread between the same pairs.
         :param owner: the goal of a state if only one run has the goal; its states become one edit.
-        :param joined: the kinds of edits that are joined if they are consecutive.
         """
         ours, theirs = self.loose(0), self.loose(1)
         steps = [self._steps(run, thread) for run in (0, 1)]
@@ -167,7 +166,6 @@ class Alignment:
 
 
 def _joined(edits: Iterable[Edit], kinds: tuple[DifferenceKind, ...]) -> Iterator[Edit]:
-    """Yield edits, joined if they have the same kind and consecutive states."""
     last: Edit | None = None
     for edit in edits:
         if last is not None and last.kind is edit.kind and edit.kind in kinds:

@@ -83,7 +83,8 @@ class _Matcher:
             renamed = _take_renamed(ours, theirs)
             self.match.renamed += renamed
             stack += [
-                (self._take(path, pair), pair[0].children, pair[1].children) for pair in (*pairs, *renamed)
+                (self._add_pair(path, pair), pair[0].children, pair[1].children)
+                for pair in (*pairs, *renamed)
             ]
             for only, left in zip(self.match.only, (ours, theirs), strict=True):
                 only.extend(left)
@@ -107,7 +108,7 @@ class _Matcher:
             label = self.match.labels[best] = self.match.labels[one]
             self.descend(label, one.children, best.children)
 
-    def _take(self, path: str, pair: Pair) -> str:
+    def _add_pair(self, path: str, pair: Pair) -> str:
         """Add a pair; return its label."""
         self.match.pairs.append(pair)
         label = self._label(path, pair[0])

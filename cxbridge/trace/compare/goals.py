@@ -26,7 +26,6 @@ GoalKey: TypeAlias = tuple[str, str]
 class Goal:
     """A goal and its plans.
 
-    :param parent: the last parent, if any.
     :param own: its transitions, without those that change only the parent.
     :param plans: the transitions of its plan-actions, by plan id; after reading, by ids that are equal in all
         runs.
@@ -143,14 +142,12 @@ class GoalForest:
         self._take_details(goal.details, event, ())
 
     def _action_transition(self, event: PlanActionTransition) -> None:
-        """Process a transition of a plan-action."""
         goal, plan = self._goal(event.env, event.goal), intern(event.plan)
         state = (event.action_id, event.action, event.state)
         goal.plans.setdefault(plan, []).append(Step(state, self.count, event.time_us))
         self._take_details(goal.plan_details.setdefault(plan, []), event, (event.action_id, event.action))
 
     def _take_details(self, steps: list[Step], event: Event, subject: State) -> None:
-        """Store the details of an event that changed."""
         news = zip(event.KIND.details, self._news.of(event), strict=True)
         words = [f"{name}={anonymous_fact(value)}" for name, value in news if value]
         if words:

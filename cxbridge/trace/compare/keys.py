@@ -335,7 +335,6 @@ def detail_change(one: Said, other: Said) -> Key | None:
 
 
 def _parts(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:
-    """Yield the parts of a key with their names."""
     at = 0
     for part in key[1:]:
         count = len(_PLACEHOLDER.findall(part))

@@ -119,7 +119,6 @@ class GoalAtDifference:
 class DifferenceContext:
     """The causes of a difference on one side.
 
-    :param lines: the events around it.
     :param rules: the preceding firings, if the run records them.
     :param goals: the goals that are not retracted, parents before their children.
     """
@@ -145,13 +144,13 @@ class AlignedRow:
 class Comparison:
     """The result of a comparison.
 
-    :param count_a: how many events of the view the first run has; ``count_b``: the second.
-    :param differences: those found, the first in the runs first; empty when the runs are the same.
-    :param other: which of the runs compared with shows the differences, from 0.
-    :param dropped: how many more differences there are than are kept.
-    :param rows: both runs next to each other around the first difference; may be empty.
-    :param alike: the part of the events that have a partner, from 0 to 1; None when it was not counted.
-    :param hints: hints for a person about the difference.
+    :param count_a: the number of compared events of the first run; ``count_b``: of the second.
+    :param differences: in the order of the runs; empty for equal runs.
+    :param other: the index of the run, among those compared with, that has the differences.
+    :param dropped: the number of further differences.
+    :param rows: both runs side by side around the first difference; may be empty.
+    :param alike: the share of paired events from 0 to 1, if it was computed.
+    :param hints: hints for the user.
     """
 
     view: View
@@ -172,7 +171,7 @@ class Comparison:
 
     @property
     def same(self) -> bool:
-        """Whether the runs are the same."""
+        """Whether the runs are equal."""
         return not self.differences and not self.dropped
 
     @property
@@ -187,6 +186,8 @@ def ends_early(differences: Sequence[Difference], count_a: int, count_b: int) ->
         (DifferenceKind.ONLY_A, count_b, "B", "A"),
         (DifferenceKind.ONLY_B, count_a, "A", "B"),
     ):
-        if differences and all(each.kind is kind and each.position >= count for each in differences):
+        if differences and all(
+            difference.kind is kind and difference.position >= count for difference in differences
+        ):
             return [f"{short} ends after its event {count}, {long} goes on"]
     return []

@@ -22,7 +22,7 @@ _INDEX_WITHIN = ("-idx ", "(meta-fact ", "<Fact-")
 _TIMES = re.compile(r"(?<![\w.-])[1-9]\d{9}(?:\.\d+|[ ,]+(?:INTEGER )?\d{1,6})?(?![\w.-])")
 _PAIR = re.compile(r"(?<![\w.-])(\d{1,9}) \d{1,6}(?![\w.-])")  # seconds and microseconds
 _DATED_US = 10**9 * MICROSECONDS
-_RECENT_S = 3600
+_RECENT_S = 3600  # numbers within the last hour of the run count as times
 _TIME_WITHIN = re.compile(r"\d{10}")
 _MSGID = re.compile(r"\(msgid (\d{1,18})\)")
 
@@ -142,7 +142,6 @@ class Namer:
     def _remember(
         self, cache: dict[str, tuple[str, Names]], text: str, bare: str, *, indices: bool
     ) -> tuple[str, Names]:
-        """Split a text and cache the result."""
         if len(cache) >= MAX_CACHED:
             cache.clear()
         found: list[int] = []

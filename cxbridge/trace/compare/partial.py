@@ -60,7 +60,7 @@ def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
             sides = (missing, there) if run else (there, missing)
             yield Difference(f"a goal that only {'AB'[run]} has", match.labels[goal], *sides, kind)
     for noun, text, pairs in (
-        ("another parent", _below, match.adopted),
+        ("another parent", _parent_text, match.adopted),
         ("another class or id", _named, match.renamed),
     ):
         for pair in pairs:
@@ -68,7 +68,7 @@ def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
             yield Difference(noun, f"goal {match.labels[pair[0]]}", ours, theirs)
 
 
-def _below(goal: Goal) -> str:
+def _parent_text(goal: Goal) -> str:
     """Return the text for the parent of a goal."""
     return f"goal {goal.key[1]} below {goal.parent[1] if goal.parent else 'no parent'}"
 
@@ -79,7 +79,6 @@ def _named(goal: Goal) -> str:
 
 
 def _goal_text(goal: Goal) -> str:
-    """Return the text for a goal that only one run has."""
     more = f", with {goal.size - 1} below it" if goal.size > 1 else ""
     return f"goal {goal.key[1]} of class {goal.goal_class}{more}"
 
@@ -165,8 +164,8 @@ def _relate(
     counts = [outer.before(inner) for outer, inner in (ours, theirs)]
     if not place[1]:
         # the way the tree is built decides whether parent or child is formulated first
-        for each in counts:
-            each[:1] = [max(1, first) for first in each[:1]]
+        for count in counts:
+            count[:1] = [max(1, first) for first in count[:1]]
     known = agreed.setdefault(place, _AgreedRelation(subject, *ours, counts[0], theirs[1], []))
     known.counts.append(counts[1])
 
@@ -182,13 +181,13 @@ def _broken(agreed: dict[Relation, _AgreedRelation]) -> Iterator[Difference]:
                     f"'{text_of(relation.inner[at].state)}' on the other side of transitions"
                     f" of goal {relation.outer.key[1]}",
                     relation.subject,
-                    Side(relation.inner[at].position, _after(relation.outer, ours)),
-                    Side(relation.theirs[at].position, _after(relation.outer, wanted)),
+                    Side(relation.inner[at].position, _position_text(relation.outer, ours)),
+                    Side(relation.theirs[at].position, _position_text(relation.outer, wanted)),
                     DifferenceKind.ORDER,
                 )
 
 
-def _after(goal: Goal, count: int) -> str:
+def _position_text(goal: Goal, count: int) -> str:
     """Return the text for a position among the transitions of a goal."""
     if count == 0:
         return "before its first transition"

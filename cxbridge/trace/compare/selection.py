@@ -38,7 +38,6 @@ def selectable() -> Mapping[str, Mapping[str, str]]:
 class EventPattern:
     """A pattern that selects events, or fields of events.
 
-    :param text: the user's text.
     :param field: a glob for fields; empty selects the event.
     :param tests: globs for fields of the event.
     """
@@ -54,10 +53,7 @@ class EventPattern:
         return self.kind == "goal" and not self.field and self.tests.keys() <= _WHOLE_GOAL
 
     def matches(self, kind: str, values: Mapping[str, str]) -> bool:
-        """Return whether the pattern selects an event of this kind.
-
-        :param values: the fields of the event by their names in patterns.
-        """
+        """Return whether the pattern selects an event of this kind."""
         return kind == self.kind and all(
             test.match(values.get(name, "")) is not None for name, test in self.tests.items()
         )
@@ -160,7 +156,6 @@ def with_kept(
 
 
 def compared(run: Iterable[Event], view: View, selection: Selection | None = None) -> Iterator[Event]:
-    """Yield the compared content of a run's events."""
     return (kept for _, kept in with_kept(run, view, selection) if kept is not None)
 
 
@@ -229,7 +224,6 @@ def _chosen_fields(event: Event, chosen: Sequence[EventPattern]) -> Event:
 
 
 def _without(event: Event, field: str) -> Event:
-    """Return the event without a field."""
     if isinstance(event, InterfaceWrite):
         glob = re.compile(translate(field))
         return replace(event, values={k: v for k, v in event.values.items() if not glob.match(k)})

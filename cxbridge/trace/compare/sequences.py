@@ -48,7 +48,6 @@ Rows: TypeAlias = dict[str, Callable[[], list[AlignedRow]]]
 
 
 def states_of(steps: Steps) -> tuple[State, ...]:
-    """Return the states of steps."""
     return tuple(step.state for step in steps)
 
 
@@ -57,7 +56,6 @@ class StepPair:
     """The steps of one goal, plan, Skiller or interface in both runs, with equal names.
 
     :param subject: the goal, plan, Skiller or interface.
-    :param noun: the noun for a step.
     :param steps: of both runs.
     :param timed: whether to compare times; False if other steps have the same times.
     """
@@ -71,7 +69,6 @@ class StepPair:
         """Return the differences in the order of the first run.
 
         :param begin: the start of each run in microseconds.
-        :param rows: gets the rows of the differences, by subject.
         """
         states = [states_of(steps) for steps in self.steps]
         times = times if self.timed else None
@@ -81,13 +78,12 @@ class StepPair:
         edits = alignment.edits(lambda run, at: states[run][at], lambda _run, _at: None, joined=ALONE)
         found = [self._difference(alignment, edit) for edit in edits]
         if times:
-            found += self._late(alignment, times)
+            found += self._late_steps(alignment, times)
         if found:
             rows[self.subject] = lambda: alignment.rows(lambda run, at: self._line(run, at, begin))
         return found
 
-    def _late(self, alignment: Alignment, times: PartnerTimes) -> Iterator[Difference]:
-        """Yield the steps whose times differ."""
+    def _late_steps(self, alignment: Alignment, times: PartnerTimes) -> Iterator[Difference]:
         for pair in alignment.pairs:
             ours, theirs = (steps[at] for steps, at in zip(self.steps, pair, strict=True))
             late = times.lag(self.subject, ours.time_us, theirs.time_us)
@@ -96,7 +92,6 @@ class StepPair:
                 yield Difference(position, self.subject, _side(ours), _side(theirs), DifferenceKind.TIME)
 
     def _difference(self, alignment: Alignment, edit: Edit) -> Difference:
-        """Describe an edit."""
         one, other = edit.at
         first, name = (other, "B") if one == NONE else (one, "A")
         position = f"its {self.noun} number {first + 1}"
@@ -121,7 +116,6 @@ class StepPair:
         return Side(steps[last].position if last != NONE else None, f"({where} {self.noun})")
 
     def _line(self, run: int, at: int, begin: tuple[int, int]) -> EventLine:
-        """Return a step as a line."""
         step = self.steps[run][at]
         seconds = (step.time_us - begin[run]) / MICROSECONDS
         return EventLine(step.position + 1, seconds, text_of(step.state), here=False)
@@ -152,7 +146,6 @@ def compare_steps(
 
 
 def _side(step: Step) -> Side:
-    """Return a step as a side of a difference."""
     return Side(step.position, text_of(step.state))
 
 

@@ -1,4 +1,4 @@
-"""A comparison for a page: the goals of both runs next to each other, and the causes of each difference."""
+"""A comparison for a page: the goals of both runs side by side, and the contexts of differences."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from cxbridge.trace.compare.selection import Selection, compared
 from cxbridge.trace.formats.base import Run
 
 EXPLAINED: Final = 30
-"""Differences whose causes are shown, the first ones."""
+"""The maximal number of differences with a context."""
 
 MOST_ROWS: Final = 500
-"""Goals that are shown, the first ones of the trees."""
+"""The maximal number of displayed goals."""
 
 Bar: TypeAlias = dict[str, Any]
 
@@ -111,7 +111,7 @@ def _bar(goal: GoalRecord, history: RunHistory, *, timed: bool) -> Bar:
 
 
 def _in_order(rows: Mapping[str, dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Yield the rows of parents before those of their children; siblings in the order of their beginnings."""
+    """Yield the rows of parents before those of their children, siblings by start."""
     below: dict[str, list[str]] = {}
     for label in rows:
         above = label.rpartition("/")[0]

@@ -111,7 +111,6 @@ class _PartnerChecks:
 
 
 def _between(one: Token, other: Token, kind: DifferenceKind, text: str) -> Difference:
-    """Return a difference between paired events."""
     ours, theirs = (Side(token.number, describe(token.event)) for token in (one, other))
     return Difference(text, subject_of(one.event), ours, theirs, kind)
 
@@ -133,7 +132,9 @@ class Divergence:
         self._alignment = Alignment(*([token.key for token in tail] for tail in tails))
         if any(token.names for tail in tails for token in tail):
             self._learn_names()
-            states = [[self._said(run, at) for at in range(len(tail))] for run, tail in enumerate(tails)]
+            states = [
+                [self._key_and_names(run, at) for at in range(len(tail))] for run, tail in enumerate(tails)
+            ]
             self._alignment = Alignment(*states)
             self._adopt_names()
 
@@ -209,7 +210,7 @@ class Divergence:
 
     def _content(self, run: int, at: int) -> Hashable:
         """Return the key of an event and its names, with all unpaired names equal."""
-        key, labels = self._said(run, at)
+        key, labels = self._key_and_names(run, at)
         return key, self._open(labels)
 
     def _thread(self, run: int, at: int) -> Hashable:
@@ -235,21 +236,21 @@ class Divergence:
         """Return the differing details of a changed event, which its text does not show, or None."""
         if edit.kind is not DifferenceKind.CHANGED:
             return None
-        return detail_change(self._said(0, edit.at[0]), self._said(1, edit.at[1]))
+        return detail_change(self._key_and_names(0, edit.at[0]), self._key_and_names(1, edit.at[1]))
 
-    def _said(self, run: int, at: int) -> Said:
+    def _key_and_names(self, run: int, at: int) -> Said:
         """Return the key of an event and its names, equal for both runs."""
         token = self._tails[run][at]
         return token.key, self._labels(run, token.names)
 
     def _difference(self, edit: Edit) -> Difference:
-        """Describe an edit."""
         tokens = [self._tails[run][at] for run, at in enumerate(edit.at) if at != NONE]
         ours, theirs = self._side(0, edit), self._side(1, edit)
-        return Difference(self._what(edit), subject_of(tokens[0].event), ours, theirs, edit.kind, edit.count)
+        return Difference(
+            self._edit_text(edit), subject_of(tokens[0].event), ours, theirs, edit.kind, edit.count
+        )
 
     def _side(self, run: int, edit: Edit) -> Side:
-        """Return the event of one run."""
         at = edit.at[run]
         if at != NONE:
             token = self._tails[run][at]
@@ -259,10 +260,9 @@ class Divergence:
         number = None if before == NONE else self._tails[run][before].number
         return Side(number, OVER if self._alignment.ends(run, edit) else NOTHING)
 
-    def _what(self, edit: Edit) -> str:
-        """Return the text for an edit."""
+    def _edit_text(self, edit: Edit) -> str:
         if edit.kind is DifferenceKind.CHANGED:
-            return changed_parts(self._said(0, edit.at[0]), self._said(1, edit.at[1]))
+            return changed_parts(self._key_and_names(0, edit.at[0]), self._key_and_names(1, edit.at[1]))
         events = "an event" if edit.count == 1 else f"{edit.count} events"
         if edit.kind is DifferenceKind.ORDER:
             later = edit.place[:2] == (edit.at[0], 0)
@@ -275,6 +275,5 @@ class Divergence:
         return f"{events} that only {name} has"
 
     def _line(self, run: int, at: int) -> EventLine:
-        """Return an event as a line."""
         token = self._tails[run][at]
         return event_line(token.number, token.event, self._start_us[run])

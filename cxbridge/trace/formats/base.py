@@ -16,7 +16,7 @@ from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.files import writing
 
-_MOST_DIGITS = 18
+_MOST_DIGITS = 18  # digits that fit 64 bits
 MAX_NOTES = 100
 """The maximal number of notes about a run."""
 

@@ -31,8 +31,8 @@ _CHANGES = ("==> f-", "<== f-")
 _OF_CLIPS = (*_CHANGES, "FIRE ")
 
 _LEVELS = {level.value: level for level in Level}
-_BUFFER = 64 * 1024
-_FLUSH_SECONDS = 0.5
+_BUFFER = 64 * 1024  # bytes; flushed by time, so that a killed run loses little
+_FLUSH_SECONDS = 0.5  # real time
 _DAY_US = 24 * 3600 * MICROSECONDS
 
 
@@ -171,7 +171,6 @@ class _Days:
 
 @lru_cache(maxsize=256)
 def _environment(component: str) -> str | None:
-    """Return the CLIPS environment of a component, or None."""
     match = _ENV.fullmatch(component)
     return from_record(match.group(1)) if match else None
 
@@ -253,7 +252,6 @@ class FawkesLogWriter(StreamWriter):
 
 
 def _encode(text: str) -> bytes:
-    """Encode a text in UTF-8; bytes of other encodings are preserved."""
     try:
         return text.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:

@@ -20,12 +20,11 @@ MAX_LINE = 4 * 1024 * 1024
 def files_starting(folder: Path, pattern: str, size: int, starts_well: Callable[[bytes], bool]) -> list[Path]:
     """Return the files in a folder whose start has a format, by name; empty if it is not a folder.
 
-    :param pattern: of the file names.
     :param size: the number of bytes that ``starts_well`` needs.
     """
     found = []
     for path in sorted(folder.glob(pattern)) if folder.is_dir() else ():
-        with suppress(OSError):
+        with suppress(OSError):  # an unreadable file is not part of the recording
             if path.is_file():
                 with path.open("rb") as file:
                     if starts_well(file.read(size)):

@@ -33,16 +33,16 @@ FORMAT_MODULES: Final[Table[ModuleType]] = Table(
 
 def formats() -> tuple[Format, ...]:
     """Return the readable formats, the most reliably recognised first."""
-    return _found(FORMAT_MODULES.rows, "FORMATS")
+    return _table_entries(FORMAT_MODULES.rows, "FORMATS")
 
 
 def copy_formats() -> dict[str, CopyFormat]:
     """Return the formats to which runs can be copied, by name."""
-    return {each.name: each for each in _found(FORMAT_MODULES.rows, "COPIES")}
+    return {entry.name: entry for entry in _table_entries(FORMAT_MODULES.rows, "COPIES")}
 
 
 @lru_cache(maxsize=8)
-def _found(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
+def _table_entries(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
     """Return the entries of a table of all modules, sorted by rank."""
     modules = [FORMAT_MODULES.load(row) for row in rows]
     found = [each for module in modules for each in getattr(module, table, ())]

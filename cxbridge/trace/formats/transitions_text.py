@@ -71,7 +71,6 @@ def _line(event: Transition) -> str:
 
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
-    """Return the transition in a line, or None."""
     env, line = ENV, from_record(line)
     if match := _ENV.fullmatch(line):
         env, line = match.groups()

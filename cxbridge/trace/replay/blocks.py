@@ -16,10 +16,7 @@ _HINT: Final = "its definition has changed since; --interface-dir DIR names the 
 
 
 class BlockMaker:
-    """Makes blocks of one interface type.
-
-    :param interface_class: the present type.
-    """
+    """Makes blocks of one interface type."""
 
     def __init__(self, interface_class: type[Interface]) -> None:
         self._names = {field.name for field in interface_class.fields()}

@@ -47,10 +47,7 @@ class ReplayMove(NamedTuple):
 
 
 class ReplayPositions:
-    """Converts recorded times to positions that decrease by at most :data:`OUT_OF_ORDER_US`.
-
-    :param start_us: the reference of the positions.
-    """
+    """Converts recorded times to positions that decrease by at most :data:`OUT_OF_ORDER_US`."""
 
     def __init__(self, start_us: int) -> None:
         self._high_us = start_us

@@ -9,7 +9,7 @@ from typing import Final, Protocol
 
 from cxbridge.clock import MICROSECONDS
 
-_SLICE_S: Final = 0.2
+_SLICE_S: Final = 0.2  # seconds between calls of ``on_wait``
 
 
 class Pace(Protocol):

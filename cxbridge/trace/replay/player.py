@@ -102,7 +102,7 @@ class ReplayPlayer:
         """Close the opened interfaces."""
         readers = [reader for reader in self._readers.values() if reader is not None]
         for instance in (*readers, *(writer for writer, _ in self._writers.values())):
-            with suppress(BlackBoardError):
+            with suppress(BlackBoardError):  # the blackboard may be gone already
                 instance.close()
         self._writers.clear()
         self._readers.clear()
@@ -122,7 +122,7 @@ class ReplayPlayer:
         writer, maker = found
         block = maker.make(event.values, event.time_us, event.uid)
         data = block[STAMP.size :]
-        writer.msgq_flush()
+        writer.msgq_flush()  # messages of other programs are not processed and would fill the queue
         writer.set_from_chunk(block)
         if data != self._data[event.uid]:
             self._data[event.uid] = data

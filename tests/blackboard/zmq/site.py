@@ -81,17 +81,17 @@ class ZmqSite(Site):
     def not_reading(self, client: Any) -> Iterator[None]:
         go_on = threading.Event()
         receiver = client._dispatcher
-        really_take = receiver._take
+        handle_message = receiver._handle_message
 
         def take(data: bytes) -> None:
             go_on.wait()
-            really_take(data)
+            handle_message(data)
 
-        receiver._take = take
+        receiver._handle_message = take
         try:
             yield
         finally:
-            receiver._take = really_take
+            receiver._handle_message = handle_message
             go_on.set()
 
     def skipped(self, client: Any) -> int:

@@ -360,13 +360,13 @@ def test_a_stopped_reader_costs_a_window_and_gets_the_newest_value(tmp_path):
         quick_reader = quick.open_for_reading(SampleInterface, "a")
         writer = made.client().open_for_writing(SampleInterface, "a")
         go_on = threading.Event()
-        really_take = slow._dispatcher._take
+        really_take = slow._dispatcher._handle_message
 
         def take(data: bytes) -> None:
             go_on.wait(LONG)
             really_take(data)
 
-        cast("Any", slow._dispatcher)._take = take
+        cast("Any", slow._dispatcher)._handle_message = take
         for count in range(1, 501):
             writer.count = count
             writer.write()

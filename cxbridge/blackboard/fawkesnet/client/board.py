@@ -150,7 +150,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             port.listeners.notify(kind, instance.serial)
             port.listeners.unregister(None, instance)
 
-    def _end(self) -> None:
+    def _shut_down(self) -> None:
         with self._lock:
             ports = tuple(self._all_ports)
             self._all_ports.clear()

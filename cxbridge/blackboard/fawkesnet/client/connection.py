@@ -19,7 +19,7 @@ from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDeco
 from cxbridge.blackboard.fawkesnet.sockets import acknowledge, tune
 from cxbridge.blackboard.kit.errors import ProtocolError
 
-_CHUNK: Final = 256 * 1024
+_CHUNK: Final = 256 * 1024  # bytes of one read
 
 
 class FawkesConnection:
@@ -95,7 +95,7 @@ class FawkesConnection:
 
     def finish(self, timeout: float) -> None:
         """End the connection after all sent data, and wait for the receiving thread."""
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # the peer may have closed the connection first
             self._sock.shutdown(socket.SHUT_WR)
         self._reason = self._reason or "it was closed"
         if self._thread is not threading.current_thread() and self._thread.is_alive():
@@ -105,7 +105,7 @@ class FawkesConnection:
         self._sock.close()
 
     def _cut(self) -> None:
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # the connection may be closed already
             self._sock.shutdown(socket.SHUT_RDWR)
 
     def _receive(self) -> None:

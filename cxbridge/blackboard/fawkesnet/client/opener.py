@@ -25,7 +25,6 @@ from cxbridge.interfaces.schema import InterfaceSchema
 class Opener:
     """Lists and opens the interfaces of one server.
 
-    :param requests: sends requests.
     :param remote: host and port, for messages.
     """
 
@@ -61,7 +60,7 @@ class Opener:
             if listed is None:
                 listed = [info.hash for info in self._requests.list(schema.name, "*").interfaces]
                 candidates = self._hashes.candidates(schema, listed)
-            candidates = [one for one in candidates if one not in tried]
+            candidates = [candidate for candidate in candidates if candidate not in tried]
             if not candidates:
                 raise VersionMismatchError(request.uid, next(iter(listed), b""), tried[0])
 

@@ -21,7 +21,7 @@ MAX_COUNTED_READERS: Final = 0xFFFF
 NOBODY: Final = UUID(int=0)
 """The unknown serial of a writer that opened the interface before this client connected."""
 
-_PENDING_LIMIT: Final = 20_000
+_PENDING_LIMIT: Final = 20_000  # waiting events of listeners, above which updates are conflated
 _SKIP: Final = STAMP.size
 
 
@@ -54,7 +54,6 @@ class RemotePort(BoardPort):
 
     :param board: the blackboard.
     :param uplink: sends data and messages.
-    :param request: the opened interface.
     :param mem_serial: the number of the interface in this client.
     :param opened: the server's reply.
     """
@@ -83,7 +82,7 @@ class RemotePort(BoardPort):
         self._has_writer = opened.has_writer
         self._num_readers = opened.num_readers
         if any(opened.block):
-            self._take(opened.block, changed=True)
+            self._store_block(opened.block, changed=True)
         self.instance: Final = request.make_instance(self, opened.serial)
 
     def received(self, block: bytes, *, changed: bool) -> Happened:
@@ -101,7 +100,7 @@ class RemotePort(BoardPort):
                     self._version += 1
                     self._changed = self._version
                 return self._happened(EventKind.DATA_CHANGED)
-            self._take(block, changed=changed)
+            self._store_block(block, changed=changed)
             if changed:
                 return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
             return self._happened(EventKind.DATA_REFRESHED)
@@ -143,7 +142,7 @@ class RemotePort(BoardPort):
         with self._lock:
             if opened.block == self._data:
                 return ()
-            self._take(opened.block, changed=True)
+            self._store_block(opened.block, changed=True)
             return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
 
     def admits_event(self) -> bool:
@@ -153,7 +152,7 @@ class RemotePort(BoardPort):
         """
         return self.events_waiting < _PENDING_LIMIT
 
-    def _take(self, block: bytes, *, changed: bool) -> None:
+    def _store_block(self, block: bytes, *, changed: bool) -> None:
         self._version += 1
         if changed or block[_SKIP:] != self._data[_SKIP:]:
             self._stamped = self._changed = self._version
@@ -242,10 +241,7 @@ class RemotePort(BoardPort):
         self.uplink.emit_message(self, message, SENT)
 
     def _open_serial(self) -> UUID:
-        """Return the serial at the server.
-
-        :raises ConnectionLostError: if the interface is not open there now.
-        """
+        """Return the serial at the server."""
         serial = self.serial
         if serial is None:
             raise self.uplink.unavailable()

@@ -54,8 +54,6 @@ class Reconnectable(Protocol):
 class Reconnector:
     """Restores lost connections in a thread.
 
-    :param client: the client.
-    :param connect: makes a connection.
     :param name: the server's name, for messages.
     :param silence: seconds of silence before the server is probed; 0: never.
     """

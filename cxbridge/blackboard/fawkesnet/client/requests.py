@@ -118,7 +118,7 @@ class RequestSender:
         request = _PendingRequest(expects, on_answer)
         timeout = self._timeout if timeout is None else timeout
         with self._one_at_a_time:
-            connection = self._begin(request, 0.0 if any_sign else timeout)
+            connection = self._send_request(request, 0.0 if any_sign else timeout)
             connection.send(question.to_bytes())
             patience = timeout
             while not request.done.wait(patience) and any_sign:
@@ -159,7 +159,7 @@ class RequestSender:
             request.done.set()
         return True
 
-    def _begin(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
+    def _send_request(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
         deadline = time.monotonic() + timeout
         with self._state:
             while self._connection is None and not self._gone:

@@ -72,7 +72,6 @@ class BlackBoardNetworkHandler(NetworkHandler):
     :param logger: logs the actions of clients.
     :param complaints: logs their mistakes.
     :param echo: whether clients receive their own writes, as from a Fawkes.
-    :param rights: the rights of clients.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.BLACKBOARD
@@ -146,10 +145,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
             )
 
     def _try_open(self, session: FawkesSession, asked: bb.Open) -> bb.OpenError | None:
-        """Open an interface; return the code of a refusal, or None.
-
-        :raises BlackBoardError: if no code fits the reason.
-        """
+        """Open an interface; return the code of a refusal, or None."""
         of_client = self._opened.setdefault(session, {})
         try:
             interface_class = self._board.registry.get(asked.type)
@@ -173,7 +169,6 @@ class BlackBoardNetworkHandler(NetworkHandler):
     def _open_listening(
         self, session: FawkesSession, interface_class: type[Interface], asked: bb.Open
     ) -> Opened:
-        """Open an interface with a listener that is registered before opening."""
         made: list[Opened] = []
         kinds: tuple[EventKind, ...] = ()
         if asked.writing and not self._echo:

@@ -117,7 +117,7 @@ class ConfigurationComponent(NetworkHandler):
             message = _to_message(value.path, masked(value))
             try:
                 fits = len(message.pack_entry()) <= MAX_ELEMENT and len(value.path.encode()) < PATH_SIZE
-            except MalformedMessageError:
+            except MalformedMessageError:  # a value that the frame cannot express is left out
                 continue
             if fits:
                 yield message
@@ -135,9 +135,9 @@ def _to_message(path: str, value: ConfigValue) -> ConfigMessage:
     texts = value.items if value.is_list else (value.text,)
     value_type = value.type
     scalars = tuple(_TO_VALUE[value_type](text) for text in texts)
-    if any(one is None for one in scalars):
+    if any(scalar is None for scalar in scalars):
         value_type, scalars = ConfigType.STRING, texts
-    values = tuple(one for one in scalars if one is not None)
+    values = tuple(scalar for scalar in scalars if scalar is not None)
     return ConfigMessage(VALUE_KINDS[value_type], path, values, is_list=value.is_list)
 
 

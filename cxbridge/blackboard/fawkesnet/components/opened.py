@@ -19,7 +19,6 @@ class Opened(Listener):
     Nothing is sent before the client knows the instance: OPEN_SUCCESS includes earlier events. Only a writer
     gets earlier messages, and the ends of readers that may have sent them, afterwards.
 
-    :param instance: the instance.
     :param session: the client.
     :param now_us: returns the time.
     """

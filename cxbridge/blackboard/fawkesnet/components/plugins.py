@@ -15,7 +15,7 @@ from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.errors import BlackBoardError, CxbridgeError
 
-_STOP_SECONDS: Final = 5.0
+_STOP_SECONDS: Final = 5.0  # a worker may be within a request that takes longer
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +53,7 @@ class PluginHost(Protocol):
 
 
 class PluginManager(NetworkHandler):
-    """Lists, loads and unloads plugins, and notifies watchers.
-
-    :param host: the owner of the plugins.
-    :param log: logs failures.
-    """
+    """Lists, loads and unloads plugins, and notifies watchers."""
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.PLUGIN_MANAGER
 

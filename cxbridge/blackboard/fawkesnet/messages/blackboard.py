@@ -22,7 +22,7 @@ from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, ComponentId
 from cxbridge.blackboard.fawkesnet.messages.layout import SERIAL, WORD, Layout, raw, text
 from cxbridge.clock import join_us, split_us
 
-TYPE_SIZE: Final = 48
+TYPE_SIZE: Final = 48  # fixed sizes of Fawkes' C structs, in bytes
 ID_SIZE: Final = 64
 MESSAGE_TYPE_SIZE: Final = 64
 HASH_SIZE: Final = 16
@@ -32,7 +32,7 @@ _INFO_STAMP: Final = Struct("=qq")
 _OPENED: Final = Struct(">16sII")
 DATA_HEAD: Final = Struct(">16sI")
 """The serial of the instance, and the size of the block."""
-_HAS_WRITER: Final = 1 << 31
+_HAS_WRITER: Final = 1 << 31  # the highest bit of the number of readers
 
 _PATTERN: Final = {
     "type": text(TYPE_SIZE, terminated=False),
@@ -214,7 +214,6 @@ class Open(BlackBoardMessage):
 class OpenSuccess(BlackBoardMessage):
     """The reply about an opened interface.
 
-    :param serial: the serial of the new instance.
     :param num_readers: including the new one.
     :param block: the present data.
     """
@@ -313,7 +312,6 @@ class InstanceEvent(BlackBoardMessage):
     """An added or removed instance of an interface.
 
     :param kind: READER_ADDED to WRITER_REMOVED.
-    :param serial: the receiving instance.
     :param event_serial: the added or removed instance.
     """
 
@@ -325,10 +323,7 @@ class InstanceEvent(BlackBoardMessage):
 
 @dataclass(frozen=True, slots=True)
 class InterfaceEvent(BlackBoardMessage):
-    """A created or destroyed interface.
-
-    :param kind: INTERFACE_CREATED or INTERFACE_DESTROYED.
-    """
+    """A created or destroyed interface."""
 
     kind: BoardKind
     type: str
@@ -404,5 +399,4 @@ def data_frame(serial: bytes, block: bytes, *, changed: bool) -> bytes:
 
 
 def data_frame_size(block_size: int) -> int:
-    """Return the size of a data message's frame."""
     return HEADER.size + DATA_HEAD.size + block_size

@@ -21,12 +21,12 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
 from cxbridge.config.scalars import ConfigType
 
-PATH_SIZE: Final = 128
+PATH_SIZE: Final = 128  # bytes of Fawkes' C struct
 _DESCRIPTOR: Final = Struct(f"={PATH_SIZE}sHH")
 _ENTRY_KIND: Final = Struct("=I")
 _STRING_HEAD: Final = Struct("=HH")
 _IS_DEFAULT: Final = 1
-_MAX_STRING: Final = 0xFFFF
+_MAX_STRING: Final = 0xFFFF  # the length of a string has 16 bits
 
 Scalar = bool | int | float | str
 
@@ -83,7 +83,6 @@ class ConfigMessage(WireValue):
     """A message about one path, or without path (SUBSCRIBE, UNSUBSCRIBE).
 
     :param path: at most 127 bytes.
-    :param values: a single value, or the values of a list.
     :param is_list: whether the value is a list. On the wire, an empty list looks like a scalar.
     :param is_default: whether the message concerns the default.
     """

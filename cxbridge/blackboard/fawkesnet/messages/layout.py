@@ -28,11 +28,11 @@ class WireType(NamedTuple):
     from_wire: Callable[[Any], Any]
 
 
-def _same(value: Any) -> Any:
+def _unchanged(value: Any) -> Any:
     return value
 
 
-WORD: Final = WireType("I", _same, _same)
+WORD: Final = WireType("I", _unchanged, _unchanged)
 """A 32-bit number."""
 
 SERIAL: Final = WireType("16s", lambda serial: serial.bytes, lambda raw: UUID(bytes=raw))
@@ -41,7 +41,7 @@ SERIAL: Final = WireType("16s", lambda serial: serial.bytes, lambda raw: UUID(by
 
 def raw(size: int) -> WireType:
     """Return the type of raw bytes."""
-    return WireType(f"{size}s", _same, _same)
+    return WireType(f"{size}s", _unchanged, _unchanged)
 
 
 def text(size: int, *, terminated: bool = True) -> WireType:
@@ -64,7 +64,7 @@ class Layout:
         self._name: Final = name
         self._fields: Final = fields
         self._has_block: Final = block
-        self._head: Final = Struct(">" + "".join(one.format for one in fields.values()) + "I" * block)
+        self._head: Final = Struct(">" + "".join(field.format for field in fields.values()) + "I" * block)
 
     @property
     def size(self) -> int:

@@ -18,7 +18,7 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
 )
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
 
-NAME_SIZE: Final = 32
+NAME_SIZE: Final = 32  # bytes of Fawkes' C struct
 
 
 class PluginKind(IntEnum):

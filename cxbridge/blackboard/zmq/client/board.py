@@ -124,7 +124,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
             self._interfaces.finish_closing(port, instance, port.seq)
         self._dispatcher.drain(self.timeout)
 
-    def _end(self) -> None:
+    def _shut_down(self) -> None:
         self._interfaces.invalidate_all()
         self._sender.close()
         self._session.stop()

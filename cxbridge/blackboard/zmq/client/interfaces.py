@@ -248,31 +248,30 @@ class OpenInterfaces:
         with self._sender.lock:
             self._reopening = 1
             for instance in instances:
-                self._ask_again(instance)
+                self._reopen(instance)
             if self.existence.on:
-                self._ask("watch", {}, self.existence.began)
-        self._done_one()
+                self._request("watch", {}, self.existence.began)
+        self._count_reply()
 
-    def _ask(self, kind: str, body: dict[str, Any], on_reply: Callable[[ZmqFrame], None]) -> None:
+    def _request(self, kind: str, body: dict[str, Any], on_reply: Callable[[ZmqFrame], None]) -> None:
         def done(frame: ZmqFrame) -> None:
             on_reply(frame)
-            self._done_one()
+            self._count_reply()
 
         self._reopening += 1
         self._sender.start(kind, body, b"", PendingRequest(done))
 
-    def _ask_again(self, instance: Interface) -> None:
+    def _reopen(self, instance: Interface) -> None:
         body = open_body(instance.SCHEMA, instance.id, instance.owner, instance.is_writer)
-        self._ask("open", body, lambda frame: self._reopened(instance, frame))
+        self._request("open", body, lambda frame: self._reopened(instance, frame))
 
     def _reopened(self, instance: Interface, frame: ZmqFrame) -> None:
-        """Connect an instance to its reopened interface, or invalidate it."""
         opened = frame.body.opened
         with self._lock:
             copy = self._copies.get((instance.type, instance.id))
             open_here = self._instances.pop(instance.serial.bytes, None) is instance
             if frame.body.code != ResultCode.OK:
-                self._give_up(copy, instance, frame)
+                self._abandon(copy, instance, frame)
             elif copy is None or not open_here:  # closed during the request
                 self._close_late(opened.instance)
             else:
@@ -296,7 +295,7 @@ class OpenInterfaces:
         """Return whether the last write of this client was lost with the session."""
         return seq < copy.expected if self._same_epoch else seq == 0
 
-    def _give_up(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
+    def _abandon(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
         code = ResultCode(frame.body.code).name
         self._board.warn(
             f"{instance.uid} of {instance.owner or 'no owner'} could not be opened again: {code}"
@@ -314,7 +313,7 @@ class OpenInterfaces:
         with self._sender.lock:
             self._sender.start("close", {"instance": serial}, b"", PendingRequest())
 
-    def _done_one(self) -> None:
+    def _count_reply(self) -> None:
         """Count a reply; after the last one, release the sender for all threads."""
         self._reopening -= 1
         if self._reopening:

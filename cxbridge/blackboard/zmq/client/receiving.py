@@ -35,7 +35,7 @@ from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, recei
 FULL: Final = 1024
 """The number of waiting events above which updates of one interface are conflated."""
 
-_BATCH: Final = 64
+_BATCH: Final = 64  # frames in a row, before credit is returned
 _AT_ONCE: Final = 20e-6  # seconds; a frame that is received in less time had arrived before
 _RETURN: Final = 4  # credit is returned in this many parts of the window
 
@@ -191,7 +191,7 @@ class EventReceiver(Dispatcher):
                 data = recv()
                 self._receiving = False
                 self.last_received_s = after = now()
-                self._take(data)
+                self._handle_message(data)
                 if after - before < _AT_ONCE:
                     self.take()  # update the copies by all waiting frames before calling listeners
                 elif self._credit >= self._return_at:
@@ -281,7 +281,7 @@ class EventReceiver(Dispatcher):
                 data = recv(NOBLOCK)
             except zmq.Again:
                 break
-            self._take(data)
+            self._handle_message(data)
             if self.fault:
                 return
         self.last_received_s = time.monotonic()
@@ -302,7 +302,7 @@ class EventReceiver(Dispatcher):
             self._turn = _SESSION
         self._wake_session()
 
-    def _take(self, data: bytes) -> None:
+    def _handle_message(self, data: bytes) -> None:
         """Handle one message whose first frame was received."""
         try:
             if not data:
@@ -312,11 +312,11 @@ class EventReceiver(Dispatcher):
                 self._handler.updated(data)
                 return
             frames = [data] if is_data_frame(data) else [data, *rest(self._events)]
-            self._take_frame(decode(frames, max_envelope=MAX_REPLY))
+            self._handle_frame(decode(frames, max_envelope=MAX_REPLY))
         except ProtocolError as error:
             self.fault = self.fault or error.message
 
-    def _take_frame(self, frame: ZmqFrame) -> None:
+    def _handle_frame(self, frame: ZmqFrame) -> None:
         if frame.kind == "gone":
             self.fault = f"the server ended the session ({_name(frame.body.code)}: {frame.body.text})"
             return

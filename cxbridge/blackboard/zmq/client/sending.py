@@ -196,7 +196,6 @@ class CommandSender:
     def start(self, kind: str, body: dict[str, Any] | SendBody, block: bytes, pending: PendingRequest) -> int:
         """Send a request and return its number; the caller holds the lock.
 
-        :param block: the block of a Send.
         :raises ProtocolError: if a value does not fit the frame.
         """
         request = next(self._requests)

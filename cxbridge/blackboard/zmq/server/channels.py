@@ -79,7 +79,7 @@ class Channel(Listener):
         :returns: the initial data, None if the session has them.
         """
         if self._carrier is None:
-            self._carry(instance)
+            self._set_carrier(instance)
         membership = self.members.get(session)
         value = None
         if membership is None or self in session.dirty:
@@ -100,7 +100,7 @@ class Channel(Listener):
             for session, membership in self.members.items():
                 for serial in membership.instances:
                     if serial != leaving.serial.bytes:
-                        self._carry(session.instances[serial])
+                        self._set_carrier(session.instances[serial])
                         return
 
     def leave(self, session: ZmqSession, instance: Interface) -> int:
@@ -116,7 +116,7 @@ class Channel(Listener):
             session.dirty.pop(self, None)
         return membership.sent
 
-    def _carry(self, instance: Interface) -> None:
+    def _set_carrier(self, instance: Interface) -> None:
         self._carrier = instance
         self._board.register_listener(self, instance, *_KINDS)
 

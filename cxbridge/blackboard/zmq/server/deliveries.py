@@ -73,21 +73,21 @@ class Deliveries:
         """Finish a delivery with the outcome that the client reports; expired deliveries are ignored."""
         delivery = self._pending.get(number)
         if delivery is not None and delivery.session is session:
-            self._end(number, code, detail)
+            self._finish_delivery(number, code, detail)
 
     def drop(self, session: ZmqSession, instance: bytes | None = None) -> None:
         """Fail the deliveries to a session, or to one of its writers."""
         for number, delivery in list(self._pending.items()):
             if delivery.session is session and instance in (None, delivery.instance):
-                self._end(number, ResultCode.NO_WRITER, 0)
+                self._finish_delivery(number, ResultCode.NO_WRITER, 0)
 
     def expire(self, now: float) -> None:
         """Fail the deliveries whose deadline has passed."""
         for number, delivery in list(self._pending.items()):
             if delivery.deadline < now:
-                self._end(number, ResultCode.TIMEOUT, 0)
+                self._finish_delivery(number, ResultCode.TIMEOUT, 0)
 
-    def _end(self, number: int, code: ResultCode, detail: int) -> None:
+    def _finish_delivery(self, number: int, code: ResultCode, detail: int) -> None:
         delivery = self._pending.pop(number)
         delivery.session.pending -= 1
         delivery.done(code, detail)
@@ -121,7 +121,7 @@ class Forwarder(Listener):
     def message_received(self, interface: Interface, message: Message) -> bool:
         if self._loop.inside():
             self.outcome.value = (ResultCode.OK, 0)
-            self._deliver(interface, message.copy(), self._note)
+            self._deliver(interface, message.copy(), self._log_failure)
             return True
         answered = threading.Event()
         answer = [(ResultCode.TIMEOUT, 0)]
@@ -135,7 +135,7 @@ class Forwarder(Listener):
         self.outcome.value = answer[0]
         return answer[0][0] is not ResultCode.DECLINED
 
-    def _note(self, code: ResultCode, detail: int) -> None:  # noqa: ARG002 - an outcome
+    def _log_failure(self, code: ResultCode, detail: int) -> None:  # noqa: ARG002 - an outcome
         if code not in (ResultCode.OK, ResultCode.DECLINED):
             self._log(f"a message of a listener was not delivered: {code.name}")
 

@@ -239,7 +239,6 @@ class RequestHandler:
 
 
 def _reply_list(session: ZmqSession, request: int, found: Sequence[InterfaceInfo]) -> None:
-    """Reply with descriptions of interfaces."""
     infos = [
         {
             "type": info.type,
@@ -257,7 +256,6 @@ def _reply_list(session: ZmqSession, request: int, found: Sequence[InterfaceInfo
 
 
 def _opened(channel: Channel, serial: bytes, value: InterfaceValue | None, seq: int) -> dict[str, Any]:
-    """Return the fields of an Opened."""
     members = [
         {"instance": member.serial.bytes, "owner": member.owner, "writer": member.is_writer}
         for member in channel.memory.instances()

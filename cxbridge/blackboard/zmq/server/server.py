@@ -105,10 +105,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         )
 
     def _prepare(self) -> None:
-        """Bind the sockets.
-
-        :raises EndpointError: if an endpoint cannot be bound.
-        """
+        """Bind the sockets."""
         self._epoch = os.urandom(SESSION_SIZE)
         self._context, self._own_context = context_for(self._lent_context, self.endpoints)
         self._authenticator = self._authenticate(self._context)
@@ -206,7 +203,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 ready = poll.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
         for session in tuple(self._sessions.values()):
             session.send("gone", {"code": int(ResultCode.SHUTDOWN), "text": "the server stops"})
-            self._end(session)
+            self._end_session(session)
         self.drain()
 
     def drain(self) -> None:
@@ -241,7 +238,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             frame = recv()
             more = rest(socket)
             try:
-                self._take(socket, route, frame, more)
+                self._handle_message(socket, route, frame, more)
             except ProtocolError as error:
                 self._complaints.add(str(error.message)[:40], f"a client was sent away: {error.message}")
                 self._send_away(socket, route, ResultCode.PROTOCOL, error.message)
@@ -249,7 +246,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._complaints.add(type(error).__name__, f"a client was sent away: {error!r}")
                 self._send_away(socket, route, ResultCode.REFUSED, "the server failed")
 
-    def _take(self, socket: zmq.Socket[bytes], route: bytes, data: bytes, more: list[bytes]) -> None:
+    def _handle_message(
+        self, socket: zmq.Socket[bytes], route: bytes, data: bytes, more: list[bytes]
+    ) -> None:
         """Handle one message."""
         session = self._sessions.get(route[1:])
         if session is None or route[:1] != COMMANDS:
@@ -271,7 +270,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         if not self._is_next(session, frame.number):
             return
         if frame.kind == "bye":
-            self._end(session)
+            self._end_session(session)
         else:
             self._requests.handle(session, frame)
 
@@ -294,7 +293,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             return
         before = self._sessions.get(body.replaces)
         if before is not None:
-            self._end(before)
+            self._end_session(before)
         if len(self._sessions) >= self._max_sessions:
             self._complaints.add(
                 "too many", f"more than {self._max_sessions} clients, the next are sent away"
@@ -333,9 +332,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             if self._sessions.get(session.id) is session:
                 self._complaints.add(code.name, f"client {session} is given up: {code.name}")
                 self._send_away(session.socket, EVENTS + session.id, code, "the session was ended")
-                self._end(session)
+                self._end_session(session)
 
-    def _end(self, session: ZmqSession) -> None:
+    def _end_session(self, session: ZmqSession) -> None:
         """Close the instances of a session."""
         session.failed = True
         if self._sessions.pop(session.id, None) is not None:
@@ -351,4 +350,4 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         except zmq.ZMQError:
             pass  # the client is gone, or does not read
         if session is not None and route[:1] == COMMANDS:
-            self._end(session)
+            self._end_session(session)

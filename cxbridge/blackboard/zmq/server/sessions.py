@@ -103,7 +103,6 @@ class ZmqSession:
         self._send_next(pack_deliver(self.numbers_out + 1, body, block))
 
     def _send_next(self, frame: bytes, block: bytes | None = None) -> None:
-        """Send a frame with the next number."""
         self.numbers_out += 1
         self.send_frame(frame, block)
 

@@ -17,7 +17,7 @@ VERSION: Final = 2
 MAX_TEXT: Final = 256
 """The maximal bytes of the names of owners, threads and clients, and of patterns."""
 
-WRITE: Final = 0xC1
+WRITE: Final = 0xC1  # first bytes above those of envelopes, by which frames are distinguished
 UPDATE: Final = 0xC2
 CREDIT: Final = 0xC3
 SEND: Final = 0xC4

@@ -28,7 +28,6 @@ def raise_refusal(
 
     :param uid: the interface of the request.
     :param hash_: the type to be opened.
-    :param message_type: the type of the sent message.
     :param serial: the sending instance.
     """
     body = reply.body

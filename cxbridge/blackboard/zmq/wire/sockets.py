@@ -101,10 +101,7 @@ def guard_file(endpoint: str) -> None:
 
 
 def _refuse_taken(endpoint: str) -> None:
-    """Check that no process serves an ipc endpoint, because libzmq would silently replace it.
-
-    :raises EndpointError: if a server remains for longer than a socket takes to close.
-    """
+    """Check that no process serves an ipc endpoint, because libzmq would silently replace it."""
     path = _ipc_path(endpoint)
     if path is None:
         return
@@ -112,11 +109,10 @@ def _refuse_taken(endpoint: str) -> None:
     while _is_served(str(path)):
         if time.monotonic() > until:
             raise EndpointError(f"another process serves {endpoint} already", hint="does another daemon run?")
-        time.sleep(0.01)
+        time.sleep(0.01)  # closing a socket takes a moment
 
 
 def _ipc_path(endpoint: str) -> Path | None:
-    """Return the file of an ipc endpoint, or None."""
     path = endpoint.removeprefix("ipc://")
     return None if path == endpoint or path.startswith("@") else Path(path)
 
@@ -126,18 +122,18 @@ class EndpointFile:
 
     def __init__(self, endpoint: str) -> None:
         self._path = _ipc_path(endpoint)
-        self._identity = self._look()
+        self._identity = self._file_identity()
 
     def remove(self) -> None:
         """Remove the file unless another process has replaced it.
 
         Call it before the endpoint is unbound, because no other daemon takes an endpoint that is served.
         """
-        if self._path is not None and self._identity is not None and self._look() == self._identity:
+        if self._path is not None and self._identity is not None and self._file_identity() == self._identity:
             with contextlib.suppress(OSError):  # the permissions may have changed
                 self._path.unlink()
 
-    def _look(self) -> tuple[int, int] | None:
+    def _file_identity(self) -> tuple[int, int] | None:
         if self._path is None:
             return None
         try:
@@ -196,7 +192,7 @@ def _bind_patiently(socket: Socket, endpoint: str) -> None:
         except zmq.ZMQError as error:
             if error.errno != zmq.EADDRINUSE or time.monotonic() > until:
                 raise
-            time.sleep(0.01)
+            time.sleep(0.01)  # closing a socket takes a moment
         else:
             return
 

@@ -21,7 +21,7 @@ from cxbridge.executive.host.values import FactAddress, Value, to_python
 PIECE: Final = 100
 """The number of facts in a piece, after which the caller may pause."""
 
-_MULTIFIELD: Final = 4
+_MULTIFIELD: Final = 4  # CLIPS' type code of multifields
 _WORDS: Final = ffi.typeof("intptr_t *")
 _WORD_BYTES: Final = ffi.sizeof("intptr_t")
 _POINTER: Final = ffi.typeof("void *")
@@ -91,7 +91,6 @@ class FactCopier:
     :param wanted: returns whether a deftemplate's facts are copied.
     :param begin: the number of wanted facts to skip.
     :param end: the number of wanted facts to stop at; None: all.
-    :param piece: the number of facts in a piece.
     """
 
     def __init__(
@@ -159,11 +158,10 @@ class FactCopier:
         self.copy.total += 1
         if number >= self._begin and (self._end is None or number < self._end):
             self.copy.templates[template.name] = template
-            values = self._words(ffi.cast(_WORDS, fact) + self._first, slots)
+            values = self._read_values(ffi.cast(_WORDS, fact) + self._first, slots)
             self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
 
-    def _words(self, words: CData, count: int) -> tuple[Value, ...]:
-        """Return the values behind ``count`` pointers."""
+    def _read_values(self, words: CData, count: int) -> tuple[Value, ...]:
         seen, values = self._seen, []
         for word in ffi.unpack(words, count):
             value = seen.get(word, seen)
@@ -175,7 +173,7 @@ class FactCopier:
         item.value = ffi.cast(_POINTER, word)
         if item.header.type == _MULTIFIELD:
             many = item.multifieldValue
-            return self._words(ffi.cast(_WORDS, many.contents), many.length)
+            return self._read_values(ffi.cast(_WORDS, many.contents), many.length)
         value = to_python(item)
         if isinstance(value, FactAddress):
             value = FactRef(int(lib.FactIndex(value.pointer)))

@@ -16,8 +16,8 @@ EXISTS_FUNCTION: Final = "fact-existp"
 """The name of the replaced function."""
 
 _INTEGER: Final = 1
-_FACT_ADDRESS: Final = 6
-_ALL_BITS: Final = (1 << 10) - 1
+_FACT_ADDRESS: Final = 6  # CLIPS' type code of fact addresses
+_ALL_BITS: Final = (1 << 10) - 1  # accept arguments of any type
 # the maximum number of retained facts
 _MOST: Final = 4096
 

@@ -13,9 +13,9 @@ from clips._clips import ffi, lib
 
 from cxbridge.executive.host.capi import EXTRA, NULL, CData, decode
 
-_MULTIFIELD = 4
-_POINTER = 8
-_SEARCHED_BYTES = 512
+_MULTIFIELD = 4  # CLIPS' type code of multifields
+_POINTER = 8  # bytes of a pointer
+_SEARCHED_BYTES = 512  # bytes of the struct that are searched for the marks
 
 
 @cache

@@ -89,7 +89,6 @@ class Modify:
         return None
 
     def _is_ordered(self, deftemplate: CData) -> bool:
-        """Return whether facts of a deftemplate are ordered."""
         template = decode(lib.DeftemplateName(deftemplate))
         if template not in self._ordered:
             names = ffi.new("CLIPSValue *")
@@ -98,7 +97,6 @@ class Modify:
         return self._ordered[template]
 
     def _slot_value(self, deftemplate: CData, slot: Symbol, values: tuple[Value, ...]) -> CData | None:
-        """Return a slot's value; None after a complaint."""
         template = decode(lib.DeftemplateName(deftemplate))
         key = (template, slot)
         if key not in self._multislots:

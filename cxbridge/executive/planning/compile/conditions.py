@@ -124,7 +124,6 @@ def bound(term: Term, binding: Binding) -> str:
 
 
 def fact_of(atom: Atom, binding: Binding) -> Fact:
-    """Return the fact of an atom."""
     return Fact(atom.predicate, tuple(bound(argument, binding) for argument in atom.arguments))
 
 

@@ -39,7 +39,6 @@ class Case:
 
 
 def changed_predicates(effect: Formula | None) -> Iterator[str]:
-    """Yield the predicates that an effect may change."""
     if isinstance(effect, Atom):
         yield effect.predicate
     elif isinstance(effect, When):
@@ -76,14 +75,13 @@ def cases(
 def _split(
     case: Case, conditional: list[tuple[tuple[Alternatives, Alternatives], set[Change]]]
 ) -> Iterator[Case]:
-    """Yield a case for each combination of true and false conditions."""
     if not conditional:
         yield case
         return
     (holds, fails), changes = conditional[0]
     for alternatives, extra in ((holds, frozenset(changes)), (fails, frozenset[Change]())):
-        for each in alternatives:
-            both = case.condition.joined(each)
+        for alternative in alternatives:
+            both = case.condition.joined(alternative)
             if both is not None:
                 yield from _split(Case(both, case.changes | extra), conditional[1:])
 
@@ -91,7 +89,6 @@ def _split(
 def _changes(
     evaluator: Evaluator, effect: Formula | None, when: Formula | None, binding: Binding
 ) -> Iterator[tuple[Formula | None, Binding, Change]]:
-    """Yield each change with its condition and the binding of that condition."""
     match effect:
         case None | NumericChange():
             return

@@ -73,7 +73,7 @@ class _Grounder:
         self._changing = {
             predicate for action in domain.actions for predicate in changed_predicates(action.effect)
         }
-        self._evaluator = Evaluator(ObjectTable(domain, problem), self._known)
+        self._evaluator = Evaluator(ObjectTable(domain, problem), self._static_truth)
         self._actions = domain.actions
         objects = ObjectTable(domain, problem)
         self._schemas = [
@@ -90,7 +90,7 @@ class _Grounder:
         self._bound: list[_Bound] = []
         self._usable: list[_Bound] = []
 
-    def _known(self, fact: Fact) -> bool | None:
+    def _static_truth(self, fact: Fact) -> bool | None:
         return None if fact.predicate in self._changing else fact in self._initial
 
     def task(self) -> StripsTask:

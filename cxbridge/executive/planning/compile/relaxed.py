@@ -32,9 +32,9 @@ from cxbridge.executive.planning.compile.grounding import reachable
 from cxbridge.executive.planning.compile.objects import ObjectTable
 from cxbridge.executive.planning.errors import PlanningError
 
-_MOST_ACTIONS: Final = 20_000
-_MOST_REASONS: Final = 5
-_MOST_NAMES: Final = 4
+_MOST_ACTIONS: Final = 20_000  # ground actions, above which the explanation would take too long
+_MOST_REASONS: Final = 5  # lines of the explanation
+_MOST_NAMES: Final = 4  # names in a line
 
 
 def unreached(domain: Domain, problem: Problem) -> list[str]:

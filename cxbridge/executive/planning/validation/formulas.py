@@ -121,7 +121,6 @@ def false_part(formula: Formula, bound: Bound, moment: Moment) -> str:
 
 
 def _values(term: Term, bound: Bound, truth: KnownState) -> list[str]:
-    """Return the function values of a term as text."""
     if not isinstance(term, FunctionTerm):
         return []
     value = truth.number(term, bound)

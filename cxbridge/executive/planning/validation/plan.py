@@ -50,7 +50,6 @@ class PlanMoment:
     :param step: the number of the step, from 1.
     :param part: ``start`` or ``end`` of a durative action; else empty.
     :param needs: the facts that its conditions read as true.
-    :param after: the state after all simultaneous moments.
     """
 
     time: float

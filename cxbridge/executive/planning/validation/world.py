@@ -11,7 +11,7 @@ from cxbridge.executive.planning.compile.objects import ObjectTable
 
 def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
     """Return the ground form of an atom or function term."""
-    return name, tuple(each.name for each in term.arguments if isinstance(each, Constant))
+    return name, tuple(argument.name for argument in term.arguments if isinstance(argument, Constant))
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,8 @@ from cxbridge.executive.robmem.mongodb.bsonvalues import from_bson
 from cxbridge.executive.robmem.store import OnChange, Watch
 from cxbridge.executive.robmem.values import Document
 
-_AWAIT_MS = 200
-_RETRY_S = 0.5
+_AWAIT_MS = 200  # milliseconds of one wait, between checks for the end of the watch
+_RETRY_S = 0.5  # seconds before a lost stream is opened again
 _TOLD = {"insert", "update", "replace", "delete"}
 
 

@@ -30,7 +30,7 @@ from cxbridge.executive.robmem.values import Document
 
 Client = MongoClient[Document]
 
-_SELECTION_MS = 2000
+_SELECTION_MS = 2000  # milliseconds until an absent server is reported
 _SOCKET_MS = 10_000
 # Seconds in which calls fail immediately after a failure, so that rules do not wait at every call.
 _PAUSE_S = 1.0

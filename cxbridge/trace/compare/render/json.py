@@ -10,13 +10,13 @@ from cxbridge.trace.compare.model import Difference
 from cxbridge.trace.compare.render.text import ComparisonReport, summary
 
 VERSION: Final = 2
-"""Version of the form; it grows when a field goes or changes its meaning, not when one is new."""
+"""The version of the format; increased when a field is removed or changes its meaning."""
 
 
 def plain_report(report: ComparisonReport, options: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return the outcome as values that JSON knows; numbers of events count from 1.
+    """Return the result as JSON values; numbers of events count from 1.
 
-    :param options: the options of the comparison, printed unchanged.
+    :param options: the options of the comparison.
     """
     comparison = report.comparison
     return {
@@ -38,7 +38,7 @@ def plain_report(report: ComparisonReport, options: Mapping[str, Any] | None = N
         "hints": list(comparison.hints),
         "notes": [f"{run.path}: {note}" for _, run, _ in report.sides for note in run.notes],
         "alike": comparison.alike,
-        "first": _first(report) if comparison.differences else None,
+        "first": _first_context(report) if comparison.differences else None,
     }
 
 
@@ -56,7 +56,7 @@ def plain_difference(difference: Difference) -> dict[str, Any]:
     }
 
 
-def _first(report: ComparisonReport) -> dict[str, Any]:
+def _first_context(report: ComparisonReport) -> dict[str, Any]:
     """Return the causes of the first difference."""
     return {
         "rows": [

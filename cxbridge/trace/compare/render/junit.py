@@ -14,9 +14,9 @@ _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff
 
 
 def write_junit(path: Path, report: ComparisonReport) -> None:
-    """Write one test case: it fails when the runs differ.
+    """Write a test case that fails if the runs differ.
 
-    :raises TraceError: when the file cannot be written.
+    :raises TraceError: if the file cannot be written.
     """
     comparison = report.comparison
     level = f"{comparison.view.value}.{comparison.order.value}"

@@ -160,12 +160,10 @@ def _rows(rows: Sequence[AlignedRow]) -> Iterator[str]:
 
 
 def _line(line: EventLine) -> str:
-    """Return an event on one line."""
     return f"{line.number:6d} {line.seconds:+11.6f} {short(line.text)}"
 
 
 def _context(name: str, context: DifferenceContext, *, lines: bool) -> Iterator[str]:
-    """Yield the context of the first difference on one side."""
     if lines and context.lines:
         yield ""
         yield f"what led to it in {name}:"

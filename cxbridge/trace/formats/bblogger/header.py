@@ -40,7 +40,7 @@ COUNT_OFFSET: Final = FLAG_OFFSET + 4
 """The offset of the number of entries."""
 
 _TYPE_NAME = re.compile(rb"[A-Za-z_]\w*")
-_SCENARIO_SIZE: Final = 32
+_SCENARIO_SIZE: Final = 32  # fixed sizes of Fawkes' C struct, in bytes
 _TYPE_SIZE: Final = 48
 _ID_SIZE: Final = 64
 _FIELDS: Final = struct.Struct(f"<II{_SCENARIO_SIZE}s{_TYPE_SIZE}s{_ID_SIZE}s16sIqq")

@@ -33,7 +33,7 @@ RAW = "block"
 
 _ENTRY = struct.Struct("<II")
 _STAMP = struct.Struct("<qq")
-_READ_SIZE = 1 << 18
+_READ_SIZE = 1 << 18  # bytes of one read
 _MAX_US = (1 << 63) // 1000  # the maximum of mcap, which counts nanoseconds
 _ASCTIME_FROM_S = 1_000_000_000
 
@@ -66,7 +66,6 @@ class BBLoggerFile(Run):
         return self._open()[0]
 
     def _open(self) -> tuple[Header, int]:
-        """Return the header and the size of the file in bytes."""
         with reading(self.path), self.path.open("rb") as file:
             size = self.path.stat().st_size
             return read_header(file.read(HEADER_SIZE), self.path, self._definitions), size
@@ -197,6 +196,6 @@ def start_text(time_us: int) -> str:
     if seconds >= _ASCTIME_FROM_S:
         try:
             return time.asctime(time.localtime(seconds))
-        except (OverflowError, ValueError, OSError):
+        except (OverflowError, ValueError, OSError):  # years beyond the range of the C library
             pass
     return f"{seconds}:{microseconds}"

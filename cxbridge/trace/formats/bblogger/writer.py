@@ -76,11 +76,10 @@ class BBLoggerWriter(RunWriter):
             return
         file = self._files.get(event.uid)
         if file is None:
-            file = self._files[event.uid] = self._begin(event)
+            file = self._files[event.uid] = self._create_file(event)
         file.append(pack_entry(event.time_us - self._start_us, event.block))
 
-    def _begin(self, event: BlockWrite) -> _InterfaceFile:
-        """Create the file of an interface."""
+    def _create_file(self, event: BlockWrite) -> _InterfaceFile:
         header = pack_header(
             self._scenario, event.uid, _hash_for_fawkes(event), len(event.block), start_us=self._start_us
         )
@@ -125,7 +124,7 @@ class _InterfaceFile:
         with writing(path):
             self._file = path.open("wb", buffering=0)
             try:
-                self._put(header, 0)
+                self._write_at(header, 0)
             except OSError:
                 self._file.close()
                 raise
@@ -137,9 +136,9 @@ class _InterfaceFile:
         """
         with writing(self._path):
             if self._settled:
-                self._put(pack_count(0), COUNT_OFFSET)
+                self._write_at(pack_count(0), COUNT_OFFSET)
                 self._settled = False
-            self._put(entry, self._end)
+            self._write_at(entry, self._end)
         self._end += len(entry)
         self._count += 1
 
@@ -149,7 +148,7 @@ class _InterfaceFile:
         :raises TraceError: if the file cannot be written.
         """
         with writing(self._path):
-            self._put(pack_count(self._count), COUNT_OFFSET)
+            self._write_at(pack_count(self._count), COUNT_OFFSET)
         self._settled = True
 
     def close(self) -> None:
@@ -159,10 +158,9 @@ class _InterfaceFile:
         """
         with writing(self._path), self._file:
             self._file.truncate(self._end)
-            self._put(pack_count(self._count), COUNT_OFFSET)
+            self._write_at(pack_count(self._count), COUNT_OFFSET)
 
-    def _put(self, data: bytes, offset: int) -> None:
-        """Write all data at an offset."""
+    def _write_at(self, data: bytes, offset: int) -> None:
         self._file.seek(offset)
         rest = memoryview(data)
         while rest:

@@ -99,14 +99,14 @@ class CsvWriter(RunWriter):
         file = self._files.get(event.uid)
         if file is None:
             try:
-                file = self._begin(event.uid)
+                file = self._create_file(event.uid)
             except InterfaceError as error:
                 self._unknown[event.uid] = error.message
                 return
             self._files[event.uid] = file
         file.write(event.time_us - self._start_us, event.values)
 
-    def _begin(self, uid: str) -> _CsvFile:
+    def _create_file(self, uid: str) -> _CsvFile:
         """Create the file of an interface."""
         schema = self._registry.schema(uid.partition("::")[0])
         if self._single:
@@ -135,7 +135,7 @@ class _CsvFile:
             for field in fields
         ]
         self._file = _open(path)
-        self._put(title.encode())
+        self._write_line(title.encode())
 
     def write(self, since_us: int, values: Mapping[str, Any]) -> None:
         """Write a row."""
@@ -152,9 +152,9 @@ class _CsvFile:
                     f"the recording has {value!r:.40} as the field '{name}'", file=self._path
                 ) from None
             cells.append(", ".join(texts).encode("utf-8", "backslashreplace"))
-        self._put(b";".join(cells))
+        self._write_line(b";".join(cells))
 
-    def _put(self, line: bytes) -> None:
+    def _write_line(self, line: bytes) -> None:
         with writing(self._path):
             self._file.write(line + b"\n")
 
@@ -168,7 +168,6 @@ class _CsvFile:
 
 
 def _convert_file(run: BBLoggerFile, path: Path) -> None:
-    """Convert one bblogger file to CSV."""
     header = run.header
     if header.schema is None:
         raise TraceError(header.problem, file=run.path, hint="without a definition there are no columns")
@@ -194,7 +193,6 @@ def _elements(fields: Sequence[FieldSchema]) -> list[tuple[FieldSchema, int]]:
 
 
 def _cell(field: FieldSchema, first: int) -> Callable[[tuple[Any, ...]], bytes]:
-    """Return a function for the cell of a field."""
     # a string ends at the first zero, but a single char is written in any case, as in ffbblog
     if field.is_string:
         if field.length == 1:
@@ -247,7 +245,7 @@ def _several(path: Path) -> TraceError:
 
 def heading(schema: InterfaceSchema) -> str:
     """Return the first line of a file without line feed."""
-    columns = (f";{each.name} ({each.runtime_type}[{each.runtime_length}])" for each in schema.fields)
+    columns = (f";{field.name} ({field.runtime_type}[{field.runtime_length}])" for field in schema.fields)
     return "".join([TITLE, *columns])
 
 

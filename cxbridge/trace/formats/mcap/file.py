@@ -20,7 +20,7 @@ from cxbridge.trace.formats.mcap.records import Fields
 CHUNK_SIZE: Final = 256 * 1024
 """The size in bytes at which a chunk is completed."""
 
-_MESSAGE_INDEX: Final = 0x07
+_MESSAGE_INDEX: Final = 0x07  # kinds of records (https://mcap.dev/spec) that only the writer needs
 _CHUNK_INDEX: Final = 0x08
 _ATTACHMENT_INDEX: Final = 0x0A
 _STATISTICS: Final = 0x0B
@@ -31,7 +31,7 @@ _DATA_END: Final = 0x0F
 # The start of a message up to its data: its record's head, channel, sequence, log time, publish time.
 _MESSAGE: Final = struct.Struct("<BQHIQQ")
 _MESSAGE_FIELDS: Final = _MESSAGE.size - mcap.HEAD.size
-_LATEST: Final = (1 << 64) - 1
+_LATEST: Final = (1 << 64) - 1  # mcap times are unsigned 64 bit integers
 
 
 _LENGTH: Final = struct.Struct("<I")
@@ -61,7 +61,6 @@ class McapFile:
     """An mcap file that is being written; errors are those of the operating system.
 
     :param file: positioned at its start.
-    :param profile: the name of the file's profile.
     :param library: the name of the writing program.
     """
 
@@ -77,9 +76,9 @@ class McapFile:
         self._chunk_index: list[bytes] = []
         self._attachment_index: list[bytes] = []
         self._metadata_index: list[bytes] = []
-        self._put(mcap.MAGIC, _record(mcap.HEADER, _text(profile), _text(library)))
+        self._append(mcap.MAGIC, _record(mcap.HEADER, _text(profile), _text(library)))
 
-    def _put(self, *parts: bytes | bytearray) -> int:
+    def _append(self, *parts: bytes | bytearray) -> int:
         """Write data to the file; return their offset."""
         at = self._at
         for part in parts:
@@ -139,8 +138,7 @@ class McapFile:
         )
 
     def _put_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
-        """Write a record, and its entry to an index."""
-        place = struct.pack("<QQ", self._put(record), len(record))
+        place = struct.pack("<QQ", self._append(record), len(record))
         index.append(_record(kind, place, *entry))
 
     def copy_record(self, kind: int, content: bytes) -> None:
@@ -195,11 +193,13 @@ class McapFile:
             self._counts[channel] += len(index) // 2
         if times:
             self._earliest, self._latest = min(self._earliest, start), max(self._latest, end)
-        at = self._put(mcap.HEAD.pack(mcap.CHUNK, size), head, chunk)
+        at = self._append(mcap.HEAD.pack(mcap.CHUNK, size), head, chunk)
         index_at = self._at
         places = [
             struct.pack(
-                "<HQ", channel, self._put(_record(_MESSAGE_INDEX, struct.pack("<H", channel), _pairs(index)))
+                "<HQ",
+                channel,
+                self._append(_record(_MESSAGE_INDEX, struct.pack("<H", channel), _pairs(index))),
             )
             for channel, index in indexes.items()
         ]
@@ -217,7 +217,7 @@ class McapFile:
     def finish(self) -> None:
         """Write the last chunk, and the summary with the indexes."""
         self.finish_chunk()
-        self._put(_record(_DATA_END, struct.pack("<I", 0)))
+        self._append(_record(_DATA_END, struct.pack("<I", 0)))
         start, summary, offsets = self._at, bytearray(), bytearray()
         for kind, records in (
             (mcap.SCHEMA, [*self._schemas.values()][1:]),
@@ -235,7 +235,7 @@ class McapFile:
         footer = struct.pack("<QQ", start, start + len(summary))
         head = mcap.HEAD.pack(mcap.FOOTER, len(footer) + 4)
         crc = zlib.crc32(footer, zlib.crc32(head, zlib.crc32(offsets, zlib.crc32(summary))))
-        self._put(summary, offsets, head, footer, struct.pack("<I", crc), mcap.MAGIC)
+        self._append(summary, offsets, head, footer, struct.pack("<I", crc), mcap.MAGIC)
 
     def _statistics(self) -> bytes:
         messages = sum(self._counts.values())

@@ -89,10 +89,7 @@ class McapRun(Run):
                     )
 
     def _attached(self, record: Record, stored: mcap.StoredAttachment) -> bytes:
-        """Return the bytes of an attachment.
-
-        :raises TraceError: if they cannot be read, or are damaged.
-        """
+        """Return the bytes of an attachment."""
         with self._opened() as file:
             try:
                 return mcap.attachment_data(file, stored, record)
@@ -124,7 +121,7 @@ class McapRun(Run):
         for record in self._records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
             try:
                 if record.kind == mcap.CHUNK:
-                    yield mcap.chunk_records(_rest(file, record), whole=record.whole)
+                    yield mcap.chunk_records(_available_content(file, record), whole=record.whole)
                 else:
                     yield mcap.HEAD.pack(record.kind, record.size) + mcap.content(file, record)
             except DamageError as error:
@@ -167,10 +164,7 @@ class McapRun(Run):
 
 
 class _Channels:
-    """The decoders of the channels.
-
-    :param wanted: the types of events to decode.
-    """
+    """The decoders of the channels."""
 
     def __init__(self, wanted: Iterable[type[Event]]) -> None:
         self._wanted = {
@@ -193,7 +187,7 @@ class _Channels:
                 self.decoders[number] = decode
 
 
-def _rest(file: IO[bytes], record: Record) -> bytes:
+def _available_content(file: IO[bytes], record: Record) -> bytes:
     """Return the content of a record, or the existing part of it."""
     if record.whole:
         return mcap.content(file, record)

@@ -42,7 +42,7 @@ HEAD: Final = struct.Struct("<BQ")
 """The start of every record: its kind and the length of its content."""
 
 _CRC: Final = struct.Struct("<I")
-_LONGEST_NAMES: Final = 64 * 1024
+_LONGEST_NAMES: Final = 64 * 1024  # bytes that contain the names of an attachment, without its data
 
 
 class DamageError(ValueError):
@@ -119,20 +119,20 @@ class Fields:
 
     def short(self) -> int:
         """Return a 16 bit number."""
-        return int.from_bytes(self._take(2), "little")
+        return int.from_bytes(self._next_bytes(2), "little")
 
     def number(self) -> int:
         """Return a 32 bit number."""
-        return int.from_bytes(self._take(4), "little")
+        return int.from_bytes(self._next_bytes(4), "little")
 
     def long(self) -> int:
         """Return a 64 bit number."""
-        return int.from_bytes(self._take(8), "little")
+        return int.from_bytes(self._next_bytes(8), "little")
 
     def text(self) -> str:
         """Return a text."""
         try:
-            return self._take(self.number()).decode()
+            return self._next_bytes(self.number()).decode()
         except UnicodeDecodeError as error:
             raise DamageError("a text that is not UTF-8") from error
 
@@ -145,7 +145,7 @@ class Fields:
             found[key] = self.text()
         return found
 
-    def _take(self, size: int) -> bytes:
+    def _next_bytes(self, size: int) -> bytes:
         end = self.at + size
         if end > len(self._data):
             raise DamageError("a record that ends too early")
@@ -199,7 +199,6 @@ def attachment_data(file: IO[bytes], stored: StoredAttachment, record: Record) -
 def chunk_records(data: bytes, *, whole: bool) -> bytes:
     """Return the records within a chunk.
 
-    :param data: the content of the chunk's record.
     :param whole: whether the data are complete.
     :raises DamageError: if they are damaged or too large, or have an unknown compression.
     """
@@ -218,7 +217,6 @@ def chunk_records(data: bytes, *, whole: bool) -> bytes:
 
 
 def _unpacked(packing: str, data: bytes, size: int) -> bytes:
-    """Decompress data to at most ``size`` + 1 bytes."""
     # the extra byte reveals that there is more than the chunk states
     if not packing:
         return data

@@ -43,10 +43,7 @@ def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
 
 
 def _copy(source: Path, target: IO[bytes]) -> list[str]:
-    """Write the intact records of ``source`` to ``target``, with summary and footer; return the damage.
-
-    :raises TraceError: if there are none.
-    """
+    """Write the intact records of ``source`` to ``target``, with summary and footer; return the damage."""
     left_out = 0
     ended = False
     copy: McapFile | None = None

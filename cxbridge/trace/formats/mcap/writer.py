@@ -22,8 +22,8 @@ from cxbridge.trace.formats.mcap.file import McapFile
 from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_NAME
 from cxbridge.trace.sourcing import SourceNamer
 
-_FLUSH_SECONDS = 0.5
-_MOST_PENDING = 512
+_FLUSH_SECONDS = 0.5  # real time
+_MOST_PENDING = 512  # events whose writing together is cheaper
 
 
 class McapWriter(RunWriter):

@@ -26,7 +26,7 @@ _FACT = re.compile(r"(?:==>|<==) f-\d+ +(\(.*)", re.DOTALL)
 _TEMPLATE_FACT = re.compile(r"\([^\s()]+ (?:\.\.\. )?\(")
 _GLUED = re.compile(r"(?:==>|<==) f-\d+ +\(.*\)\Z|FIRE (?: {0,3}\d{1,4}|\d{5,}) [^: ]+:(?: [^ ]*)?\Z")
 _LEFT_OUT = " ..."
-_MAX_TRIES = 200
+_MAX_TRIES = 200  # joined lines at which a fact without end is given up
 
 
 class ClipsWatch(Run):
@@ -77,7 +77,7 @@ class ClipsWatch(Run):
             whole = ends
             if size > MAX_LINE:
                 raise TraceError(f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=first)
-            if ends and not _goes_on(lines):
+            if ends and not _is_incomplete(lines):
                 yield first, "\n".join(lines), True
                 lines = []
         if lines:
@@ -97,7 +97,7 @@ class _WatchedFacts:
 
         :raises FactSyntaxError: if the fact cannot be parsed.
         """
-        text = self._whole(event)
+        text = self._whole_text(event)
         modified = text != event.text
         if modified:
             event = FactChange(event.time_us, ENV, event.asserted, event.index, event.template, text)
@@ -115,7 +115,7 @@ class _WatchedFacts:
         if len(self._texts) > MAX_FACTS:
             del self._texts[next(iter(self._texts))]
 
-    def _whole(self, event: FactChange) -> str:
+    def _whole_text(self, event: FactChange) -> str:
         """Return the text of a fact, completed by slots of its previous text."""
         if _LEFT_OUT not in event.text:
             return event.text
@@ -133,7 +133,7 @@ class _WatchedFacts:
         return f"({template}{''.join(texts)})"
 
 
-def _goes_on(lines: list[str]) -> bool:
+def _is_incomplete(lines: list[str]) -> bool:
     """Return whether lines start a fact that continues after a line feed in a string."""
     match = (
         _FACT.match("\n".join(lines))
