@@ -153,6 +153,14 @@ def test_a_message_without_a_writer_has_id_0_and_the_blackboard_tells(env, log):
     assert [line.component for line in log.lines if line.level is Level.WARN] == ["BlackBoard"]
 
 
+def test_closing_ends_reading_and_frees_the_writer(env, board):
+    env.eval('(blackboard-open-writing "TestInterface" "T")')
+    env.eval('(blackboard-close "TestInterface" "T")')
+    env.eval('(blackboard-close "Nothing" "T")')
+    with board.open_for_writing("TestInterface", "T"):
+        pass
+
+
 def test_destroying_the_environment_closes_its_interfaces(env, manager, board):
     env.eval('(blackboard-open-writing "TestInterface" "T")')
     manager.destroy("executive")

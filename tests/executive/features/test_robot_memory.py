@@ -192,6 +192,19 @@ def test_who_forgets_to_destroy_is_told(log, bus):
 # --- collections ------------------------------------------------------------------------------------------
 
 
+def test_inserting_updating_removing(do, doc, memory):
+    do("robmem-insert", C, doc('{"a": 1, "b": 1}'))
+    do("robmem-upsert", C, doc('{"a": 2}'), doc('{"a": 2}'))
+    do("robmem-upsert", C, doc('{"b": 2}'), '{"a": 2}')
+    do("robmem-update", C, doc('{"b": 3}'), '{"a": 1}')
+    do("robmem-update", C, doc('{"b": 3}'), '{"a": 9}')
+    assert contents(memory) == [{"a": 1, "b": 3}, {"a": 2, "b": 2}]
+    do("robmem-replace", C, doc('{"c": 4}'), '{"a": 1}')
+    assert contents(memory)[0] == {"a": 1, "b": 3, "c": 4}
+    do("robmem-remove", C, doc('{"a": 2}'))
+    assert len(contents(memory)) == 1
+
+
 def test_cursors(do, doc):
     for number in (1, 3, 2):
         do("robmem-insert", C, doc(f'{{"n": {number}}}'))
@@ -327,6 +340,24 @@ def test_a_trigger_with_a_query(do, doc, env, manager):
 
 def mutex(memory, name="m"):
     return next(iter(memory.store.find(MUTEXES, {"_id": name})), None)
+
+
+def test_a_mutex_from_its_making_to_its_end(do, memory):
+    assert do("robmem-mutex-create", "m") == TRUE
+    assert do("robmem-mutex-create", "m") == FALSE
+    assert mutex(memory) == {"_id": "m", "locked": False}
+    assert do("robmem-mutex-try-lock", "m", "me") == TRUE
+    assert mutex(memory)["locked-by"] == "me"
+    assert do("robmem-mutex-try-lock", "m", "other") == FALSE
+    assert do("robmem-mutex-try-lock", "m", "me") == FALSE
+    assert do("robmem-mutex-renew-lock", "m", "other") == FALSE
+    assert do("robmem-mutex-renew-lock", "m", "me") == TRUE
+    assert do("robmem-mutex-unlock", "m", "other") == FALSE
+    assert do("robmem-mutex-force-lock", "m", "other") == TRUE
+    assert do("robmem-mutex-unlock", "m", "other") == TRUE
+    assert mutex(memory) == {"_id": "m", "locked": False}
+    assert do("robmem-mutex-destroy", "m") == TRUE
+    assert mutex(memory) is None
 
 
 def test_old_locks_expire(do, memory, bus):
