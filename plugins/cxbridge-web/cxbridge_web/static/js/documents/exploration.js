@@ -47,7 +47,7 @@ function run(row, place, places, x) {
     above = row.parent === null ? null : HEAD + ROW * places.get(row.parent) + ROW / 2;
   return svg(
     row.page ? "a" : "g",
-    row.page ? { href: row.page } : {},
+    row.page ? { href: row.page, "aria-label": text + ", " + row.outcome } : {},
     svg("title", {}, [words, end, ...row.violations].join("\n")),
     above === null ? null : svg("path", { d: "M" + left + " " + above + " V" + middle }),
     svg("rect", {
@@ -86,7 +86,7 @@ function map(rows) {
         {
           class: "runs",
           viewBox: "0 0 " + WIDTH + " " + height,
-          role: "img",
+          role: drawn.some((number) => rows[number].page) ? "group" : "img", // links in an image are not reached
           "aria-label": drawn.length + " runs over time; the table below tells how they ended",
         },
         Array.from({ length: TICKS }, (_, at) => tick((end * at) / TICKS, x((end * at) / TICKS), height)),
