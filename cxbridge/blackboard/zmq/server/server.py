@@ -42,7 +42,9 @@ MIN_HEARTBEAT: Final = 0.05
 MAX_SESSIONS: Final = 1024
 """The maximal number of clients."""
 
-WINDOW: Final = 256
+# A reader that waits for a core misses some 5 ms. At 100,000 updates a second 256 updates take 2.6 ms:
+# half of a burst was conflated.
+WINDOW: Final = 1024
 """The maximal number of unacknowledged updates per client."""
 
 _WRITE: Final = bytes((WRITE, VERSION))
