@@ -153,6 +153,18 @@ def test_a_message_without_a_writer_has_id_0_and_the_blackboard_tells(env, log):
     assert [line.component for line in log.lines if line.level is Level.WARN] == ["BlackBoard"]
 
 
+def test_a_message_type_that_does_not_exist(env, log):
+    env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
+    env.build(
+        """(deffunction attempt ()
+          (bind ?m (blackboard-create-msg "SkillerInterface::Skiller" "NoMessage"))
+          (blackboard-set-msg-field ?m "x" 1)
+          (create$ (blackboard-list-msg-fields ?m) (blackboard-send-msg ?m)))"""
+    )
+    assert env.eval("(attempt)") == (0,)
+    assert "Can't set message field, the pointer is wrong." in log.texts(Level.WARN)
+
+
 def test_closing_ends_reading_and_frees_the_writer(env, board):
     env.eval('(blackboard-open-writing "TestInterface" "T")')
     env.eval('(blackboard-close "TestInterface" "T")')

@@ -318,6 +318,24 @@ def test_what_an_event_says_of_an_update(update, fields, removed):
     }
 
 
+@pytest.mark.parametrize(
+    "update",
+    [
+        {"$unset": {"z": 1}},
+        {"$set": {"a": 1}},
+        {"$inc": {"a": 0}},
+    ],
+    ids=str,
+)
+def test_an_update_that_changes_nothing_is_no_event(update):
+    store = EmbeddedStore(VirtualClock())
+    store.insert(C, {"_id": 1, "a": 1, "l": [1, 2]})
+    told: list[dict[str, object]] = []
+    store.watch(C, {}, told.append)
+    assert store.update(C, {}, update) == 1
+    assert told == []
+
+
 def test_an_update_that_is_refused_in_the_midst_leaves_the_document():
     store = EmbeddedStore(VirtualClock())
     store.insert(C, {"_id": 1, "a": {"b": [1]}, "c": "text"})

@@ -75,6 +75,11 @@ def set_and_get(env, field, text):
 # --- message types and messages
 
 
+def test_create_of_an_unknown_type(pb, log):
+    assert pb.call("pb-create", "test_msgs.Nothing") == NULL
+    assert log.texts(Level.WARN) == ["Cannot create message of type test_msgs.Nothing: Unknown message type"]
+
+
 def test_a_type_of_a_subfolder_is_registered_by_hand(bus, tmp_path):
     (tmp_path / "sub").mkdir()
     (tmp_path / "top.proto").write_text('syntax = "proto2";\nimport "sub/far.proto";\n')
