@@ -33,4 +33,4 @@ class Complaints:
                 self._logged[kind] = since, count + 1
                 return
             self._logged[kind] = now, 0
-        self._log(f"{text} ({count} more times since it was told)" if count else text)
+        self._log(f"{text} ({count} more times since the last line)" if count else text)
