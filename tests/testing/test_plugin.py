@@ -8,6 +8,7 @@ import pytest
 
 from tests.forked import IGNORED, nursery
 from tests.run.mini import write_scenario
+from tests.support import needs_plugin
 
 pytest_plugins = ["pytester"]
 
@@ -50,14 +51,17 @@ def test_a_golden_file_is_written_compared_with_and_written_anew(project, pytest
     differs = project("fails('slipped')")
     differs.assert_outcomes(failed=1)
     differs.stdout.fnmatch_lines(["*this run is not the golden one*", "*first difference: *"])
-    kept = project("fails('slipped')", "--cx-artifacts=kept")
-    kept.stdout.fnmatch_lines(["*both runs side by side: kept*test_mini_test_mini.html"])
-    assert (
-        "this run and the golden one"
-        in (pytester.path / "kept/test_agent/test_mini_test_mini.html").read_text()
-    )
     project("fails('slipped')", "--update-golden").assert_outcomes(passed=1)
     project("fails('slipped')").assert_outcomes(passed=1)
+
+
+@needs_plugin("web")
+def test_a_run_that_is_not_the_golden_one_has_a_page_with_both(project, pytester):
+    project("succeeds()", "--update-golden").assert_outcomes(passed=1)
+    kept = project("fails('slipped')", "--cx-artifacts=kept")
+    kept.stdout.fnmatch_lines(["*both runs side by side: kept*test_mini_test_mini.html"])
+    page = pytester.path / "kept/test_agent/test_mini_test_mini.html"
+    assert "this run and the golden one" in page.read_text()
 
 
 def test_an_empty_golden_file_is_not_the_same(project, pytester):
