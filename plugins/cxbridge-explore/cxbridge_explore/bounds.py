@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from cxbridge.errors import CxbridgeError
 from cxbridge.process.forking import HAS_FORK
 
-PATIENCE_S = 60.0
-"""Default limit of a run's processor time between two choices, in seconds."""
+PATIENCE_S = 60.0  # default limit of a run's processor time between two choices, in seconds
 
 
 @dataclass(frozen=True, kw_only=True)

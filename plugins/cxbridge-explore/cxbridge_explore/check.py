@@ -45,9 +45,9 @@ def check(agent: Agent) -> Iterator[Finding]:
         try:
             joined(read_properties(properties), builtin_properties())
         except CxbridgeError as error:
-            found = of_error(error, PROPERTIES)
+            finding = of_error(error, PROPERTIES)
             yield (
-                found
-                if found.place.file
-                else replace(found, place=replace(found.place, file=str(properties)))
+                finding
+                if finding.place.file
+                else replace(finding, place=replace(finding.place, file=str(properties)))
             )

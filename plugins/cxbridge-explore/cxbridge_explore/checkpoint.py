@@ -23,20 +23,19 @@ from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.run import MakeAssembly
 
 
-class _Checkpoint(Struct, frozen=True):
+class _Checkpoint(Struct, frozen=True, rename={"identity": "about"}):
     """The content of the file.
 
     :param kind: identifies the file format.
-    :param about: the explored program, see :func:`about`; a resumed exploration must have the same.
+    :param identity: the explored program, as :func:`identity_of` returns it.
     """
 
     kind: Literal["cxbridge exploration"]
-    identity_of: dict[str, str]
+    identity: dict[str, str]
     graph: SavedGraph
 
 
-ProgramIdentity = Mapping[str, str]
-"""Texts that identify the explored program, by subject."""
+ProgramIdentity = Mapping[str, str]  # texts that identify the explored program, by subject
 
 
 def identity_of(
@@ -47,11 +46,11 @@ def identity_of(
     make: MakeAssembly,
 ) -> ProgramIdentity:
     """Return the identity of the explored program. Any difference leads to other runs or verdicts."""
-    found = {each.name: str(getattr(bounds, each.name)) for each in fields(bounds)}
-    found |= {each.name: str(getattr(options, each.name)) for each in fields(options)}
+    limits = {each.name: str(getattr(bounds, each.name)) for each in fields(bounds)}
+    limits |= {each.name: str(getattr(options, each.name)) for each in fields(options)}
     # The seed of a league game is in the bound method or in the arguments.
     game = make if isinstance(make, partial) else partial(make)
-    return found | {
+    return limits | {
         "world": repr(world),
         "properties": "\n".join(f"{each.name}: {each.text}" for each in properties),
         "game or its seed": f"{game.args}{getattr(game.func, '__self__', '')}",
@@ -63,7 +62,7 @@ def identity_of(
 def write_checkpoint(file: Path, graph: Graph, known: ProgramIdentity) -> None:
     """Write the explored graph with its open edges.
 
-    :param known: see :func:`about`.
+    :param known: see :func:`identity_of`.
     :raises CxbridgeError: if the file cannot be written; an existing file stays unchanged.
     """
     write_file(file, encode(_Checkpoint("cxbridge exploration", dict(known), graph.save())))
@@ -72,16 +71,16 @@ def write_checkpoint(file: Path, graph: Graph, known: ProgramIdentity) -> None:
 def read_checkpoint(file: Path, graph: Graph, known: ProgramIdentity) -> None:
     """Load an explored graph.
 
-    :param known: see :func:`about`.
+    :param known: see :func:`identity_of`.
     :raises CxbridgeError: if the file is not a checkpoint, or belongs to another exploration.
     """
     try:
-        found = Decoder(_Checkpoint).decode(file.read_bytes())
+        checkpoint = Decoder(_Checkpoint).decode(file.read_bytes())
     except OSError as error:
         raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
     except (DecodeError, UnicodeDecodeError) as error:
         raise CxbridgeError("is not an exploration that was interrupted", file=file) from error
-    different = [name for name in known if found.identity_of.get(name) != known[name]]
+    different = [name for name in known if checkpoint.identity.get(name) != known[name]]
     if different:
         raise CxbridgeError(
             f"is of another exploration: {', '.join(different)} differ"
@@ -90,7 +89,7 @@ def read_checkpoint(file: Path, graph: Graph, known: ProgramIdentity) -> None:
             file=file,
             hint="give the same options as before, with the same agent; or begin again without --resume",
         )
-    graph.load(found.graph)
+    graph.load(checkpoint.graph)
 
 
 def _digest(options: RunOptions) -> str:
@@ -98,9 +97,9 @@ def _digest(options: RunOptions) -> str:
     folder = options.scenario
     if folder is None or not folder.is_dir():
         return ""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for file in sorted(folder.rglob("*")):
         if file.is_file() and "__pycache__" not in file.parts:
-            found.update(f"{file.relative_to(folder)}\0".encode("utf-8", "surrogateescape"))
-            found.update(file.read_bytes())
-    return found.hexdigest()
+            digest.update(f"{file.relative_to(folder)}\0".encode("utf-8", "surrogateescape"))
+            digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -91,13 +91,12 @@ class Coordinator(Closing):
     :param serve: runs the process that loads the scenario, given the address of the coordinator's socket.
     """
 
-    def __init__(self, graph: Graph, means: ExecutionOptions, serve: Callable[[str], object]) -> None:
+    def __init__(self, graph: Graph, execution: ExecutionOptions, serve: Callable[[str], object]) -> None:
         self.graph = graph
-        self.hidden: dict[str, None] = {}
-        """Reasons why states were not compared."""
+        self.hidden: dict[str, None] = {}  # reasons why states were not compared
+        # Processor time of all copies, without this process and the loader.
         self.cpu_seconds = 0.0
-        """Processor time of all copies, without this process and the loader."""
-        self._means, self._serve = means, serve
+        self._execution, self._serve = execution, serve
         self._folder = tempfile.TemporaryDirectory(prefix="cxbridge-explore-")
         self._address = str(Path(self._folder.name) / "socket")
         self._listening = forking.local_socket()
@@ -117,10 +116,7 @@ class Coordinator(Closing):
     # ---- main loop
 
     def explore(self, is_over: Callable[[], bool]) -> None:
-        """Explore until no edge is open or ``is_over`` returns True.
-
-        :raises CxbridgeError: if the scenario is invalid.
-        """
+        """Explore until no edge is open or ``is_over`` returns True."""
         self._load()
         while self.graph.open and not is_over():
             self._schedule()
@@ -155,7 +151,7 @@ class Coordinator(Closing):
 
     def _schedule(self) -> None:
         """Resume as many runs as the limit allows."""
-        for _ in range(self._means.processes - self._running):
+        for _ in range(self._execution.processes - self._running):
             if self._holders:
                 self._continue_run(self._holders[-1])
             elif self._waiting and self._is_ready and self._loader is not None:
@@ -287,7 +283,7 @@ class Coordinator(Closing):
 
     def _kill_endless_runs(self) -> None:
         """Kill runs that exceed the processor time between two choice points."""
-        patience_s = self._means.patience_s
+        patience_s = self._execution.patience_s
         for peer in list(self._peers.values()):
             is_loading = peer is self._loader and not self._is_ready
             if not (peer.edge or is_loading) or not peer.pid or time.monotonic() - peer.since < patience_s:

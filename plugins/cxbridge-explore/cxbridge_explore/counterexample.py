@@ -39,7 +39,6 @@ class Counterexample:
     words: str
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the counterexample as JSON values."""
         return {
             "property": self.property,
             "message": self.message,
@@ -73,20 +72,20 @@ def write_counterexample(
         return play(options, chosen, WantedChooser(choices), world=world, make=make, briefly=True)
 
     first = play(options, chosen, PathChooser(path), world=world, make=make, briefly=True)
-    found = shrunk(unusual_choices(first.choices), name, play_wanted) if first.violation(name) else None
-    violation = None if found is None else found.violation(name)
-    if found is None or violation is None:
+    shortest = shrunk(unusual_choices(first.choices), name, play_wanted) if first.violation(name) else None
+    violation = None if shortest is None else shortest.violation(name)
+    if shortest is None or violation is None:
         raise CxbridgeError(f"'{name}' is not violated on this path", hint="the agent may have changed since")
-    words = in_words(found, violation)
+    words = in_words(shortest, violation)
     stem = identifier(name)
     recording = folder / f"{stem}.mcap"
-    chooser = WantedChooser(unusual_choices(found.choices))
+    chooser = WantedChooser(unusual_choices(shortest.choices))
     _writing(folder, partial(folder.mkdir, parents=True, exist_ok=True))
     play(options, chosen, chooser, recording, world=world, make=make, briefly=True)
     file, test = folder / f"test_{stem}.py", None
     if make is make_scenario:
-        test = _write_test(options, found, chosen[0], words, file)
-    unusual = tuple(choice for choice in found.choices if choice.option != USUAL)
+        test = _write_test(options, shortest, chosen[0], words, file)
+    unusual = tuple(choice for choice in shortest.choices if choice.option != USUAL)
     return Counterexample(name, violation.message, unusual, recording, test, words)
 
 

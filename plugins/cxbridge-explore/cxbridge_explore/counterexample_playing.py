@@ -34,16 +34,15 @@ class Wanted:
 
 
 def unusual_choices(choices: Sequence[Choice]) -> tuple[Wanted, ...]:
-    """Return the unusual choices of a run."""
     counts: dict[str, int] = {}
-    found = []
+    unusual = []
     for choice in choices:
         subject = choice.point.subject
         nth = counts.get(subject, 0)
         counts[subject] = nth + 1
         if choice.option != USUAL:
-            found.append(Wanted(subject, nth, choice.taken.name))
-    return tuple(found)
+            unusual.append(Wanted(subject, nth, choice.taken.name))
+    return tuple(unusual)
 
 
 class WantedChooser:
@@ -65,9 +64,7 @@ class WantedChooser:
 class Played:
     """A run that was played.
 
-    :param choices: all choices.
     :param answers: the results of the skill calls.
-    :param agents: the number of agents.
     :param on_board: whether a skill board executes the skills.
     """
 
@@ -80,7 +77,6 @@ class Played:
     on_board: bool
 
     def violation(self, name: str) -> Violation | None:
-        """Return the violation of a property, or None."""
         return next((each for each in self.violations if each.property == name), None)
 
 

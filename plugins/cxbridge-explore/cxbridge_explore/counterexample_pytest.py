@@ -29,8 +29,7 @@ _OPTIONS: Final = (
     "config",
 )
 _OF_SKILLS: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
-_USUAL_S: Final = 1.0
-"""Default duration of a scripted skill, in seconds."""
+_USUAL_S: Final = 1.0  # default duration of a scripted skill, in seconds
 
 _NO_NAME: Final = re.compile(r"\W+")
 
@@ -38,7 +37,6 @@ _NO_NAME: Final = re.compile(r"\W+")
 def pytest_text(options: RunOptions, played: Played, violated: Property, words: str, folder: Path) -> str:
     """Return the text of a test file.
 
-    :param violated: the violated property.
     :param folder: the folder of the file; paths in the test are relative to it.
     :raises CxbridgeError: if the fixture cannot script a choice.
     """
@@ -53,11 +51,11 @@ def pytest_text(options: RunOptions, played: Played, violated: Property, words: 
             "",
             "",
         ]
-    given = "".join(f", {key}={value!r}" for key, value in _given(options, folder))
+    option_arguments = "".join(f", {key}={value!r}" for key, value in _given(options, folder))
     lines += [
         f"def test_{identifier(violated.name)}(cx):",
         f'    """{_docstring(words)}"""',
-        f"    run = cx.run({_plain(options.scenario, folder)!r}{given})",
+        f"    run = cx.run({_plain(options.scenario, folder)!r}{option_arguments})",
         *(f"    {line}" for line in script),
         f"    run.assert_properties({violated.source!r}, timeout={options.timeout:g})",
         "",
@@ -122,7 +120,6 @@ def _plain(value: object, folder: Path) -> object:
 
 
 def identifier(name: str) -> str:
-    """Return a name as an identifier."""
     return _NO_NAME.sub("_", name).strip("_").lower()[:60].strip("_") or "property"
 
 

@@ -8,11 +8,9 @@ from typing import Final
 
 from cxbridge_explore.counterexample_playing import Played, Wanted, unusual_choices
 
-_ALL_SUBSETS: Final = 6
-"""The limit of choices for trying all subsets."""
+_ALL_SUBSETS: Final = 6  # limit of choices for trying all subsets
 
-PlayWanted = Callable[[Sequence[Wanted]], Played]
-"""Plays a run with these choices."""
+PlayWanted = Callable[[Sequence[Wanted]], Played]  # plays a run with these choices
 
 
 def shrunk(choices: Sequence[Wanted], name: str, play: PlayWanted) -> Played | None:
@@ -33,9 +31,13 @@ def shrunk(choices: Sequence[Wanted], name: str, play: PlayWanted) -> Played | N
     if len(choices) > _ALL_SUBSETS:
         choices = _without_needless(choices, lambda subset: violates(subset) is not None)
     for size in range(min(len(choices), _ALL_SUBSETS) + 1):
-        found = [run for subset in combinations(choices, size) if (run := violates(subset)) is not None]
-        if found:
-            return min(found, key=lambda run: (len(unusual_choices(run.choices)), _seconds(run, name)))
+        violating_runs = [
+            run for subset in combinations(choices, size) if (run := violates(subset)) is not None
+        ]
+        if violating_runs:
+            return min(
+                violating_runs, key=lambda run: (len(unusual_choices(run.choices)), _seconds(run, name))
+            )
     return violates(choices)
 
 

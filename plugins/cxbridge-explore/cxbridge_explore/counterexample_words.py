@@ -53,17 +53,16 @@ def _choices(played: Played) -> Iterator[tuple[str, str, str]]:
             yield f"{choice.point.subject} {name}", "", f" at {choice.point.seconds:.2f} s"
             continue
         performer, called, args = skill
-        given = f" ({args})" if args else ""
+        arguments = f" ({args})" if args else ""
         where = f" on {performer}" if several else ""
         yield (
-            f"{called}{given} {name}",
+            f"{called}{arguments} {name}",
             ordinal(counts[key]),
             where + _concurrent_skills(played, choice, performer),
         )
 
 
 def _concurrent_skills(played: Played, choice: Choice, performer: str) -> str:
-    """Return the skills that other Skillers execute at a choice."""
     now = round(choice.point.seconds * MICROSECONDS)
     skiller = performer.rpartition("/")[2]
     concurrent_skills = sorted(
@@ -77,7 +76,6 @@ def _concurrent_skills(played: Played, choice: Choice, performer: str) -> str:
 
 
 def ordinal(number: int) -> str:
-    """Return an ordinal number: first, second ... 10th."""
     if number <= len(_ORDINALS):
         return _ORDINALS[number - 1]
     ending = "th" if number % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")

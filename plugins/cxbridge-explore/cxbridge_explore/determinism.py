@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.process import BaseProcess
 
-Moment = tuple[float, str]
-"""Seconds since the start of the run, and a description of the event."""
+Moment = tuple[float, str]  # seconds since the start of the run, and a description of the event
 
 _SEED: Final = 1
 
@@ -55,7 +54,6 @@ class _MomentRecorder:
 class UsualRun:
     """A fault-free run in a child process, started at once.
 
-    :param make: makes the run.
     :param is_detailed: record all events, not only choice points and the end.
     :param seed: the seed of Python's random numbers; None for a different seed each time.
     """
@@ -114,31 +112,31 @@ def _play(sending: Connection, make: MakeRun, is_detailed: bool, seed: int | Non
 
 def usual_moments(graph: Graph) -> list[Moment] | None:
     """Return the events of the usual run in an explored graph; None if the graph lacks it."""
-    found: list[Moment] = []
+    moments: list[Moment] = []
     edge: Edge = ROOT
     while edge in graph.links:
         number = graph.links[edge]
         node = graph.nodes[number]
         if node.edge != edge:
             return None  # merged with a run that was not a usual one
-        found.append((round(node.point.seconds, 6), node.point.subject))
+        moments.append((round(node.point.seconds, 6), node.point.subject))
         edge = number, USUAL
     leaf = graph.leaves.get(edge)
     if leaf is None or leaf.is_given_up:
         return None  # a second run may never end, either
-    return [*found, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")]
+    return [*moments, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")]
 
 
-def explain_difference(make: MakeRun, found: DivergedError) -> CxbridgeError:
+def explain_difference(make: MakeRun, divergence: DivergedError) -> CxbridgeError:
     """Play the usual run twice more and return the error that explains their difference.
 
-    :param found: the difference that was noticed first.
+    :param divergence: the difference that was noticed first.
     """
     first, second = _two(make, None)
     difference = _difference(first, second)
     if not difference:
         return CxbridgeError(
-            f"the agent is not deterministic: {found.message}",
+            f"the agent is not deterministic: {divergence.message}",
             hint="look for what depends on the time of day, on random numbers or on other processes",
         )
     same_with_seed = not _difference(*_two(make, _SEED))

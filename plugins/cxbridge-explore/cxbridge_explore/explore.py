@@ -32,7 +32,7 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 def explore(  # noqa: PLR0913 - each is an option of the command line, or shows the progress
     options: RunOptions,
     bounds: Bounds,
-    means: ExecutionOptions,
+    execution: ExecutionOptions,
     *,
     properties: Sequence[Property] | None = None,
     world: WorldModel | None = None,
@@ -58,8 +58,8 @@ def explore(  # noqa: PLR0913 - each is an option of the command line, or shows 
     options.check()
     properties = properties_of(options) if properties is None else properties
     bounds.check()
-    means.check()
-    explored = partial(ExploredRun, options, properties, world=world, make=make, coverage=means.coverage)
+    execution.check()
+    explored = partial(ExploredRun, options, properties, world=world, make=make, coverage=execution.coverage)
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
         read_checkpoint(resume, graph, identity_of(options, bounds, properties, world, make))
@@ -82,8 +82,8 @@ def explore(  # noqa: PLR0913 - each is an option of the command line, or shows 
             serve(address, explored, merge=bounds.merge)
 
         try:
-            if means.fork:
-                with Coordinator(graph, means, load) as coordinator:
+            if execution.fork:
+                with Coordinator(graph, execution, load) as coordinator:
                     coordinator.explore(is_over)
             else:
                 hidden = explore_by_replay(explored, graph, is_over, merge=bounds.merge)
@@ -99,10 +99,7 @@ def explore(  # noqa: PLR0913 - each is an option of the command line, or shows 
 
 
 def _check_determinism(graph: Graph, usual: UsualRun) -> None:
-    """Compare the usual run of the exploration with another usual run.
-
-    :raises DivergedError: if they differ.
-    """
+    """Compare the usual run of the exploration with another usual run."""
     explored = usual_moments(graph)
     if explored is not None and usual.moments() not in (None, explored):
         raise DivergedError("the usual run went in two ways")

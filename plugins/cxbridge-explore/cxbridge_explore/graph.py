@@ -16,17 +16,15 @@ from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.use import Used
 from cxbridge_explore.worlds.points import USUAL, ChoicePath, Step
 
-ROOT: Final = (-1, USUAL)
-"""The edge on which each run starts."""
+ROOT: Final = (-1, USUAL)  # edge on which each run starts
 
+# The outcome of a run with an invalid scenario; it ends the exploration.
 BAD_INPUT: Final = "bad input"
-"""The outcome of a run with an invalid scenario; it ends the exploration."""
 
+# The outcome of a run that had other choice points than an earlier run on the same path.
 DIVERGED: Final = "diverged"
-"""The outcome of a run that had other choice points than an earlier run on the same path."""
 
-Edge = tuple[int, int]
-"""The number of a node, and the index of the option taken there."""
+Edge = tuple[int, int]  # number of a node, and the index of the option taken there
 
 
 class PointOption(Struct, frozen=True):
@@ -45,7 +43,6 @@ class Point(Struct, frozen=True):
 
     :param index: its number in the run, from 0.
     :param seconds: the time of the run's clock.
-    :param ways: the options.
     """
 
     index: int
@@ -110,22 +107,16 @@ class Graph:
     def __init__(self, faults: int, depth: int | None) -> None:
         self.nodes: list[GraphNode] = []
         self.leaves: dict[Edge, Leaf] = {}
-        self.links: dict[Edge, int] = {}
-        """The target node of each edge that ends at a node."""
-        self.open: dict[Edge, None] = {ROOT: None}
-        """The unexplored edges, in the order of discovery."""
-        self.merged = 0
-        """The number of runs that reached a known state."""
-        self.used: set[Used] = set()
-        """The parts of the agent used by the runs, if recorded."""
-        self.explored = 0.0
-        """The explored share of the run tree: Knuth's estimate."""
+        self.links: dict[Edge, int] = {}  # target node of each edge that ends at a node
+        self.open: dict[Edge, None] = {ROOT: None}  # unexplored edges, in the order of discovery
+        self.merged = 0  # number of runs that reached a known state
+        self.used: set[Used] = set()  # parts of the agent used by the runs, if recorded
+        self.explored = 0.0  # explored share of the run tree: Knuth's estimate
         self._faults = faults
         self._depth = depth
         self._known: dict[bytes, int] = {}
 
     def save(self) -> SavedGraph:
-        """Return the graph for a checkpoint."""
         return SavedGraph(
             self.nodes,
             list(self.leaves.items()),
@@ -227,7 +218,7 @@ class Graph:
     @staticmethod
     def _entries(endless: set[int], successors: dict[int, list[int]]) -> list[int]:
         """Return the first node of each cycle."""
-        found = []
+        entries = []
         done: set[int] = set()
         for number in sorted(endless):
             reached: set[int] = set()
@@ -238,20 +229,19 @@ class Graph:
                         reached.add(target)
                         pending.append(target)
             if number in reached and not done & reached:
-                found.append(number)
+                entries.append(number)
                 done |= reached
-        return found
+        return entries
 
     def edges_to(self, edge: Edge) -> list[Edge]:
         """Return the edges from the first choice of a run to an edge."""
-        found = []
+        path = []
         while edge != ROOT:
-            found.append(edge)
+            path.append(edge)
             edge = self.nodes[edge[0]].edge
-        return found[::-1]
+        return path[::-1]
 
     def path_to(self, edge: Edge) -> ChoicePath:
-        """Return the path of choices to an edge."""
         return {
             node.point.index: Step(node.point.subject, node.point.ways[option].name)
             for node, option in self._choices(edge)
@@ -259,7 +249,6 @@ class Graph:
         }
 
     def choices_to(self, edge: Edge) -> list[dict[str, object]]:
-        """Return the unusual choices on the path to an edge, as JSON values."""
         return [
             {
                 "index": node.point.index,

@@ -12,15 +12,14 @@ from cxbridge_explore.properties.reading import beside, find_property, joined
 
 
 def properties_of(
-    options: RunOptions, given: Sequence[str] = (), *, is_cut: bool = False
+    options: RunOptions, property_texts: Sequence[str] = (), *, is_cut: bool = False
 ) -> tuple[Property, ...]:
     """Return the given properties; without any, the built-in ones and those of the scenario.
 
-    :param given: names and forms.
+    :param property_texts: names and forms.
     :param is_cut: whether runs are cut by a time limit with unfinished goals.
-    :raises CxbridgeError: if a property is invalid.
     """
-    if given:
-        return joined(map(find_property, given))
+    if property_texts:
+        return joined(map(find_property, property_texts))
     built_in = [each for each in builtin_properties() if not (is_cut and each.name == RUN_ENDS)]
     return joined(built_in, beside(source_of(options).config_file()))

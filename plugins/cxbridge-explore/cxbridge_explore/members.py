@@ -47,13 +47,13 @@ def explore(
     :raises AssertionError: if a property is violated.
     :raises CxbridgeError: if the scenario, the world or an option is invalid.
     """
-    given = RunOptions(scenario=cx.find(scenario), skiller="none", timeout=timeout, **options)
+    run_options = RunOptions(scenario=cx.find(scenario), skiller="none", timeout=timeout, **options)
     result = explore_scenario(
-        given,
+        run_options,
         Bounds(faults=faults, depth=depth),
         # A fork has none of the other threads, but keeps the locks that they hold.
         ExecutionOptions(fork=HAS_FORK and threading.active_count() == 1),
-        properties=properties_of(given, properties),
+        properties=properties_of(run_options, properties),
         world=None if world is None else read_world(cx.find(world)),
     )
     if result.violations:

@@ -26,7 +26,6 @@ class ExploredRun(JudgedRun):
     :param make: makes the program to run.
     :param briefly: stop at the first violation.
     :param coverage: record the used parts of the agent.
-    :raises CxbridgeError: if the scenario is invalid.
     """
 
     def __init__(
@@ -80,8 +79,7 @@ class ExploredRun(JudgedRun):
         return super()._look() or (self._briefly and is_violated)
 
 
-MakeRun = Callable[[Chooser], ExploredRun]
-"""Makes a run with a chooser."""
+MakeRun = Callable[[Chooser], ExploredRun]  # makes a run with a chooser
 
 
 def failure(error: Exception) -> Leaf:

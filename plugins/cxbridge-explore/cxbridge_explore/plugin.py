@@ -6,8 +6,8 @@ from cxbridge.plugins import Row
 
 API = 1
 
+# The tables that this plug-in defines in `cxbridge_explore.game.kinds`.
 HOOKS = ("EXPLORED_GAMES", "PLAYED_GAMES")
-"""The tables that this plug-in defines in ``cxbridge_explore.game.kinds``."""
 
 CHECKS = (Row("explore", "cxbridge_explore.check"),)
 COMMANDS = (

@@ -10,11 +10,8 @@ from cxbridge_explore.graph import Graph
 
 _PERIOD_S: Final = 0.2
 _DRAW_S: Final = 2.0
-_REST: Final = 20
-"""Drawing takes at most one part in this many of the time."""
-
-_LEAST_SHARE: Final = 1e-3
-"""Below this share, an estimate of the total is meaningless."""
+_REST: Final = 20  # drawing takes at most one part in this many of the time
+_LEAST_SHARE: Final = 1e-3  # below this share, an estimate of the total is meaningless
 
 
 class ProgressReporter:

@@ -46,10 +46,8 @@ def explore_by_replay(
 ) -> tuple[str, ...]:
     """Explore until no edge is open or ``is_over`` returns True before a run.
 
-    :param make: makes a run.
     :param merge: whether to compare states.
     :returns: the reasons why states were not compared.
-    :raises CxbridgeError: if the scenario is invalid.
     """
     hidden: dict[str, None] = {}
     while graph.open and not is_over():

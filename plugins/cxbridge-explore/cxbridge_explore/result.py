@@ -12,8 +12,7 @@ from cxbridge_explore.graph import Edge, Graph, Leaf
 from cxbridge_explore.properties.builtin.table import RUN_ENDS
 from cxbridge_explore.properties.monitor import Property
 
-CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)
-"""The exit statuses of ``cxbridge explore``."""
+CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)  # exit statuses of `cxbridge explore`
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +48,13 @@ class ExploreResult:
     @property
     def violations(self) -> list[dict[str, Any]]:
         """The violated properties, each with its counterexample, or with its shortest path."""
-        found: dict[str, dict[str, Any]] = {}
+        first_violations: dict[str, dict[str, Any]] = {}
         for edge, leaf in self.graph.leaves.items():
             for each in leaf.violations:
                 choices = self.graph.choices_to(edge)
-                known = found.get(each.property)
+                known = first_violations.get(each.property)
                 if known is None or len(choices) < len(known["choices"]):
-                    found[each.property] = {
+                    first_violations[each.property] = {
                         **each.as_dict(),
                         "choices": choices,
                         "recording": None,
@@ -63,9 +62,9 @@ class ExploreResult:
                     }
         for edge, leaf in self.graph.leaves.items():
             if leaf.is_given_up and any(each.name == RUN_ENDS for each in self.properties):
-                found.setdefault(RUN_ENDS, self._given_up(edge, leaf))
+                first_violations.setdefault(RUN_ENDS, self._given_up(edge, leaf))
         for number in self.graph.cycles():
-            found.setdefault(
+            first_violations.setdefault(
                 RUN_ENDS,
                 {
                     "property": RUN_ENDS,
@@ -76,8 +75,10 @@ class ExploreResult:
                     "test": None,
                 },
             )
-        found |= {name: {**found[name], **each.as_dict()} for name, each in self.counterexamples.items()}
-        return [found[name] for name in sorted(found)]
+        first_violations |= {
+            name: {**first_violations[name], **each.as_dict()} for name, each in self.counterexamples.items()
+        }
+        return [first_violations[name] for name in sorted(first_violations)]
 
     def _given_up(self, edge: Edge, leaf: Leaf) -> dict[str, Any]:
         """Return the violation of a run that was given up.
@@ -102,13 +103,11 @@ class ExploreResult:
 
     @property
     def status(self) -> int:
-        """The exit status."""
         if self.violations:
             return VIOLATED
         return CLEAN if self.is_complete else INCOMPLETE
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the result as JSON values."""
         graph = self.graph
         return {
             "complete": self.is_complete,
@@ -124,7 +123,6 @@ class ExploreResult:
         }
 
     def lines(self) -> Iterator[str]:
-        """Yield the lines of the report."""
         graph = self.graph
         rest = "complete" if self.is_complete else f"not complete, {len(graph.open)} branches are open"
         yield f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged: {rest}"

@@ -26,26 +26,26 @@ if TYPE_CHECKING:
     from cxbridge_explore.playing import ExploredRun
     from cxbridge_explore.worlds.points import ChoicePoint
 
+# Features without hidden state: it is in facts or on the blackboard, or never changes.
 _SEEN_FEATURES: Final = frozenset(
     {"blackboard", "config", "redefine-warning", "pddl-parser", "navgraph", "motor-switch"}
 )
-"""Features without hidden state: it is in facts or on the blackboard, or never changes."""
 
 _GENERATED: Final = re.compile(r"gen\d+")
 _EPOCH_S: Final = VIRTUAL_EPOCH_US // MICROSECONDS
+# A number up to this many seconds after the epoch of the virtual clock is a time; runs are shorter.
 _LONGEST_S: Final = 10_000_000
-"""A number up to this many seconds after the epoch of the virtual clock is a time; runs are shorter."""
 
 _MESSAGE_IDS: Final = frozenset({"msgid", "msg-id"})
 _CALLED: Final = re.compile(r"\(([^\s()\"]+)")
 
 
+# After this time the core requests control of a Skiller again (`skills.clp`).
 _ASKED_AGAIN_S: Final = 3.0
-"""After this time the core requests control of a Skiller again (``skills.clp``)."""
 
 
+# Returns the digest of a state and an empty text; or an empty digest and the reason.
 Digest = Callable[["ChoicePoint"], tuple[bytes, str]]
-"""Returns the digest of a state and an empty text; or an empty digest and the reason."""
 
 
 def state_digest(run: ExploredRun, *, merge: bool) -> Digest:
@@ -145,7 +145,7 @@ class _Names:
 
     def _sequence(self, values: tuple[object, ...] | list[object]) -> Hashable:
         """Return the values of a sequence; a pair of seconds and microseconds is one time."""
-        found: list[Hashable] = []
+        parts: list[Hashable] = []
         rest = iter(range(len(values)))
         for number in rest:
             value = values[number]
@@ -156,11 +156,11 @@ class _Names:
                 and 0 <= value - _EPOCH_S < _LONGEST_S
                 and 0 <= following < MICROSECONDS
             ):
-                found.append(("time", value * MICROSECONDS + following - self._now_us))
+                parts.append(("time", value * MICROSECONDS + following - self._now_us))
                 next(rest)
             else:
-                found.append(self.plain(value))
-        return tuple(found)
+                parts.append(self.plain(value))
+        return tuple(parts)
 
     def slots(self, values: Mapping[str, object]) -> Hashable:
         """Return the slots of a fact, or the fields of an interface."""
@@ -198,13 +198,13 @@ def _agent_state(agent: Run, names: _Names) -> Hashable:
 
 
 def _globals(env: ClipsEnvironment, names: _Names) -> Hashable:
-    found = []
+    values = []
     each = lib.GetNextDefglobal(env.env, NULL)
     while each != NULL:
         name = decode(lib.DefglobalName(each))
-        found.append((name, names.plain(env.eval(f"?*{name}*"))))
+        values.append((name, names.plain(env.eval(f"?*{name}*"))))
         each = lib.GetNextDefglobal(env.env, each)
-    return tuple(found)
+    return tuple(values)
 
 
 def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
@@ -225,26 +225,25 @@ def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
 
 
 def _hidden_parts(agent: Run) -> list[str]:
-    """Return the parts of an agent with hidden state."""
     env = agent.executive.env
-    found = [
+    parts = [
         f"the feature {name} has a hidden state"
         for name in agent.manager.loaded_features(env.name)
         if name not in _SEEN_FEATURES
     ]
     if agent.memory.is_open:
-        found.append("the robot memory has a hidden state")
+        parts.append("the robot memory has a hidden state")
     if agent.additions.features:
-        found.append("a program's own features have a hidden state")
+        parts.append("a program's own features have a hidden state")
     if lib.GetNextInstance(env.env, NULL) != NULL:
-        found.append("the agent has instances of COOL")
+        parts.append("the agent has instances of COOL")
     drawing = _drawing_functions(env)
-    found += [
+    parts += [
         f"rule {name} draws random numbers"
         for name, text in rule_texts(env).items()
         if drawing.intersection(_CALLED.findall(text))
     ]
-    return found
+    return parts
 
 
 def _drawing_functions(env: ClipsEnvironment) -> set[str]:

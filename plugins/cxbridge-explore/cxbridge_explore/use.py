@@ -10,8 +10,7 @@ from cxbridge.run.agent import Run
 
 RULE, MODE, OUTCOME, ACTION, SKILL = "rule", "mode", "outcome", "action", "skill"
 
-Used = tuple[str, str, str]
-"""The kind of a part, its name, and the mode or outcome of a goal."""
+Used = tuple[str, str, str]  # kind of a part, its name, and the mode or outcome of a goal
 
 _EVENTS: Final = (RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
 
@@ -31,9 +30,9 @@ class UseWatch:
 
     def new_parts(self) -> tuple[Used, ...]:
         """Return the parts used for the first time since the last call."""
-        found = tuple(self._new_parts)
+        parts = tuple(self._new_parts)
         self._new_parts.clear()
-        return found
+        return parts
 
     def _take(self, event: Event) -> None:
         match event:

@@ -81,8 +81,6 @@ class Fork(Struct, frozen=True, tag=True):
 
 
 class Continue(Struct, frozen=True, tag=True):
-    """Continue with an option."""
-
     option: int
 
 
@@ -99,7 +97,6 @@ _orders: Decoder[Order] = Decoder(Order)
 
 
 def frame(message: Report | Order) -> bytes:
-    """Return a message as bytes."""
     data = _encoder.encode(message)
     return _LENGTH.pack(len(data)) + data
 

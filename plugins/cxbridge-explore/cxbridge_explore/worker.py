@@ -20,8 +20,8 @@ from cxbridge_explore.use import Used
 from cxbridge_explore.wire import Continue, Ended, Fork, Hello, Link, Order, Play, Reached, Refused
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
+# New objects between two garbage collections in a copy: a collection touches shared pages.
 _GENERATION_SIZE = 50_000
-"""New objects between two garbage collections in a copy: a collection touches shared pages."""
 
 
 class Process:
@@ -105,7 +105,6 @@ class ForkingChooser:
 
 
 def as_point(index: int, point: ChoicePoint) -> Point:
-    """Return a choice point for the graph."""
     ways = tuple(PointOption(option.name, option.faults) for option in point.options)
     return Point(index, point.kind.value, point.subject, point.seconds, ways)
 
@@ -130,7 +129,6 @@ def serve(address: str, make: MakeRun, *, merge: bool) -> NoReturn:
 
     Call it in a new process.
 
-    :param make: makes the run.
     :param merge: whether to compare states.
     """
     forking.let_signals_end()  # Ctrl-C also reaches the coordinator, which ends this process.

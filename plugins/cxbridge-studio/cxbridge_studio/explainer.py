@@ -29,8 +29,8 @@ def explainer(run: Run, at_s: float | None, env: str | None) -> Explainer:
 
     def answer(kind: str, name: str) -> Mapping[str, Any]:
         evidence.notes = [*notes]
-        found = explain(evidence, name, kind)
-        return {"lines": found.lines, "data": found.plain}
+        explanation = explain(evidence, name, kind)
+        return {"lines": explanation.lines, "data": explanation.plain}
 
     notes = [*evidence.notes]
     return answer

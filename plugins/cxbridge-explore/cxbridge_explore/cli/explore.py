@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from cxbridge_explore.worlds.run import MakeAssembly
     from cxbridge_studio.explain.coverage.model import Coverage
 
-RESUME: Final = "explore.resume"
-"""Default checkpoint file of an interrupted exploration."""
+RESUME: Final = "explore.resume"  # default checkpoint file of an interrupted exploration
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,8 +41,6 @@ class _Agent(ScenarioOptions, SourceOptions, BrokenOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class _Bounds:
-    """Options of the bounds."""
-
     faults: Annotated[int, typer.Option(metavar="K", help="How many faults a run may meet.")] = 1
     depth: Annotated[
         int | None,
@@ -60,7 +57,7 @@ class _Bounds:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Means:
+class _ExecutionGroup:
     """Options of the execution."""
 
     jobs: Annotated[
@@ -140,7 +137,7 @@ class _Games:
 def explore(
     agent: _Agent,
     bounds: _Bounds,
-    means: _Means,
+    execution_group: _ExecutionGroup,
     judging: _Judging,
     games: _Games,
     *,
@@ -173,7 +170,7 @@ def explore(
     if game is not None:
         options, make = game.explored(options)
     limits = Bounds(**vars(bounds))
-    execution_values = {name: value for name, value in vars(means).items() if value is not None}
+    execution_values = {name: value for name, value in vars(execution_group).items() if value is not None}
     execution = ExecutionOptions(**execution_values, coverage=judging.coverage or judging.html is not None)
     show = _show_line if sys.stderr.isatty() else None
     properties = properties_of(options, judging.properties, is_cut=game is not None)
@@ -231,7 +228,6 @@ def _write_page(
 
 
 def _coverage(result: ExploreResult, options: RunOptions) -> Coverage:
-    """Return the coverage of the agent by the runs."""
     from cxbridge_explore.map.coverage import explored_coverage
 
     return explored_coverage(options, result.graph.used)
@@ -258,7 +254,7 @@ def _with_counterexamples(
     from cxbridge_explore.counterexample import write_counterexample
     from cxbridge_explore.worlds.points import read_path
 
-    found = {}
+    counterexamples = {}
     for each in result.violations:
         if each.get("is_given_up"):
             continue
@@ -267,10 +263,12 @@ def _with_counterexamples(
         say(f"{name} is violated: {each['message']}; its counterexample follows", err=True, flush=True)
         try:
             path = read_path(each["choices"])
-            found[name] = write_counterexample(options, result.properties, name, path, folder, world, make)
+            counterexamples[name] = write_counterexample(
+                options, result.properties, name, path, folder, world, make
+            )
         except CxbridgeError as error:
             complain(f"{name}: there is no counterexample: {error}")
-    return replace(result, counterexamples=found)
+    return replace(result, counterexamples=counterexamples)
 
 
 def _show_line(text: str) -> None:

@@ -75,8 +75,6 @@ class _SweepOptions:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _SweepOutputs:
-    """Options of the outputs."""
-
     csv: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a row for each run.", show_default=False)
     ] = None
@@ -111,20 +109,24 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
     wall_seconds = round(time.perf_counter() - started, 3)
     _write(sweeps, outputs)
     first, *others = sweeps.values()
-    found: dict[str, Any] = {**SweepSummary(first).as_dict(), "seed": play.seed, "wall_seconds": wall_seconds}
+    report: dict[str, Any] = {
+        **SweepSummary(first).as_dict(),
+        "seed": play.seed,
+        "wall_seconds": wall_seconds,
+    }
     compared = None
     if others:
         (second,) = others
-        found["against"] = SweepSummary(second).as_dict()
+        report["against"] = SweepSummary(second).as_dict()
         compared = AgentComparison({row.seed: row for row in first}, {row.seed: row for row in second})
-        found["comparison"] = compared.as_dict()
+        report["comparison"] = compared.as_dict()
     if outputs.as_json:
-        say_json(found)
+        say_json(report)
     else:
-        _print_outcomes(found)
+        _print_outcomes(report)
         if compared is not None:
             say(f"against {play.against}:")
-            _print_outcomes(found["against"])
+            _print_outcomes(report["against"])
             _print_comparison(compared)
     endless = [name for name, rows in sweeps.items() if not any(row.came_to_its_end for row in rows)]
     for name in endless:
@@ -133,7 +135,6 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 
 
 def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
-    """Return the jobs by agent."""
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.sweep.rows import SweepJob
 
@@ -221,14 +222,14 @@ def _print_comparison(compared: AgentComparison) -> None:
         say(f"  seed {each['seed']}: {first} and {second}, {spans}")
 
 
-def _print_outcomes(found: dict[str, Any]) -> None:
-    for outcome, count in found["outcomes"].items():
-        seeds = found["seeds"].get(outcome, ())
+def _print_outcomes(report: dict[str, Any]) -> None:
+    for outcome, count in report["outcomes"].items():
+        seeds = report["seeds"].get(outcome, ())
         first = f", first seeds {', '.join(map(str, seeds))}" if seeds else ""
-        say(f"{outcome}: {count} of {found['runs']}{first}")
-    if found["makespan"] is not None:
-        spans = ", ".join(f"{name} {value:.2f}" for name, value in found["makespan"].items())
+        say(f"{outcome}: {count} of {report['runs']}{first}")
+    if report["makespan"] is not None:
+        spans = ", ".join(f"{name} {value:.2f}" for name, value in report["makespan"].items())
         say(f"makespan of completed runs, seconds: {spans}")
-    for goal_class, outcomes in found["goals"].items():
+    for goal_class, outcomes in report["goals"].items():
         counts = ", ".join(f"{outcome} {count}" for outcome, count in outcomes.items())
         say(f"goal {goal_class}: {counts}")

@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
-PRODUCTION: Final = "PRODUCTION"
-"""The phase in which points are awarded."""
+PRODUCTION: Final = "PRODUCTION"  # phase in which points are awarded
 
 
 class Standing(NamedTuple):
@@ -36,8 +35,7 @@ class Judge(Protocol):
     def standing(self) -> Standing:
         """Return the current state; called after each loop."""
 
-    def score(self, agents: Sequence[Run]) -> Score:
-        """Return the score of the agents' game."""
+    def score(self, agents: Sequence[Run]) -> Score: ...
 
 
 class GameWatch:
@@ -76,11 +74,11 @@ class GameWatch:
 
     def machines(self) -> dict[str, tuple[Span, ...]]:
         """Return the states of each machine during the production."""
-        found = {}
+        spans_of_machines = {}
         for name in sorted(self._changes):
             changes, spans = self._changes[name], []
             ends = [*(time_us for time_us, _ in changes[1:]), self._end_us or self._clock.now_us()]
             for (begin_us, state), end_us in zip(changes, ends, strict=True):
                 spans.append(Span(self.seconds_at(begin_us), self.seconds_at(end_us), state))
-            found[name] = tuple(within(spans, self.seconds))
-        return found
+            spans_of_machines[name] = tuple(within(spans, self.seconds))
+        return spans_of_machines

@@ -43,7 +43,6 @@ class Game(Protocol):
         :param seed: the seed of all draws.
         :param console: a sink for log lines.
         :param attach: called with each agent before the game.
-        :raises CxbridgeError: if the input is invalid.
         """
 
 
@@ -67,7 +66,6 @@ class PlayedGame(Protocol):
         :param minutes: the duration of the production; None for the game's default.
         :param world: the file of possible failures.
         :param several: whether several games are played.
-        :raises CxbridgeError: if an option is invalid.
         """
 
 
@@ -85,17 +83,14 @@ class ExploredGame(Protocol):
         """
 
     def explored(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
-        """Return the options of a run with a time limit, and the function that makes the run.
-
-        :raises CxbridgeError: if an option is invalid.
-        """
+        """Return the options of a run with a time limit, and the function that makes the run."""
 
 
+# The groups of options that implement `PlayedGame`.
 PLAYED_GAMES: Final[Table[type[Any]]] = Table("PLAYED_GAMES", is_dataclass, "a dataclass of options")
-"""The groups of options that implement :class:`PlayedGame`."""
 
+# The groups of options that implement `ExploredGame`.
 EXPLORED_GAMES: Final[Table[type[Any]]] = Table("EXPLORED_GAMES", is_dataclass, "a dataclass of options")
-"""The groups of options that implement :class:`ExploredGame`."""
 
 T = TypeVar("T", PlayedGame, ExploredGame)
 

@@ -56,11 +56,9 @@ class GamesSummary:
 
     @property
     def points(self) -> Interval:
-        """The mean of the points."""
         return mean_interval([float(each.points) for each in self.results.values()])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the summary as JSON values."""
         quantiles = Quantiles.of([float(each.points) for each in self.results.values()])
         return {
             "games": len(self.results),
@@ -106,7 +104,6 @@ class Match:
         return 1 if difference.estimate > 0 else 0
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the comparison as JSON values."""
         return {
             "difference": self.difference.as_dict(),
             "confidence": CONFIDENCE,

@@ -23,7 +23,6 @@ def write_page(result: GameResult, file: Path, command: str) -> None:
 
 
 def as_document(result: GameResult, command: str) -> dict[str, Any]:
-    """Return the values of the page as JSON values."""
     score, timeline = result.score, result.timeline
     return {
         **result.as_dict(),

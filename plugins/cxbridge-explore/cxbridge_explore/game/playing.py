@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
 _INTERRUPTED: Final = 130
 
-OUTCOME: Final = "outcome.json"
-"""Name of the attachment with the result in the game's recording."""
+OUTCOME: Final = "outcome.json"  # name of the attachment with the result in the game's recording
 
 
 def play_game(
@@ -47,7 +46,6 @@ def play_game(
     :param seed: the seed of failures.
     :param console: a sink for log lines.
     :param attach: called with each agent before the game.
-    :raises CxbridgeError: if the input is invalid.
     :raises KeyboardInterrupt: if a signal has ended the game; the recording is complete up to that point.
     """
     started = time.perf_counter()

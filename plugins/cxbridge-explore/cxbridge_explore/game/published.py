@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 GAME: Final = "GameInterface"
 ORDER: Final = "OrderInterface"
+# Type of a machine's interface, defined by the scenario: it has the fields `busy` and `piece`.
 MACHINE: Final = "MachineInterface"
-"""Type of a machine's interface, defined by the scenario: it has the fields ``busy`` and ``piece``."""
 
+# States of a machine: empty; working; holding a finished product.
 FREE: Final = "free"
 BUSY: Final = "busy"
 FULL: Final = "full"
-"""States of a machine: empty; working; holding a finished product."""
 
 
 class PublishedGame:

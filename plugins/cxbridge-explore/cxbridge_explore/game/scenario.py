@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.run.agent import Run
 
+# Configuration values with the paths of the referee's own values.
 SEED: Final = "/game/seed"
 MINUTES: Final = "/game/minutes"
-"""Configuration values with the paths of the referee's own values."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +60,6 @@ class ScenarioGame:
         :param seed: the seed of orders and failures.
         :param console: a sink for log lines.
         :param attach: called with each agent before the game.
-        :raises CxbridgeError: if the scenario is invalid or not a game.
         """
         file = self.world or find_world(source_of(self.run).config_file().parent)
         world = NOTHING_FAILS if file is None else read_world(file)
@@ -71,20 +70,17 @@ class ScenarioGame:
             return play_game(options, seed, world, PublishedGame(), console=console, attach=attach)
 
     def _values(self, seed: int) -> dict[str, int | float]:
-        """Return the referee's configuration values for this game.
-
-        :raises CxbridgeError: if the scenario does not name the values' paths.
-        """
+        """Return the referee's configuration values for this game."""
         config, file = source_of(self.run).load_configuration()
-        found: dict[str, int | float] = {_path(config, file, SEED): seed}
+        values: dict[str, int | float] = {_path(config, file, SEED): seed}
         if self.minutes is not None:
-            found[_path(config, file, MINUTES)] = self.minutes
-        return found
+            values[_path(config, file, MINUTES)] = self.minutes
+        return values
 
 
 def _overlays(options: RunOptions) -> tuple[Path, ...]:
-    given = options.config
-    return (given,) if isinstance(given, Path) else given or ()
+    configs = options.config
+    return (configs,) if isinstance(configs, Path) else configs or ()
 
 
 def _path(config: Configuration, file: Path, name: str) -> str:

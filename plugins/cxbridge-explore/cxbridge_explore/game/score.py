@@ -8,15 +8,13 @@ from typing import Any, Final
 
 from cxbridge_explore.game.timeline import Timeline
 
-POST_GAME: Final = "POST_GAME"
-"""The phase after the end of a game."""
+POST_GAME: Final = "POST_GAME"  # phase after the end of a game
 
 
 @dataclass(frozen=True, slots=True)
 class Delivery:
     """A delivered product.
 
-    :param order: the number of the order.
     :param complexity: the amount or kind of work, in the game's words.
     :param game_time: seconds of the production.
     """
@@ -47,8 +45,6 @@ class Award:
 class ProductOrder:
     """An ordered product.
 
-    :param order: the number of the order.
-    :param complexity: as in :class:`Delivery`.
     :param begin: the first second of the production for a delivery in time.
     :param end: the last such second.
     """
@@ -78,18 +74,17 @@ class Score:
     @property
     def categories(self) -> dict[str, dict[str, int]]:
         """The points by team and category, in the order of first award."""
-        found: dict[str, dict[str, int]] = {team: {} for team in self.points}
+        points_by_category: dict[str, dict[str, int]] = {team: {} for team in self.points}
         for award in self.awards:
-            points = found.setdefault(award.team, {})
+            points = points_by_category.setdefault(award.team, {})
             points[award.category] = points.get(award.category, 0) + award.points
-        return found
+        return points_by_category
 
     def delivered(self, order: ProductOrder) -> list[float]:
         """Return the delivery times of an order."""
         return [each.game_time for each in self.deliveries if each.order == order.order]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the score as JSON values."""
         return {
             "points": self.points,
             "categories": self.categories,
@@ -121,7 +116,6 @@ class GameResult:
 
     :param is_over: whether the game is finished.
     :param wall_seconds: real time.
-    :param robots: work by robot.
     :param faults: errors of cxbridge.
     :param undefined: constructs of the agent that CLIPS refused, with place and reason.
     :param timeline: the intervals of robots and machines.
@@ -154,7 +148,6 @@ class GameResult:
         }
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the result as JSON values."""
         return {
             **self.outcome,
             "complete": self.is_over,

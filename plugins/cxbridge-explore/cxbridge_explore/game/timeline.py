@@ -39,14 +39,14 @@ class Timeline:
     @property
     def machine_use(self) -> dict[str, dict[str, float]]:
         """The seconds of each machine in each state, longest first."""
-        found: dict[str, dict[str, float]] = {}
+        seconds_by_state: dict[str, dict[str, float]] = {}
         for name, spans in self.machines.items():
             seconds: dict[str, float] = {}
             for span in spans:
                 seconds[span.text] = seconds.get(span.text, 0.0) + span.end - span.begin
             ordered = sorted(seconds.items(), key=lambda item: -item[1])
-            found[name] = {state: round(value, 1) for state, value in ordered}
-        return found
+            seconds_by_state[name] = {state: round(value, 1) for state, value in ordered}
+        return seconds_by_state
 
     def idle_seconds(self, robot: str) -> float:
         """Return the time without skills during the production."""

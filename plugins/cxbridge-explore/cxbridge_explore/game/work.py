@@ -25,8 +25,7 @@ class WorkCount:
     :param start_us: the start of the run.
     """
 
-    events = (SkillStatus, InterfaceMessage, InterfaceWrite)
-    """The event types to subscribe to."""
+    events = (SkillStatus, InterfaceMessage, InterfaceWrite)  # event types to subscribe to
 
     def __init__(self, start_us: int) -> None:
         self._history = RunHistory(start_us=start_us)
@@ -45,7 +44,7 @@ class WorkCount:
         """
         clock = self._history.clock
         end, start_us = clock.at(end_us), clock.first_us or 0
-        found: dict[str, list[Span]] = {name: [] for name in sorted(set(robots.values()))}
+        spans_of_robots: dict[str, list[Span]] = {name: [] for name in sorted(set(robots.values()))}
         for call in self._history.calls:
             name = _name(call)
             robot = robots.get(name, name)
@@ -53,30 +52,30 @@ class WorkCount:
                 seconds_at(start_us + at) for at in (call.begin[1], call.end[1] if call.end else end)
             )
             span = Span(begin, ended, _skill(call, robot), call.status, call.error)
-            found.setdefault(robot, []).append(span)
-        return {robot: tuple(found[robot]) for robot in sorted(found)}
+            spans_of_robots.setdefault(robot, []).append(span)
+        return {robot: tuple(spans_of_robots[robot]) for robot in sorted(spans_of_robots)}
 
 
 def robots_of(agents: Sequence[Run]) -> dict[str, str]:
     """Return the robots of a run, by the names of their Skillers and executors."""
-    found = {}
+    robot_names = {}
     for agent in agents:
         board = agent.skill_board
         for each in () if board is None else board.agents:
-            found[each.name] = each.name
+            robot_names[each.name] = each.name
             if each.skiller != DEFAULT_SKILLER:
-                found[each.skiller] = each.name
-            found.update({executor.name: each.name for executor in each.executors})
-    return found
+                robot_names[each.skiller] = each.name
+            robot_names.update({executor.name: each.name for executor in each.executors})
+    return robot_names
 
 
 def work_of(timeline: Timeline) -> dict[str, RobotWork]:
-    found = {}
+    work_of_robots = {}
     for robot, spans in timeline.skills.items():
         failed = Counter(span.error or "failed" for span in spans if span.status == Status.S_FAILED.name)
         busy, idle = round(covered(spans), 1), round(timeline.idle_seconds(robot), 1)
-        found[robot] = RobotWork(busy, idle, dict(failed))
-    return found
+        work_of_robots[robot] = RobotWork(busy, idle, dict(failed))
+    return work_of_robots
 
 
 def _name(call: SkillExecution) -> str:

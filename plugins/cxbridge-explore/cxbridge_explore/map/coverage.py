@@ -14,10 +14,7 @@ from cxbridge_studio.explain.coverage.report import short_names
 
 
 def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
-    """Return the coverage of an agent. Its counts are 0 or 1.
-
-    :raises CxbridgeError: if the scenario is invalid.
-    """
+    """Return the coverage of an agent. Its counts are 0 or 1."""
     agent, use = AgentSources(), RecordedUse()
     for source in scenario_sources(options):
         agent.add_source(source, core=False)
@@ -37,7 +34,6 @@ def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
 
 
 def as_dict(coverage: Coverage) -> dict[str, Any]:
-    """Return the coverage as JSON values."""
     never = [
         {"file": file.file, "line": rule.lines[0], "rule": rule.name}
         for file in coverage.files

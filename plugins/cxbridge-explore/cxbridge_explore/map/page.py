@@ -27,11 +27,11 @@ def write_page(
 ) -> None:
     """Write the page.
 
-    :param coverage: None: not known yet.
+    :param coverage: None while it is unknown.
     :param command: the command that makes the page again.
     :param pages: the addresses of the pages of runs, by row.
     :param stories: ``story`` and ``address`` of the counterexample of each violated property.
-    :param is_live: whether the exploration continues: the page loads itself again.
+    :param is_live: whether the exploration is still running, so that the page reloads itself.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     document = as_document(result, coverage, command)
@@ -43,7 +43,6 @@ def write_page(
 
 
 def as_document(result: ExploreResult, coverage: Coverage | None, command: str) -> dict[str, Any]:
-    """Return the values of the page as JSON values."""
     return {
         "command": command,
         "summary": _summary(result),
@@ -63,9 +62,9 @@ def _summary(result: ExploreResult) -> str:
 def _properties(result: ExploreResult) -> Iterator[dict[str, str]]:
     violated = {each["property"]: each for each in result.violations}
     for name in sorted({each.name for each in result.properties} | violated.keys()):
-        found = violated.get(name)
-        if found is not None:
-            message = found.get("words") or found["message"]
+        violation = violated.get(name)
+        if violation is not None:
+            message = violation.get("words") or violation["message"]
             yield {"name": name, "verdict": "violated", "message": message}
         elif name in result.vacuous:
             yield {"name": name, "verdict": "vacuous", "message": "no run could have violated it"}

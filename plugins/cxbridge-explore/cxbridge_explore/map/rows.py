@@ -50,8 +50,8 @@ def run_rows(graph: Graph) -> list[MapRow]:
         rows.append(row)
         while edge in graph.links and graph.nodes[graph.links[edge]].edge == edge:
             node = graph.links[edge]
-            others = [option for option in graph.options(node) if option != USUAL]
-            pending += [((node, option), number) for option in others]
+            unusual_options = [option for option in graph.options(node) if option != USUAL]
+            pending += [((node, option), number) for option in unusual_options]
             edge = node, USUAL
         _end(graph, edge, row)
     return rows

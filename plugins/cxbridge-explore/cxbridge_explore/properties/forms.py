@@ -43,14 +43,14 @@ class _Reader:
 
     def pattern(self, after: str) -> ConditionPattern:
         """Read conditional elements with at least one pattern."""
-        found: list[SyntaxNode] = []
+        nodes: list[SyntaxNode] = []
         while self.nodes and self.nodes[0].items is not None:
-            found.append(self.nodes.pop(0))
-        if not any(node.head and node.head not in _NO_PATTERN for node in found):
+            nodes.append(self.nodes.pop(0))
+        if not any(node.head and node.head not in _NO_PATTERN for node in nodes):
             raise self.where.error(
                 f"'{after}' needs a pattern: {self.text}", "a pattern is in parentheses: (goal (mode FAILED))"
             )
-        return ConditionPattern(tuple(found), self.where)
+        return ConditionPattern(tuple(nodes), self.where)
 
     def within(self) -> float | None:
         """Read the optional time limit, which must be the last part."""
@@ -86,7 +86,6 @@ def read_property(text: str, where: Mark | None = None) -> Property:
     Unknown deftemplates are reported later, when the property is watched.
 
     :param where: the position for error messages.
-    :raises ConfigError: if the form is invalid.
     """
     where = where or Mark()
     match = _NAME.match(text)
@@ -96,12 +95,12 @@ def read_property(text: str, where: Mark | None = None) -> Property:
     reader = _Reader(text.strip(), read(body), where)
     name = match[1] if match else one_line(body)
     kind = reader.word()
-    made: Callable[[Scene], Monitor]
+    make_monitor: Callable[[Scene], Monitor]
     match kind:
         case "never":
-            made = partial(Never, pattern=reader.pattern(kind))
+            make_monitor = partial(Never, pattern=reader.pattern(kind))
         case "always":
-            made = partial(Always, pattern=reader.pattern(kind))
+            make_monitor = partial(Always, pattern=reader.pattern(kind))
         case "eventually":
             pattern = reader.pattern(kind)
             return Property(
@@ -113,8 +112,8 @@ def read_property(text: str, where: Mark | None = None) -> Property:
             if then != "then":
                 raise where.error(f"'after' needs a 'then': {text.strip()}", FORMS[3])
             second = reader.pattern(then)
-            made = partial(After, first=first, second=second, within_s=reader.within())
-            return Property(name, made, one_line(body), one_line(text))
+            make_monitor = partial(After, first=first, second=second, within_s=reader.within())
+            return Property(name, make_monitor, one_line(body), one_line(text))
         case _:
             hint = did_you_mean(kind, _WORDS, f"properties are: {'; '.join(FORMS)}")
             raise where.error(f"a property begins with {', '.join(_WORDS)}, not with '{kind}'", hint)
@@ -122,4 +121,4 @@ def read_property(text: str, where: Mark | None = None) -> Property:
         raise where.error(
             f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_WORDS.index(kind)]}"
         )
-    return Property(name, made, one_line(body), one_line(text))
+    return Property(name, make_monitor, one_line(body), one_line(text))

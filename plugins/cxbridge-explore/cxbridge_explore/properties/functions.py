@@ -9,8 +9,8 @@ from cxbridge.events import Event, LogLine
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge_explore.properties.monitor import Monitor, Property, RunEnd, Scene
 
+# Called with the events at the end of a run; returns the violation in a sentence, or None.
 EventFunction = Callable[[Sequence[Event]], str | None]
-"""Called with the events at the end of a run; returns the violation in a sentence, or None."""
 
 
 def property_of(function: EventFunction, *event_types: type[Event], name: str = "") -> Property:

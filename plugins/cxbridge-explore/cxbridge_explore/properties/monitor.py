@@ -12,8 +12,8 @@ from cxbridge.events import Event
 if TYPE_CHECKING:
     from cxbridge_explore.properties.tables import FactTables
 
+# The state of a monitor whose verdict depends only on the current facts.
 NOTHING: Final[tuple[Hashable, ...]] = ()
-"""The state of a monitor whose verdict depends only on the current facts."""
 
 
 class Ending(Enum):
@@ -83,7 +83,6 @@ class Scene(Protocol):
 class Monitor:
     """Checks one property in one run. All methods are called in the run's thread.
 
-    :ivar event_types: the types of events for :meth:`take`.
     :ivar is_evaluated: whether the property could have been violated; a property that no run evaluates is
         vacuous.
     """
@@ -109,8 +108,7 @@ class Monitor:
     def look(self) -> None:
         """Check the run after a loop."""
 
-    def end(self, end: RunEnd) -> None:
-        """Check the run at its end."""
+    def end(self, end: RunEnd) -> None: ...
 
     def released(self) -> None:
         """Check the facts after the shutdown rules have run."""

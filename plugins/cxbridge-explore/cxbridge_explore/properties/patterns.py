@@ -29,8 +29,7 @@ _LOADED: Final = "(executive-initialized)"
 _NOWHERE: Final = "(executive-initialized nowhere)"
 _numbers = count(1)
 
-Values = tuple[str, ...]
-"""The values of a pattern's variables, as CLIPS prints them."""
+Values = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints them
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,15 +19,11 @@ _EXPECTED: Final = f"it is a list; an entry is one of: {'; '.join(FORMS)}; it ma
 
 
 def read_properties(file: Path) -> list[Property]:
-    """Return the properties of a file.
-
-    :raises ConfigError: if the file cannot be read or is invalid.
-    """
     try:
         data = file.read_bytes()
     except OSError as error:
         raise ConfigError(f"cannot be read: {error.strerror}", file=file) from error
-    found: list[Property] = []
+    properties: list[Property] = []
     for root in parse_documents(data, str(file)):
         if not isinstance(root, YamlList):
             if isinstance(root, YamlScalar) and root.null:
@@ -36,12 +32,12 @@ def read_properties(file: Path) -> list[Property]:
         for item in root.items:
             match item:
                 case YamlScalar(null=False):
-                    found.append(read_property(item.text, item.mark))
+                    properties.append(read_property(item.text, item.mark))
                 case YamlMap(pairs=[(YamlScalar() as name, YamlScalar() as form)]):
-                    found.append(read_property(f"{name.text}: {form.text}", form.mark))
+                    properties.append(read_property(f"{name.text}: {form.text}", form.mark))
                 case _:
                     raise item.mark.error("a property is expected", _EXPECTED)
-    return found
+    return properties
 
 
 def find_property(text: str) -> Property:
@@ -71,14 +67,14 @@ def joined(*groups: Iterable[Property]) -> tuple[Property, ...]:
 
     :raises ConfigError: if two properties have the same name.
     """
-    found: dict[str, Property] = {}
+    by_name: dict[str, Property] = {}
     for each in _chained(groups):
-        if each.name in found:
+        if each.name in by_name:
             raise ConfigError(
                 f"there are two properties '{each.name}'", hint="give one of them another name: NAME: FORM"
             )
-        found[each.name] = each
-    return tuple(found.values())
+        by_name[each.name] = each
+    return tuple(by_name.values())
 
 
 def _chained(groups: Iterable[Iterable[Property]]) -> Iterator[Property]:

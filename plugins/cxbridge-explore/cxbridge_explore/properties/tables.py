@@ -11,13 +11,10 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
 
-Slots = Mapping[str, "Value"]
-"""Values by slot."""
+Slots = Mapping[str, "Value"]  # values by slot
 
 
 class FactTables:
-    """The facts of an environment."""
-
     def __init__(self, env: ClipsEnvironment) -> None:
         self.env = env
         self._facts: dict[str, list[Slots]] = {}
@@ -26,7 +23,6 @@ class FactTables:
 
     @property
     def name(self) -> str:
-        """The name of the environment."""
         return self.env.name
 
     def follow(self, template: str, changes: Changes | None = None) -> None:
@@ -48,7 +44,6 @@ class FactTables:
             changes.is_pending = True
 
     def facts(self, template: str) -> Sequence[Slots]:
-        """Return the facts of a deftemplate."""
         found = self._facts.get(template)
         if found is None:
             found = [slots for _, _, slots in self.env.facts(template)]
@@ -58,12 +53,12 @@ class FactTables:
 
     def shown(self, template: str) -> Sequence[Mapping[str, str]]:
         """Return the facts of a deftemplate with values as CLIPS prints them."""
-        found = self._shown.get(template)
-        if found is None:
-            found = [{name: show(value) for name, value in slots.items()} for slots in self.facts(template)]
+        rows = self._shown.get(template)
+        if rows is None:
+            rows = [{name: show(value) for name, value in slots.items()} for slots in self.facts(template)]
             if template in self._changes:
-                self._shown[template] = found
-        return found
+                self._shown[template] = rows
+        return rows
 
 
 class Changes:
@@ -77,12 +72,11 @@ class Changes:
         self._templates = templates
 
     def follow(self, tables: FactTables) -> None:
-        """Also follow an agent."""
         self.is_pending = True
         for template in self._templates:
             tables.follow(template, self)
 
     def take(self) -> bool:
         """Return whether facts have changed, and reset the record."""
-        found, self.is_pending = self.is_pending, False
-        return found
+        was_pending, self.is_pending = self.is_pending, False
+        return was_pending

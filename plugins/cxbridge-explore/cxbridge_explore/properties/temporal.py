@@ -58,7 +58,6 @@ class PatternMonitor(Monitor):
         """Check the run after a loop; all agents are loaded."""
 
     def had_facts(self) -> bool:
-        """Return whether each deftemplate of the patterns has a fact."""
         return any(
             all(next(tables.env.facts(name), None) for each in self._patterns for name in each.templates)
             for tables in self.scene.tables
@@ -95,8 +94,8 @@ class Never(PatternMonitor):
 
     def _matched(self, values: Values) -> None:
         names = self._pattern.variables
-        given = ", ".join(f"{name} = {value}" for name, value in zip(names, values, strict=True))
-        self.scene.report(f"{self._pattern.text} matches" + (f": {given}" if given else ""))
+        bindings = ", ".join(f"{name} = {value}" for name, value in zip(names, values, strict=True))
+        self.scene.report(f"{self._pattern.text} matches" + (f": {bindings}" if bindings else ""))
 
 
 class Always(PatternMonitor):
@@ -247,10 +246,10 @@ class After(PatternMonitor):
                 self._report(values, "until the end")
 
     def _report(self, values: Values, limit: str) -> None:
-        given = ", ".join(f"{name} = {value}" for name, value in zip(self._shared, values, strict=True))
+        bindings = ", ".join(f"{name} = {value}" for name, value in zip(self._shared, values, strict=True))
         self.scene.report(
             f"{self._second.text} has not matched {limit}, after {self._first.text}"
-            + (f": {given}" if given else "")
+            + (f": {bindings}" if bindings else "")
         )
 
     def state(self) -> Hashable | None:

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 
 class WatchedAgent(Protocol):
-    """An agent of a run."""
-
     @property
     def executive(self) -> Executive: ...
 
@@ -27,10 +25,7 @@ class WatchedAgent(Protocol):
 
 
 class PropertyScene:
-    """The view of a run for the monitor of one property.
-
-    :param name: the name of the property.
-    """
+    """The view of a run for the monitor of one property."""
 
     def __init__(self, name: str, watch: PropertyWatch) -> None:
         self.name = name
@@ -55,7 +50,6 @@ class PropertyWatch:
 
     :param properties: with different names.
     :param clock: the run's clock; the run starts now.
-    :raises CxbridgeError: if a property is invalid.
     """
 
     def __init__(self, properties: Iterable[Property], agents: Sequence[WatchedAgent], clock: Clock) -> None:

@@ -17,24 +17,18 @@ from cxbridge.process.python import python_command
 from cxbridge_explore.sweep.frames import read_frame, write_frame
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
-MOST_DEATHS: Final = 3
-"""The number of worker deaths after which a seed counts as crashed."""
+MOST_DEATHS: Final = 3  # number of worker deaths after which a seed counts as crashed
 
-_LOADING: Final = None
-"""Key for deaths of workers before their first seed."""
+_LOADING: Final = None  # key for deaths of workers before their first seed
 
+# Seeds per chunk: few, so that a dead worker loses little and all workers finish together.
 _CHUNK: Final = 16
-"""Seeds per chunk: few, so that a dead worker loses little and all workers finish together."""
 
 
 class Engine(Protocol):
     """An engine that plays runs."""
 
-    def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield a row for each seed, in any order.
-
-        :raises CxbridgeError: if the scenario is invalid.
-        """
+    def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]: ...
 
     def close(self) -> None:
         """Release all resources."""
@@ -70,7 +64,6 @@ class WorkerProcess(Closing):
     def rows(self, seeds: Sequence[int]) -> Iterator[RunRow]:
         """Yield the rows of these seeds, in order.
 
-        :raises CxbridgeError: if the scenario is invalid.
         :raises WorkerDiedError: if the process ends early.
         """
         self._send(list(seeds))
@@ -90,7 +83,6 @@ class WorkerProcess(Closing):
                 yield answer
 
     def _died(self) -> WorkerDiedError:
-        """Return the error for the end of the process."""
         status = self._process.wait()
         ending = f"signal {-status}" if status < 0 else f"exit status {status}"
         if self._is_loaded:
@@ -204,10 +196,7 @@ class _Batch:
                 return
 
     def _requeue(self, error: WorkerDiedError, left: list[int]) -> None:
-        """Return the seeds of a dead worker to the queue.
-
-        :raises NotLoadedError: if workers keep dying before their first seed.
-        """
+        """Return the seeds of a dead worker to the queue."""
         cause = _LOADING if isinstance(error, NotLoadedError) else left[0]
         self._deaths[cause] += 1
         if self._deaths[cause] >= MOST_DEATHS:

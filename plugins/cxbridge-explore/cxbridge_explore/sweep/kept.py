@@ -14,8 +14,6 @@ from cxbridge_explore.sweep.rows import RunRow
 
 
 class _Line(msgspec.Struct, frozen=True):
-    """A line of the file."""
-
     agent: str
     row: RunRow
 
@@ -27,7 +25,6 @@ class KeptRows(Closing):
     """A file of rows, one JSON line each. New rows are appended.
 
     :param file: created if missing.
-    :raises CxbridgeError: if the file cannot be read or written, or has other content.
     """
 
     def __init__(self, file: Path) -> None:
@@ -47,12 +44,12 @@ class KeptRows(Closing):
             if not line.endswith(b"\n"):
                 break  # the writer was killed in the middle of the line
             try:
-                found = _DECODER.decode(line)
+                row = _DECODER.decode(line)
             except msgspec.MsgspecError as error:
                 raise CxbridgeError(
                     f"is not a row of a sweep: {error}", file=self._file, line=number
                 ) from None
-            self._rows.setdefault(found.agent, {})[found.row.seed] = found.row
+            self._rows.setdefault(row.agent, {})[row.row.seed] = row.row
             complete_bytes += len(line)
         return complete_bytes
 
@@ -60,10 +57,6 @@ class KeptRows(Closing):
         return self._rows.get(agent, {})
 
     def add(self, agent: str, row: RunRow) -> None:
-        """Append a row.
-
-        :raises CxbridgeError: if the row cannot be written.
-        """
         try:
             self._output.write(msgspec.json.encode(_Line(agent, row)) + b"\n")
             self._output.flush()

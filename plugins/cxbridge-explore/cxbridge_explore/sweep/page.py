@@ -22,7 +22,6 @@ def write_page(sweeps: Mapping[str, Sequence[RunRow]], file: Path, command: str)
 
 
 def as_document(sweeps: Mapping[str, Sequence[RunRow]], command: str) -> dict[str, Any]:
-    """Return the values of the page as JSON values."""
     by_seed = [{row.seed: row for row in rows} for rows in sweeps.values()]
     return {
         "command": command,

@@ -16,13 +16,12 @@ from cxbridge.run.source import source_of
 from cxbridge_explore.sweep.remote import AGENT, CODE, JOB
 from cxbridge_explore.sweep.rows import SweepJob
 
-MOST_BYTES: Final = 64 * 1024 * 1024
-"""The limit of an agent's files before compression."""
+MOST_BYTES: Final = 64 * 1024 * 1024  # limit of an agent's files before compression
 
 _SKIPPED: Final = frozenset({"__pycache__", ".git", ".venv", "node_modules"})
 _SHARED: Final = ("interfaces", "luaskills", "share")
+# Options whose folders are too large to pack: they must exist at the same path everywhere.
 _ELSEWHERE: Final = frozenset({"fawkes_dir", "overlays"})
-"""Options whose folders are too large to pack: they must exist at the same path everywhere."""
 
 
 def pack(job: SweepJob) -> bytes:
@@ -62,7 +61,7 @@ def _add_job(parcel: zipfile.ZipFile, job: SweepJob) -> None:
         known = moved.get(str(source))
         if known is not None:
             return known
-        place = moved[str(source)] = Path(f"{len(moved)}") / source.name
+        target = moved[str(source)] = Path(f"{len(moved)}") / source.name
         for file in _files(source) if source.is_dir() else [source]:
             size += file.stat().st_size
             if size > MOST_BYTES:
@@ -70,8 +69,8 @@ def _add_job(parcel: zipfile.ZipFile, job: SweepJob) -> None:
                     f"the agent has more than {MOST_BYTES >> 20} MiB of files; it cannot travel", file=source
                 )
             inside = file.relative_to(source).as_posix() if file != source else ""
-            _write(parcel, f"{AGENT}/{place.as_posix()}/{inside}".rstrip("/"), file)
-        return place
+            _write(parcel, f"{AGENT}/{target.as_posix()}/{inside}".rstrip("/"), file)
+        return target
 
     changes: dict[str, Any] = {}
     for field in fields(options):

@@ -28,17 +28,13 @@ class GoalTally:
 
     def by_class(self) -> dict[str, dict[str, int]]:
         """Return the number of goals by class and outcome."""
-        found: dict[str, dict[str, int]] = {}
+        counts_by_class: dict[str, dict[str, int]] = {}
         for (goal_class, outcome), count in Counter(self._ends.values()).items():
-            found.setdefault(goal_class, {})[outcome] = count
-        return found
+            counts_by_class.setdefault(goal_class, {})[outcome] = count
+        return counts_by_class
 
 
 def play(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
-    """Play a run and return its row.
-
-    :raises CxbridgeError: if the scenario is invalid.
-    """
     started = time.process_time()
     tally = GoalTally()
     world = None if job.world is None else read_world(job.world)

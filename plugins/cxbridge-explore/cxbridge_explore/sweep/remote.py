@@ -22,14 +22,12 @@ from typing import Any, Final
 
 from cxbridge_explore.sweep import frames
 
-CODE: Final = "code"
-"""The folder of the package in a parcel."""
+CODE: Final = "code"  # folder of the package in a parcel
 
+# The folder of the agent's files in a parcel; the working directory of the runs.
 AGENT: Final = "agent"
-"""The folder of the agent's files in a parcel; the working directory of the runs."""
 
-JOB: Final = "job"
-"""The job in a parcel, as :mod:`cxbridge_explore.sweep.worker` reads it."""
+JOB: Final = "job"  # job in a parcel, as `cxbridge_explore.sweep.worker` reads it
 
 _LOADED: Final = pickle.dumps(None)
 _CACHE: dict[tuple[str, int], subprocess.Popen[bytes]] = {}
@@ -104,5 +102,4 @@ def _unpacked(parcel: bytes, digest: str) -> Path:
 
 
 def modules() -> tuple[Any, ...]:
-    """Return the modules to send."""
     return (frames, sys.modules[__name__])

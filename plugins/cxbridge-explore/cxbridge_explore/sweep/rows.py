@@ -12,8 +12,7 @@ if TYPE_CHECKING:
 
     from cxbridge.run.options import RunOptions
 
-CRASHED: Final = "crashed"
-"""The outcome of a run whose process died."""
+CRASHED: Final = "crashed"  # outcome of a run whose process died
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,17 +10,13 @@ from dataclasses import dataclass
 from typing import Final
 
 CONFIDENCE: Final = 0.95
-_SUBSETS: Final = 1999
-"""The number of sampled subsets: of 2000, one more than this, 2.5 % is a whole number."""
+_SUBSETS: Final = 1999  # number of sampled subsets: of 2000, one more than this, 2.5 % is a whole number
 _ROUNDING: Final = 1e-9  # 2000 * (1 - 0.95) / 2 is slightly less than 50 in floating point
-_FEW: Final = 200
-"""With fewer values, the normal approximation of the mean is too coarse."""
+_FEW: Final = 200  # with fewer values, the normal approximation of the mean is too coarse
 
 
 @dataclass(frozen=True, slots=True)
 class Quantiles:
-    """Quantiles of a sample."""
-
     minimum: float
     p05: float
     p25: float
@@ -32,7 +28,6 @@ class Quantiles:
 
     @classmethod
     def of(cls, values: Sequence[float]) -> Quantiles | None:
-        """Return the quantiles of a sample, or None if it is empty."""
         if not values:
             return None
         ordered = sorted(values)
@@ -41,7 +36,6 @@ class Quantiles:
         return cls(ordered[0], p05, p25, median, p75, p95, ordered[-1], mean)
 
     def as_dict(self) -> dict[str, float]:
-        """Return the quantiles as JSON values."""
         return {
             "min": round(self.minimum, 6),
             "p05": round(self.p05, 6),
@@ -56,10 +50,10 @@ class Quantiles:
 
 def _quantile(ordered: Sequence[float], share: float) -> float:
     """Return a quantile of sorted values, interpolated linearly (Hyndman and Fan's type 7)."""
-    place = share * (len(ordered) - 1)
-    low = math.floor(place)
+    position = share * (len(ordered) - 1)
+    low = math.floor(position)
     high = min(low + 1, len(ordered) - 1)
-    return ordered[low] + (ordered[high] - ordered[low]) * (place - low)
+    return ordered[low] + (ordered[high] - ordered[low]) * (position - low)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +121,6 @@ def mean_interval(values: Sequence[float]) -> Interval:
 
 
 def _subset_means(values: Sequence[float]) -> Iterator[float]:
-    """Yield the mean of each non-empty subset, or of :data:`_SUBSETS` random subsets."""
     masks: Iterable[int] = range(1, 2 ** len(values))
     if 2 ** len(values) > _SUBSETS:
         rng = random.Random(0)  # noqa: S311 - the same values give the same interval

@@ -40,18 +40,16 @@ class SweepSummary:
     @property
     def goals(self) -> dict[str, dict[str, int]]:
         """The number of goals by class and outcome, in all runs."""
-        found: dict[str, Counter[str]] = {}
+        outcomes_by_class: dict[str, Counter[str]] = {}
         for row in self.rows:
             for goal_class, outcomes in row.goals.items():
-                found.setdefault(goal_class, Counter()).update(outcomes)
-        return {name: dict(found[name].most_common()) for name in sorted(found)}
+                outcomes_by_class.setdefault(goal_class, Counter()).update(outcomes)
+        return {name: dict(outcomes_by_class[name].most_common()) for name in sorted(outcomes_by_class)}
 
     def seeds_of(self, outcome: str) -> list[int]:
-        """Return the first seeds with an outcome."""
         return [row.seed for row in self.rows if row.outcome == outcome][:_SHOWN_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the summary as JSON values."""
         makespan, retries = self.makespan, Quantiles.of([float(row.retries) for row in self.rows])
         return {
             "runs": len(self.rows),
@@ -108,7 +106,6 @@ class AgentComparison:
         return [*other_outcomes, *longest][:_SHOWN_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the comparison as JSON values."""
         makespan = self.makespan
         return {
             "completed": self.completed.as_dict(),

@@ -13,6 +13,7 @@ from cxbridge.extras import install_command
 from cxbridge.file_access import replacing
 from cxbridge_explore.sweep.rows import RunRow
 
+# The columns; `goals` and `choices` contain JSON.
 COLUMNS: Final = (
     "agent",
     "seed",
@@ -26,14 +27,12 @@ COLUMNS: Final = (
     "choices",
     "cpu_seconds",
 )
-"""The columns; ``goals`` and ``choices`` contain JSON."""
 
 
 def write_csv(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
     """Write the rows as CSV, by agent and seed.
 
     :param tables: rows by agent.
-    :raises CxbridgeError: if the file cannot be written.
     """
     with replacing(file) as fresh, fresh.open("w", encoding="utf-8", newline="") as output:
         writer = csv.DictWriter(output, COLUMNS, lineterminator="\n")
@@ -55,7 +54,7 @@ def write_parquet(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
             "Parquet needs the package 'pyarrow'",
             hint=f"{install_command('parquet', 'cxbridge-explore')}, or use --csv",
         ) from None
-    rows = [_plain(agent, row) for agent, found in tables.items() for row in found]
+    rows = [_plain(agent, row) for agent, agent_rows in tables.items() for row in agent_rows]
     with replacing(file) as fresh:
         parquet.write_table(pa.Table.from_pylist(rows), fresh)
 

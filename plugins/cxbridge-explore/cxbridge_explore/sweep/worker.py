@@ -59,8 +59,7 @@ class ForkingSeeds:
     """
 
     def __init__(self, channel: WorkerChannel, job: SweepJob) -> None:
-        self.seed: int | None = None
-        """The seed of this child; None in the serving process."""
+        self.seed: int | None = None  # seed of this child; None in the serving process
         self.started = 0.0
         self._channel = channel
         self._job = job

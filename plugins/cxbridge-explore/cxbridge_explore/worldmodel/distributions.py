@@ -9,8 +9,8 @@ from enum import StrEnum
 from statistics import NormalDist
 from typing import Final, assert_never
 
+# Drawn seconds are rounded to milliseconds, so that a path can contain them as text.
 DIGITS: Final = 3
-"""Drawn seconds are rounded to milliseconds, so that a path can contain them as text."""
 
 _TAIL: Final = 0.05
 
@@ -26,6 +26,7 @@ class Shape(StrEnum):
     CHOICE = "choice"  # equally likely values
 
 
+# Names of the parameters by shape; a choice has any number.
 PARAMETERS: Final = {
     Shape.CONSTANT: ("seconds",),
     Shape.UNIFORM: ("least", "greatest"),
@@ -33,7 +34,6 @@ PARAMETERS: Final = {
     Shape.LOGNORMAL: ("median", "standard deviation of the logarithm"),
     Shape.EXPONENTIAL: ("mean",),
 }
-"""Names of the parameters by shape; a choice has any number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,10 +111,9 @@ class Distribution:
     @property
     def representatives(self) -> tuple[float, ...]:
         """The values that represent the distribution in an exploration, the usual one first."""
-        found = self.listed or (self.median, self.least_usual, self.most_usual)
-        return tuple(dict.fromkeys(found))
+        values = self.listed or (self.median, self.least_usual, self.most_usual)
+        return tuple(dict.fromkeys(values))
 
 
 def text_of(seconds: float) -> str:
-    """Return seconds as text for a path."""
     return f"{seconds:.{DIGITS}f}".rstrip("0").rstrip(".")

@@ -18,10 +18,7 @@ _SKILL: Final = re.compile(r"\w+")
 
 
 def check_world(world: WorldModel, run: Run | Team) -> None:
-    """Check the names in a world against the scenario of a run.
-
-    :raises ConfigError: if a name is unknown.
-    """
+    """Check the names in a world against the scenario of a run."""
     names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
     check_world_of(world, list(run.agents), names)
 
@@ -33,17 +30,16 @@ def check_world_of(
 
     :param names: the names of the agents; empty for a single agent.
     :param as_written: read the skills of executors from text, without importing them.
-    :raises ConfigError: if a name is unknown.
     """
     for agent in agents:
         _check_agent(world, agent, known_skills(agent, as_written=as_written))
     for kill in world.kills if names else ():
         _must_be_known("agent", kill.agent, (*names, "*"), kill.place)
     if not names and (world.kills or world.order):
-        place = world.kills[0].place if world.kills else WorldPlace()
+        position = world.kills[0].place if world.kills else WorldPlace()
         change = "kill one" if world.kills else "let them take turns in another order"
         hint = "see docs/several-agents.md"
-        raise _error(place, f"the scenario has one agent: the world cannot {change}", hint)
+        raise _error(position, f"the scenario has one agent: the world cannot {change}", hint)
 
 
 def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None:
@@ -66,7 +62,7 @@ def known_skills(agent: Run, *, as_written: bool) -> set[str]:
     :param as_written: see :func:`check_world_of`.
     :returns: empty if an executor computes its skills and only its text is read.
     """
-    found = {
+    skill_names = {
         name.group()
         for item in agent.config.search("/clips-executive/specs")
         if "/action-mapping/" in item.path and not item.is_list and (name := _SKILL.match(item.text))
@@ -77,33 +73,33 @@ def known_skills(agent: Run, *, as_written: bool) -> set[str]:
             skills = executor.written_skills() if as_written else executor.skills()
             if skills is None:
                 return set()
-            found.update(skills)
-    return found
+            skill_names.update(skills)
+    return skill_names
 
 
 def _executing(agent: Run) -> set[str]:
     """Return the names of the local Skillers and of the executors on the skill board."""
     board = agent.skill_board
     served = frozenset[str]() if board is None else board.skillers
-    found = {item.name for item in skiller_settings(agent.config, "simulator", served)}
+    executors = {item.name for item in skiller_settings(agent.config, "simulator", served)}
     for each in () if board is None else board.agents:
-        found.update(executor.name for executor in each.executors)
-    return found
+        executors.update(executor.name for executor in each.executors)
+    return executors
 
 
-def _must_be_known(kind: str, name: str, known: Collection[str], place: WorldPlace) -> None:
+def _must_be_known(kind: str, name: str, known: Collection[str], position: WorldPlace) -> None:
     if name not in known:
         otherwise = f"there are: {', '.join(sorted(set(known) - {'*'}))}"
-        raise _error(place, f"there is no {kind} '{name}'", did_you_mean(name, known, otherwise))
+        raise _error(position, f"there is no {kind} '{name}'", did_you_mean(name, known, otherwise))
 
 
-def _check_interface(uid: str, agent: Run, place: WorldPlace) -> None:
+def _check_interface(uid: str, agent: Run, position: WorldPlace) -> None:
     try:
         agent.registry.get(parse_uid(uid)[0])
     except (CxbridgeError, ValueError) as error:
         message = error.message if isinstance(error, CxbridgeError) else f"'{uid}' is no TYPE::ID"
         hint = error.hint if isinstance(error, CxbridgeError) else "e.g. BatteryInterface::Robot"
-        raise _error(place, message, hint) from None
+        raise _error(position, message, hint) from None
 
 
 def _check_sensed(sensed: SensedValue, agent: Run) -> None:
@@ -113,5 +109,5 @@ def _check_sensed(sensed: SensedValue, agent: Run) -> None:
     _must_be_known(f"field of {kind}", sensed.name, fields, sensed.place)
 
 
-def _error(place: WorldPlace, message: str, hint: str | None) -> ConfigError:
-    return ConfigError(message, file=place.file, line=place.line, hint=hint)
+def _error(position: WorldPlace, message: str, hint: str | None) -> ConfigError:
+    return ConfigError(message, file=position.file, line=position.line, hint=hint)

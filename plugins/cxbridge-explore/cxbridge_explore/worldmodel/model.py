@@ -12,8 +12,7 @@ from cxbridge_explore.worldmodel.distributions import Distribution
 
 WORLD_FILE: Final = "world.yaml"
 
-LIKELY: Final = 0.1
-"""The default probability of an event."""
+LIKELY: Final = 0.1  # default probability of an event
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +31,6 @@ class SkillFailure:
     """A failure of a skill.
 
     :param name: its name in paths.
-    :param error: the error of the skill.
     :param after: seconds until the failure; None for the usual duration of the skill.
     """
 
@@ -184,5 +182,5 @@ class WorldModel:
         return next((each for each in self.skills if each.matches(call)), self.otherwise)
 
 
+# The world in which each skill succeeds after its usual duration.
 NOTHING_FAILS: Final = WorldModel(otherwise=SkillModel(SkillPattern("*"), failures=()))
-"""The world in which each skill succeeds after its usual duration."""

@@ -45,7 +45,6 @@ _EPSILON: Final = 1e-9
 
 
 def find_world(folder: Path) -> Path | None:
-    """Return the ``world.yaml`` in a folder, or None."""
     file = folder / WORLD_FILE
     return file if file.is_file() else None
 
@@ -59,10 +58,6 @@ def read_world(file: Path) -> WorldModel:
 
 
 def world_of(document: Configuration) -> WorldModel:
-    """Return the world described by a configuration.
-
-    :raises CxbridgeError: if a value is invalid.
-    """
     refuse_unknown(document, "/", _WORLD)
     refuse_unknown(document, "/otherwise", _OTHERWISE)
     return WorldModel(
@@ -93,8 +88,8 @@ def _model(document: Configuration, path: str, pattern: SkillPattern) -> SkillMo
     names = document.keys(path)
     failures: tuple[SkillFailure, ...] = (SkillFailure(),)
     if "fails" in names:
-        found = items(document, f"{path}/fails")
-        failures = tuple(_failure(document, each, len(found)) for each in found)
+        failure_items = items(document, f"{path}/fails")
+        failures = tuple(_failure(document, each, len(failure_items)) for each in failure_items)
     hangs = probability(document, f"{path}/hangs", 0.0)
     total = hangs + sum(each.probability for each in failures)
     if total > 1 + _EPSILON:

@@ -32,8 +32,8 @@ def wrong(document: Configuration, path: str, fault: str, hint: str | None = Non
 
     :param fault: a phrase that follows the path.
     """
-    place = place_of(document, path)
-    return ConfigError(f"{path[1:]} {fault}", file=place.file, line=place.line, hint=hint)
+    position = place_of(document, path)
+    return ConfigError(f"{path[1:]} {fault}", file=position.file, line=position.line, hint=hint)
 
 
 def refuse_unknown(document: Configuration, path: str, known: Collection[str]) -> None:
@@ -88,27 +88,21 @@ def _checked(document: Configuration, path: str, value: float) -> float:
 
 
 def times(document: Configuration, path: str, default: Times | None = None) -> Times:
-    """Read ``every``, ``from`` and ``until``.
-
-    :raises ConfigError: if a value is invalid.
-    """
+    """Read ``every``, ``from`` and ``until``."""
     default = default or Times()
     refuse_unknown(document, path, ("every", "from", "until"))
-    found = Times(
+    result = Times(
         seconds(document, f"{path}/every", default.every),
         seconds(document, f"{path}/from", default.begin),
         seconds(document, f"{path}/until", default.until),
     )
-    if found.until < found.begin:
-        raise wrong(document, path, f"ends at {found.until:g}, before {found.begin:g}")
-    return found
+    if result.until < result.begin:
+        raise wrong(document, path, f"ends at {result.until:g}, before {result.begin:g}")
+    return result
 
 
 def distribution(document: Configuration, path: str) -> Distribution:
-    """Read a number of seconds, or a distribution.
-
-    :raises ConfigError: if it is invalid.
-    """
+    """Read a number of seconds, or a distribution."""
     if document.exists(path):
         return Distribution.constant(seconds(document, path))
     refuse_unknown(document, path, (*_SHAPES, *_BOUNDS))
@@ -120,9 +114,9 @@ def distribution(document: Configuration, path: str) -> Distribution:
     most = seconds(document, f"{path}/max", LONGEST_S)
     if most < least:
         raise wrong(document, f"{path}/max", f"is {most:g}, less than the minimum {least:g}")
-    found = Distribution(shape, _parameters(document, f"{path}/{shape.value}", shape), least, most)
-    listed = _listed(document, f"{path}/explore", found)
-    return Distribution(shape, found.parameters, least, most, listed)
+    result = Distribution(shape, _parameters(document, f"{path}/{shape.value}", shape), least, most)
+    listed = _listed(document, f"{path}/explore", result)
+    return Distribution(shape, result.parameters, least, most, listed)
 
 
 def _parameters(document: Configuration, path: str, shape: Shape) -> tuple[float, ...]:
@@ -139,11 +133,11 @@ def _parameters(document: Configuration, path: str, shape: Shape) -> tuple[float
     return values
 
 
-def _listed(document: Configuration, path: str, found: Distribution) -> tuple[float, ...]:
+def _listed(document: Configuration, path: str, shape: Distribution) -> tuple[float, ...]:
     """Return the values that represent a distribution in an exploration."""
     if not document.exists(path):
         return ()
-    named = dict(zip(_NAMED, (found.median, found.least_usual, found.most_usual), strict=True))
+    named = dict(zip(_NAMED, (shape.median, shape.least_usual, shape.most_usual), strict=True))
     value = document.get(path)
     listed = []
     for text in value.items or (value.text,):

@@ -11,8 +11,7 @@ from typing import Any, Final, Protocol
 
 from cxbridge.errors import CxbridgeError
 
-USUAL: Final = 0
-"""The index of the option without a fault."""
+USUAL: Final = 0  # index of the option without a fault
 
 
 class ChoiceKind(StrEnum):
@@ -48,8 +47,7 @@ class Draw(Protocol):
 
     def draw(self, rng: random.Random) -> Option: ...
 
-    def read(self, name: str) -> Option | None:
-        """Return the option with a name from a path; None for other names."""
+    def read(self, name: str) -> Option | None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +85,6 @@ class Choice:
         return self.point.options[self.option]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the choice as JSON values for :func:`read_path`."""
         return {
             "index": self.index,
             "kind": self.point.kind.value,
@@ -105,8 +102,8 @@ class Step:
     option: str
 
 
+# The unusual choices of a run by the index of their point; empty for the usual run.
 ChoicePath = Mapping[int, Step]
-"""The unusual choices of a run by the index of their point; empty for the usual run."""
 
 
 class DivergedError(CxbridgeError):
@@ -125,7 +122,6 @@ class Chooser(Protocol):
 
 
 def read_path(choices: list[dict[str, Any]]) -> ChoicePath:
-    """Return the path written by :meth:`Choice.as_dict`."""
     return {each["index"]: Step(each["subject"], each["option"]) for each in choices}
 
 

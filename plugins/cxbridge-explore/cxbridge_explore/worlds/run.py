@@ -44,8 +44,8 @@ class WorldResult:
     choices: tuple[Choice, ...]
 
 
+# Makes the program to run, with the world's additions.
 MakeAssembly = Callable[[RunOptions, Additions], "Run | Team"]
-"""Makes the program to run, with the world's additions."""
 
 
 def make_scenario(options: RunOptions, additions: Additions) -> Run | Team:
@@ -53,10 +53,7 @@ def make_scenario(options: RunOptions, additions: Additions) -> Run | Team:
 
 
 def world_beside(options: RunOptions) -> WorldModel:
-    """Return the world in the scenario's folder; without one, each skill call may fail.
-
-    :raises CxbridgeError: if the file is invalid.
-    """
+    """Return the world in the scenario's folder; without one, each skill call may fail."""
     file = find_world(source_of(options).config_file().parent)
     return WorldModel() if file is None else read_world(file)
 
@@ -124,7 +121,6 @@ class WorldRun(Closing):
         self._parts.pop(agent.name).close()
 
     def joined(self, agent: Run) -> None:
-        """Make the world of a restarted agent."""
         self._parts[agent.name] = self._part(agent)
 
     def _apply_events(self) -> None:

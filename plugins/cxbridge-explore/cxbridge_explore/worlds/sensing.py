@@ -21,8 +21,7 @@ from cxbridge_explore.worlds.asking import Asking, fault, unless
 from cxbridge_explore.worlds.points import ChoiceKind, Option
 
 _SKILL: Final = re.compile(r"\w+")
-OWNER: Final = "world"
-"""The owner of the interfaces that the world opens."""
+OWNER: Final = "world"  # owner of the interfaces that the world opens
 
 _ENDED: Final = ("S_FINAL", "S_FAILED")
 
@@ -48,10 +47,10 @@ class SensedChoices:
         self._subject = f"{prefix}{sensed.uid}.{sensed.name}"
         self._at = list(sensed.at)
         self._skill_ended = False
-        first, *others = sensed.values
+        first, *further_values = sensed.values
         self._options = (
             Option(first[0], weight=first[1]),
-            *(Option(text, faults=1, weight=weight) for text, weight in others),
+            *(Option(text, faults=1, weight=weight) for text, weight in further_values),
         )
         if sensed.after:
             agent.bus.subscribe(self._note, SkillStatus)

@@ -54,7 +54,6 @@ class SkillAnswer(NamedTuple):
 
 
 def takes(seconds: float, faults: int = 0) -> Option:
-    """Return the option for a duration."""
     return Option(f"{_BEGIN}{text_of(seconds)}{_END}", faults=faults, value=seconds)
 
 
@@ -79,14 +78,13 @@ class SkillChoices:
         self._usual: tuple[Decider, ...] = ()
         if config.keys(STATIC_PREFIX):
             self._usual = (StaticEstimator.from_config(config),)
+        # The results of the calls so far, in the order of their starts.
         self.answers: list[SkillAnswer] = []
-        """The results of the calls so far, in the order of their starts."""
         self.script = ScriptedSkills(context, self._usual)
         self.script.otherwise.does(self._answer)
         context.execution = self._execute
 
     def _execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
-        """Return the steps of a call on the skill board."""
         steps = self.script.execute(executor, call)
         string = as_string_call(call)
         mute = self._world.skill(string).mute
@@ -121,18 +119,18 @@ class SkillChoices:
         return self._ask(ChoiceKind.SKILL, subject, options) if len(options) > 1 else options[0]
 
     def _seconds(self, distribution: Distribution, subject: str) -> float:
-        first, *others = distribution.representatives
-        if not others:
+        first, *further_values = distribution.representatives
+        if not further_values:
             return first
-        options = (takes(first), *(takes(each, 1) for each in others))
+        options = (takes(first), *(takes(each, 1) for each in further_values))
         draw = DurationDraw(distribution)
         seconds: float = self._ask(ChoiceKind.DURATION, subject, options, draw).value
         return seconds
 
     def _usual_seconds(self, call: SkillStringCall) -> float:
         """Return the seconds to a failure of a call without a duration in the world."""
-        found = (decider.decide(call) for decider in self._usual)
-        seconds = next((outcome.seconds for outcome in found if outcome is not None), None)
+        decisions = (decider.decide(call) for decider in self._usual)
+        seconds = next((outcome.seconds for outcome in decisions if outcome is not None), None)
         return 1.0 if seconds is None else seconds
 
     def _subject(self, skiller: str, call: SkillStringCall) -> str:

@@ -10,9 +10,10 @@ from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.parts import Part, parts
 
+# Conditional elements that contain patterns.
 CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
-"""Conditional elements that contain patterns."""
 
+# Functions that query facts or instances. Their first argument is `((?fact TEMPLATE) ...)`.
 QUERIES: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(
         ("do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"),
@@ -25,14 +26,13 @@ QUERIES: Final[Mapping[str, NameKind]] = {
     ),
     **dict.fromkeys(("find-all-instances", "any-instancep"), NameKind.CLASS),
 }
-"""Functions that query facts or instances. Their first argument is ``((?fact TEMPLATE) ...)``."""
 
+# Functions whose arguments include slots of an instance, `(SLOT VALUE...)`.
 _MAKES_INSTANCES: Final = frozenset(
     f"{active}{change}-instance"
     for change in ("make", "initialize", "modify", "duplicate", "message-modify", "message-duplicate")
     for active in ("", "active-")
 )
-"""Functions whose arguments include slots of an instance, ``(SLOT VALUE...)``."""
 
 # Words that begin a list without being functions: the branches of a switch.
 _NO_CALLS: Final = frozenset({"case", "default"})
@@ -41,6 +41,7 @@ _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 _LOOPS: Final = frozenset({"foreach", "progn$", "loop-for-count"})
 _FUNCTIONS: Final = frozenset({"deffunction", "defgeneric", "defmethod"})
 
+# Kinds of the names that constructs define. `defglobal` is missing: it defines several names.
 DEFINES: Final[Mapping[str, NameKind]] = {
     "defrule": NameKind.RULE,
     "deftemplate": NameKind.TEMPLATE,
@@ -52,8 +53,8 @@ DEFINES: Final[Mapping[str, NameKind]] = {
     "definstances": NameKind.FACTS,
     "defmodule": NameKind.MODULE,
 }
-"""Kinds of the names that constructs define. ``defglobal`` is missing: it defines several names."""
 
+# Slots of the core's templates whose values are names.
 SLOT_VALUES: Final[Mapping[tuple[str, str], NameKind]] = {
     ("goal", "class"): NameKind.GOAL_CLASS,
     ("plan-action", "action-name"): NameKind.ACTION,
@@ -67,8 +68,8 @@ SLOT_VALUES: Final[Mapping[tuple[str, str], NameKind]] = {
     ("executive-init-request", "name"): NameKind.FEATURE,
     ("protobuf-msg", "type"): NameKind.PROTO_MESSAGE,
 }
-"""Slots of the core's templates whose values are names."""
 
+# Functions whose first argument is a name.
 ARGUMENTS: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(
         ("path-load", "path-load*", "load", "load*", "path-batch", "path-batch*", "batch", "batch*"),
@@ -84,8 +85,8 @@ ARGUMENTS: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(("pb-create", "pb-register-type"), NameKind.PROTO_MESSAGE),
     "plan-assert-action": NameKind.ACTION,
 }
-"""Functions whose first argument is a name."""
 
+# Functions whose arguments are a protobuf message and the name of a field.
 OF_FIELDS: Final = frozenset(
     f"pb-{function}"
     for function in (
@@ -93,15 +94,14 @@ OF_FIELDS: Final = frozenset(
         *("set-field", "add-list"),
     )
 )
-"""Functions whose arguments are a protobuf message and the name of a field."""
 
 
-def read_clips(path: str, text: str, before: SourceFile | None = None) -> SourceFile:
+def read_clips(path: str, text: str, previous: SourceFile | None = None) -> SourceFile:
     """Read a CLIPS file.
 
-    :param before: the previous version of the file; its unchanged constructs are reused.
+    :param previous: the previous version of the file; its unchanged constructs are reused.
     """
-    known = {} if before is None else {placed.piece.text: placed.piece for placed in before.pieces}
+    known = {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
     return SourceFile(
         path, text, tuple(PlacedPiece(part.start, _piece(part, known.get(part.text))) for part in parts(text))
     )
@@ -121,8 +121,10 @@ def _piece(part: Part, known: Piece | None) -> Piece:
         reader.mentions.clear()
     mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
     kind = DEFINES.get(nodes[0].head)
-    own = (mention.name for mention in mentions if mention.use is Use.DEFINED and mention.name.kind is kind)
-    return Piece(nodes[0].head, next(own, None), part.text, mentions, closed=part.closed)
+    defined_names = (
+        mention.name for mention in mentions if mention.use is Use.DEFINED and mention.name.kind is kind
+    )
+    return Piece(nodes[0].head, next(defined_names, None), part.text, mentions, closed=part.closed)
 
 
 def _is_variable(node: SyntaxNode) -> bool:
@@ -358,15 +360,15 @@ class _Reader:
 
     def _arguments(self, function: str, arguments: tuple[SyntaxNode, ...]) -> None:
         kind = ARGUMENTS.get(function)
-        for place, argument in enumerate(arguments):
-            if place == 0 and kind is not None and literal(argument):
+        for position, argument in enumerate(arguments):
+            if position == 0 and kind is not None and literal(argument):
                 self._add(kind, argument, Use.NAMED)
-            elif place == 0 and function == "bind" and argument.text.startswith("?*"):
+            elif position == 0 and function == "bind" and argument.text.startswith("?*"):
                 self._add(NameKind.GLOBAL, argument, Use.SET)
-            elif place == 1 and function in OF_FIELDS and literal(argument):
+            elif position == 1 and function in OF_FIELDS and literal(argument):
                 if owner := self._messages.get(arguments[0].text):
                     self._add(NameKind.PROTO_FIELD, argument, Use.NAMED, owner)
-            elif place == 1 and function == "bind":
+            elif position == 1 and function == "bind":
                 self._made_fact(arguments[0].text, argument)
             else:
                 self._expression(argument)

@@ -44,6 +44,8 @@ def read_interface(path: str, text: str) -> SourceFile:
             add_definition(field, NameKind.FIELD, owner)
     for message in root.find_all("message"):
         add_definition(message, NameKind.MESSAGE, owner)
-    found = tuple(sorted(mentions, key=lambda mention: mention.start))
-    own = Name(NameKind.INTERFACE, owner) if owner else None
-    return SourceFile(path, text, (PlacedPiece(0, Piece("interface", own, text, found)),))
+    sorted_mentions = tuple(sorted(mentions, key=lambda mention: mention.start))
+    interface_name = Name(NameKind.INTERFACE, owner) if owner else None
+    return SourceFile(
+        path, text, (PlacedPiece(0, Piece("interface", interface_name, text, sorted_mentions)),)
+    )

@@ -13,9 +13,10 @@ from cxbridge_studio.agent.parts import parts
 
 _STEP: Final = 2
 _BLANKS: Final = frozenset(" \t\n\r\f\v")
-_MOST_LINE_ENDS: Final = 3
-"""Three line ends in a row: two empty lines."""
+_MOST_LINE_ENDS: Final = 3  # three line ends in a row: two empty lines
 
+# Lists whose content is indented by two blanks. The content of other lists is aligned with the first
+# argument.
 _BLOCKS: Final = frozenset(
     {"defrule", "deffunction", "deftemplate", "deffacts", "defglobal", "defmethod", "defgeneric", "defclass"}
     | {"slot", "multislot", "field", "multifield", "definstances", "defmessage-handler", "defmodule"}
@@ -23,10 +24,6 @@ _BLOCKS: Final = frozenset(
     | {"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"}
     | {"any-factp", "return"}
 )
-"""Lists whose content is indented by two blanks.
-
-The content of other lists is aligned with the first argument.
-"""
 
 _WORDS_OF_IF: Final = frozenset({"then", "else"})
 
@@ -89,7 +86,6 @@ class _Writer:
         self._begins_line = True
 
     def add(self, token: str, *, is_blank: bool) -> None:
-        """Write the next token."""
         if not is_blank:
             self._indent(token)
             self._code(token)

@@ -17,7 +17,6 @@ _ARGUMENT: Final = re.compile(r"@param\s+(\w+)")
 
 
 def read_lua(path: str, text: str) -> SourceFile:
-    """Read the file of a Lua skill."""
     name = _NAME.search(text)
     skill = name[1] if name else ""
     found: list[Mention] = []
@@ -39,11 +38,12 @@ def read_lua(path: str, text: str) -> SourceFile:
         for match in _ARGUMENT.finditer(text, *described.span(2)):
             add_mention(NameKind.ARGUMENT, Use.DEFINED, match, skill)
     mentions = tuple(sorted(found, key=lambda mention: mention.start))
-    own = Name(NameKind.SKILL, skill) if skill else None
-    return SourceFile(path, text, (PlacedPiece(0, Piece("skill" if skill else "lua", own, text, mentions)),))
+    skill_name = Name(NameKind.SKILL, skill) if skill else None
+    return SourceFile(
+        path, text, (PlacedPiece(0, Piece("skill" if skill else "lua", skill_name, text, mentions)),)
+    )
 
 
 def skill_documentation(text: str) -> str:
-    """Return the documentation string of a skill, or an empty text."""
-    found = _DOCUMENTATION.search(text)
-    return found[2].strip() if found else ""
+    match = _DOCUMENTATION.search(text)
+    return match[2].strip() if match else ""

@@ -22,20 +22,19 @@ _READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
     ".xml": read_interface,
     ".proto": read_proto,
 }
-SUFFIXES: Final = (".clp", *_READERS)
-"""Suffixes of the files of an agent."""
+SUFFIXES: Final = (".clp", *_READERS)  # suffixes of the files of an agent
 
 _AS_TEMPLATE: Final = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: NameKind.FIELD}
 
 
-def read_source(path: str, text: str, before: SourceFile | None = None) -> SourceFile | None:
+def read_source(path: str, text: str, previous: SourceFile | None = None) -> SourceFile | None:
     """Read a file by the reader for its suffix, or return None for an unknown suffix.
 
-    :param before: the previous version of the file; its unchanged constructs are reused.
+    :param previous: the previous version of the file; its unchanged constructs are reused.
     """
     suffix = PurePath(path).suffix
     if suffix == ".clp":
-        return read_clips(path, text, before)
+        return read_clips(path, text, previous)
     reader = _READERS.get(suffix)
     return None if reader is None else reader(path, text)
 
@@ -77,7 +76,6 @@ class AgentModel:
         return tuple(self._files.values())
 
     def file(self, path: str) -> SourceFile | None:
-        """Return the file at a path, or None if the model lacks it."""
         return self._files.get(path)
 
     def take(self, file: SourceFile) -> None:
@@ -93,12 +91,12 @@ class AgentModel:
 
         :param uses: the uses to include; without uses, all mentions.
         """
-        wanted = same_as(name)
+        equivalent_names = same_as(name)
         for file in self._files.values():
-            found = [place for each in wanted for place in file.by_name.get(each, ())]
-            if len(wanted) > 1:
-                found.sort(key=_start_of_piece)
-            for start, mention in found:
+            positions = [position for each in equivalent_names for position in file.by_name.get(each, ())]
+            if len(equivalent_names) > 1:
+                positions.sort(key=_start_of_piece)
+            for start, mention in positions:
                 if not uses or mention.use in uses:
                     yield Found(file, mention.moved(start))
 
@@ -140,8 +138,8 @@ class AgentModel:
         }
 
 
-def _start_of_piece(place: tuple[int, Mention]) -> int:
-    return place[0]
+def _start_of_piece(mention_position: tuple[int, Mention]) -> int:
+    return mention_position[0]
 
 
 def same_as(name: Name) -> tuple[Name, ...]:

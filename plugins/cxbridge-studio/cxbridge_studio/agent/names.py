@@ -43,19 +43,14 @@ class Use(StrEnum):
     """The use of a name at a position."""
 
     DEFINED = "defined"
-    MATCHED = "matched"
-    """In a pattern of a rule."""
-    ASSERTED = "asserted"
-    """In ``assert`` or ``deffacts``."""
-    CHANGED = "changed"
-    """In ``modify`` or ``duplicate``."""
-    QUERIED = "queried"
-    """In a query such as ``do-for-all-facts``, or as ``?fact:slot``."""
+    MATCHED = "matched"  # in a pattern of a rule
+    ASSERTED = "asserted"  # in `assert` or `deffacts`
+    CHANGED = "changed"  # in `modify` or `duplicate`
+    QUERIED = "queried"  # in a query such as `do-for-all-facts`, or as `?fact:slot`
     CALLED = "called"
     READ = "read"
     SET = "set"
-    NAMED = "named"
-    """Any other use."""
+    NAMED = "named"  # any other use
 
 
 class Name(NamedTuple):
@@ -86,7 +81,6 @@ class Mention(Struct, frozen=True, gc=False):
     end: int
 
     def moved(self, offset: int) -> Mention:
-        """Return the mention shifted by an offset."""
         return Mention(self.name, self.use, self.start + offset, self.end + offset)
 
 
@@ -114,15 +108,14 @@ class Piece(Struct, frozen=True, dict=True):
 
         For undefined templates, these are function calls in ordered facts: ``(assert (total (+ 1 2)))``.
         """
-        found: dict[str, list[Mention]] = {}
+        slots: dict[str, list[Mention]] = {}
         for mention in self.mentions:
             if mention.name.kind is NameKind.SLOT and mention.use is Use.ASSERTED:
-                found.setdefault(mention.name.text, []).append(mention)
-        return found
+                slots.setdefault(mention.name.text, []).append(mention)
+        return slots
 
     @cached_property
     def defined(self) -> tuple[Mention, ...]:
-        """Mentions that define a name."""
         return tuple(mention for mention in self.mentions if mention.use is Use.DEFINED)
 
 
@@ -175,25 +168,24 @@ class SourceFile(Struct, frozen=True, dict=True):
     @cached_property
     def by_name(self) -> dict[Name, list[tuple[int, Mention]]]:
         """Mentions by name, each with the start of its piece."""
-        found: dict[Name, list[tuple[int, Mention]]] = {}
+        mentions_by_name: dict[Name, list[tuple[int, Mention]]] = {}
         for start, piece in self.pieces:
             for mention in piece.mentions:
-                found.setdefault(mention.name, []).append((start, mention))
-        return found
+                mentions_by_name.setdefault(mention.name, []).append((start, mention))
+        return mentions_by_name
 
     @property
     def mentions(self) -> tuple[Mention, ...]:
-        """All mentions, with offsets in the file."""
         return tuple(mention for placed in self.pieces for mention in placed.mentions)
 
     def piece_at(self, offset: int) -> PlacedPiece | None:
         """Return the piece that contains an offset or ends there."""
-        found = None
+        placed_piece = None
         for placed in self.pieces:
             if placed.start > offset:
                 break
-            found = placed
-        return found if found is not None and offset <= found.end else None
+            placed_piece = placed
+        return placed_piece if placed_piece is not None and offset <= placed_piece.end else None
 
     def mention_at(self, offset: int) -> Mention | None:
         """Return the mention that contains an offset or ends there."""
@@ -201,9 +193,9 @@ class SourceFile(Struct, frozen=True, dict=True):
         if placed is None:
             return None
         offset_in_piece = offset - placed.start
-        found = [
+        candidates = [
             mention for mention in placed.piece.mentions if mention.start <= offset_in_piece <= mention.end
         ]
         # Of nested names, the cursor means the shortest: `f` in `m.f`.
-        best = min(found, key=lambda mention: mention.end - mention.start, default=None)
+        best = min(candidates, key=lambda mention: mention.end - mention.start, default=None)
         return None if best is None else best.moved(placed.start)

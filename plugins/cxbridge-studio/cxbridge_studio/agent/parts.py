@@ -11,12 +11,12 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import HIDDEN, PARENTHESIS, blank, top_level
 
+# A line that begins a construct: CLIPS has no nested constructs.
 _BEGIN: Final = re.compile(
     r"^[ \t]*(\((?:def(?:rule|template|facts|function|global|generic|method|class|module|instances|"
     r"message-handler))(?=[\s(]))",
     re.MULTILINE,
 )
-"""A line that begins a construct: CLIPS has no nested constructs."""
 
 
 class Part(Struct, frozen=True):
@@ -55,7 +55,6 @@ def _is_clean(text: str, code: str, found: list[Part]) -> bool:
 
 
 def _cut(text: str) -> Iterator[Part]:
-    """Yield the parts of unbalanced text."""
     begins = [match.start(1) for match in _BEGIN.finditer(text)]
     edges = [0, *begins, len(text)]
     for begin, end in pairwise(edges):

@@ -115,11 +115,16 @@ def _piece(section: Group, text: str, start: int, end: int, lines: Lines | None 
     mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
     # Blanks in place of comments keep the offsets.
     code = _COMMENT.sub(lambda match: " " * len(match[0]), text[start:end])
-    own = next((m.name for m in mentions if m.use is Use.DEFINED), None)
+    defined_name = next((m.name for m in mentions if m.use is Use.DEFINED), None)
     has_name = section.head.lower() in (*_ACTIONS, "domain")
     return PlacedPiece(
         start,
-        Piece(section.head, own if has_name else None, text[start : start + len(code.rstrip())], mentions),
+        Piece(
+            section.head,
+            defined_name if has_name else None,
+            text[start : start + len(code.rstrip())],
+            mentions,
+        ),
     )
 
 

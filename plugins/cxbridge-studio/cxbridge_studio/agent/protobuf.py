@@ -20,14 +20,13 @@ def read_proto(path: str, text: str) -> SourceFile:
     words = [match for match in _WORD.finditer(text) if match["word"]]
     mentions: list[Mention] = []
     package = ""
-    scopes: list[tuple[str, str]] = []
-    """The open blocks: keyword, and full name of the enclosing message."""
+    scopes: list[tuple[str, str]] = []  # open blocks: keyword, and full name of the enclosing message
     statement_start = 0  # index of the statement's first word
-    for place, match in enumerate(words):
+    for index, match in enumerate(words):
         word = match["word"]
         if word not in "{};":
             continue
-        statement, statement_start = words[statement_start:place], place + 1
+        statement, statement_start = words[statement_start:index], index + 1
         heads = [each["word"] for each in statement]
         if word == "}":
             if scopes:

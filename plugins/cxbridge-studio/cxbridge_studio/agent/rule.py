@@ -11,8 +11,8 @@ from cxbridge.clipstext.syntax import SyntaxNode, one_line, read, without_module
 from cxbridge.errors import ClipsError
 
 _GLOBAL = re.compile(r"\?\*(.+)\*\Z")
+# Prefixes of functions that query facts of any template.
 _QUERIES = ("do-for-", "delayed-do-for-", "find-fact", "find-all-facts", "any-factp", "get-fact-list")
-"""Prefixes of functions that query facts of any template."""
 
 
 class Prefix:
@@ -74,7 +74,7 @@ def parse_rule(text: str) -> Condition:
     name = without_module(first.text)
     if items and items[0].text.startswith('"'):
         del items[0]
-    arrow = next((place for place, node in enumerate(items) if node.text == "=>"), None)
+    arrow = next((index for index, node in enumerate(items) if node.text == "=>"), None)
     if arrow is None:
         raise ClipsError(f"the rule {name} has no =>")
     items = items[:arrow]
@@ -142,5 +142,5 @@ def called(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
 
 
 def named_globals(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
-    found = (_GLOBAL.match(node.text) for top in nodes for node in top.walk() if node.items is None)
-    return frozenset(match[1] for match in found if match)
+    matches = (_GLOBAL.match(node.text) for top in nodes for node in top.walk() if node.items is None)
+    return frozenset(match[1] for match in matches if match)

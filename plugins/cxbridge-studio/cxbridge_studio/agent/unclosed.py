@@ -16,10 +16,9 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import HIDDEN, TOKEN, Lines, read
 
-_TAB: Final = 2
-"""Fawkes' files count a tab as two columns."""
+_TAB: Final = 2  # Fawkes' files count a tab as two columns
+# In longer constructs, only positions at line ends are tried, to bound the time.
 _MOST_TRIED: Final = 1500
-"""In longer constructs, only positions at line ends are tried, to bound the time."""
 _MOST_MISSING: Final = 3
 
 # Costs of oddities, from certain mistakes to mere style.
@@ -41,12 +40,12 @@ _STATEMENTS: Final = frozenset(
     }
 )
 _ONE_PART: Final = frozenset({"not", "test"})
+# Functions of CLIPS with a fixed number of arguments.
 _ARGUMENTS: Final = {
     **dict.fromkeys(("length$", "first$", "rest$", "fact-existp", "fact-relation", "str-length", "abs"), 1),
     **dict.fromkeys(("nth$", "member$", "subsetp", "fact-slot-value", "str-index", "mod"), 2),
     **dict.fromkeys(("subseq$", "sub-string"), 3),
 }
-"""Functions of CLIPS with a fixed number of arguments."""
 _FACETS: Final = frozenset({"type", "default", "default-dynamic", "range", "cardinality", "allowed-values"})
 _KEYWORDS: Final = {"then": "if", "else": "if"}
 _SLOT: Final = frozenset({"slot", "multislot", "field", "multifield"})
@@ -92,13 +91,13 @@ def unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None = None
     tokens = list(_tokens(text))
     missing = sum((token.text == "(") - (token.text == ")") for token in tokens)
     names = _Names(slots or {})
-    found: list[int] = []
+    starts: list[int] = []
     for _ in range(min(missing, _MOST_MISSING)):
-        place, opened = _best(tokens, names)
-        found.append(opened.start)
-        last = tokens[place - 1]
-        tokens.insert(place, _Token(")", last.end, last.end, last.column, last.indent, is_first=False))
-    return sorted(found)
+        index, opened = _best(tokens, names)
+        starts.append(opened.start)
+        last = tokens[index - 1]
+        tokens.insert(index, _Token(")", last.end, last.end, last.column, last.indent, is_first=False))
+    return sorted(starts)
 
 
 def _best(tokens: list[_Token], names: _Names) -> tuple[int, _Token]:
@@ -142,10 +141,10 @@ def _tokens(text: str) -> Iterator[_Token]:
 def _places(tokens: list[_Token]) -> list[int]:
     """Return the token indices where a ``)`` may be missing: never between two closing parentheses."""
     ends = range(2, len(tokens) + 1)
-    found = [index for index in ends if index == len(tokens) or tokens[index].text != ")"]
-    if len(found) > _MOST_TRIED:
-        found = [index for index in found if index == len(tokens) or tokens[index].is_first]
-    return found
+    indices = [index for index in ends if index == len(tokens) or tokens[index].text != ")"]
+    if len(indices) > _MOST_TRIED:
+        indices = [index for index in indices if index == len(tokens) or tokens[index].is_first]
+    return indices
 
 
 class _Names:
@@ -156,7 +155,6 @@ class _Names:
         self.all = frozenset(name for names in slots.values() for name in names)
 
     def opening(self, stack: list[_List], head: str) -> float:
-        """Return the cost of opening a list with this head."""
         parent = stack[-1].head
         above = stack[-2].head if len(stack) > 1 else ""
         slots = self.slots.get(parent, ())
@@ -199,7 +197,6 @@ class _Reading:
         return self.cost + _BROKEN * len(self.stack)
 
     def step(self, index: int) -> None:
-        """Read one token."""
         token = self._tokens[index]
         if token.text == ")":
             if token.is_first:

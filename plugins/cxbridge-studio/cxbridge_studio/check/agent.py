@@ -50,8 +50,8 @@ _INTERFACES: Final = frozenset(
 _FIRST_FILES: Final = "BATCH|blackboard-init.clp"
 _FROM_CORE: Final = "the core"
 _MAIN: Final = Symbol("MAIN")
+# The number of parent folders of a CLIPS file to search for its scenario and its loaded files.
 MOST_FOLDERS: Final = 4
-"""The number of parent folders of a CLIPS file to search for its scenario and its loaded files."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +77,9 @@ class ClipsFile:
         return Lines(self.text)
 
     def place(self, node: SyntaxNode) -> SourcePlace:
-        """Return the position of a node."""
         return self.place_at(node.start)
 
     def place_at(self, offset: int) -> SourcePlace:
-        """Return the position of an offset."""
         return SourcePlace(str(self.path), self.lines.at(offset), self.lines.column(offset))
 
     def calls(self, *names: str) -> Iterator[SyntaxNode]:
@@ -128,9 +126,7 @@ class AskedFile:
 class Agent(Closing):
     """An agent under check. A context manager.
 
-    :param options: the options of a run.
     :param sources: receives each source file when it is read.
-    :raises CxbridgeError: if the configuration cannot be read or names no spec.
     """
 
     options: RunOptions
@@ -237,9 +233,9 @@ class Agent(Closing):
 
     @cached_property
     def _slots_of_clips(self) -> dict[str, set[str]]:
-        found = self.env.eval("(get-deftemplate-list *)")
+        template_names = self.env.eval("(get-deftemplate-list *)")
         slots: dict[str, set[str]] = {}
-        for name in map(str, found if isinstance(found, tuple) else ()):
+        for name in map(str, template_names if isinstance(template_names, tuple) else ()):
             names = self.env.eval(f"(deftemplate-slot-names {name})")
             if isinstance(names, tuple) and names != ("implied",):
                 self._full_names[without_module(name)] = name
@@ -281,11 +277,16 @@ class Agent(Closing):
     def find(self, name: str) -> Path | None:
         """Resolve a file name as the agent does; return None if no folder has the file."""
         module = self._enter(_MAIN)  # a loaded file may have left another module current
-        found = self.env.call("path-resolve", name) if self.env.has_deffunction("path-resolve") else None
+        resolved_path = (
+            self.env.call("path-resolve", name) if self.env.has_deffunction("path-resolve") else None
+        )
         self._enter(module)
-        if isinstance(found, str) and found != "FALSE":
-            return Path(found)
-        paths = [*((Path(name),) if found is None else ()), *(folder / name for folder in self._around)]
+        if isinstance(resolved_path, str) and resolved_path != "FALSE":
+            return Path(resolved_path)
+        paths = [
+            *((Path(name),) if resolved_path is None else ()),
+            *(folder / name for folder in self._around),
+        ]
         # `path-resolve` is missing: a CLIPS program without our library
         return next(filter(is_readable_file, paths), None)
 
@@ -308,9 +309,9 @@ class Agent(Closing):
     # ---- loading
 
     def _load_files(self) -> None:
-        own = self.context.source.loaded_files(self.manager)
-        if own is not None:
-            for each in own:
+        loaded_files = self.context.source.loaded_files(self.manager)
+        if loaded_files is not None:
+            for each in loaded_files:
                 place = SourcePlace(each.mark.file, each.mark.line, each.mark.column)
                 self.asked.append(AskedFile(str(each.path), place))
                 self._load_found(each.path, batch=each.is_batch)
@@ -364,14 +365,14 @@ class Agent(Closing):
     def _load(self, name: str, place: SourcePlace) -> None:
         """Load a file and its loaded files, each once."""
         loader_prefix, _, bare = name.rpartition("|")
-        found = self.find(bare)
-        asked = AskedFile(bare, place)
+        path = self.find(bare)
+        asked_file = AskedFile(bare, place)
         if place.file != _FROM_CORE:
-            self.asked.append(asked)
-        if found is None:
-            self.missing.append(asked)
+            self.asked.append(asked_file)
+        if path is None:
+            self.missing.append(asked_file)
         else:
-            self._load_found(found, batch=loader_prefix.startswith("BATCH"))
+            self._load_found(path, batch=loader_prefix.startswith("BATCH"))
 
     def _load_found(self, found: Path, *, batch: bool) -> None:
         """Load an existing file and its loaded files."""
@@ -453,10 +454,7 @@ def has_commands(file: Path) -> bool:
 
 
 def agents(options: RunOptions) -> list[str | None]:
-    """Return the names of a scenario's agents; ``[None]`` for a single agent.
-
-    :raises CxbridgeError: if the configuration cannot be read.
-    """
+    """Return the names of a scenario's agents; ``[None]`` for a single agent."""
     if options.agent:
         return [options.agent]
     return [*agent_names(source_of(options).load_configuration()[0])] or [None]

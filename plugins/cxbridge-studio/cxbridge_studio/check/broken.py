@@ -16,8 +16,8 @@ from cxbridge_studio.check.run import check
 _MISSING_FILE: Final = "CX102"
 _FUNCTION: Final = "CX204"
 _TEMPLATE: Final = re.compile(r"deftemplate ([^\s:]+)")
+# Findings about names that a missing file may define.
 _UNKNOWN_NAMES: Final = frozenset({"CX202", "CX203", "CX204", "CX205"})
-"""Findings about names that a missing file may define."""
 
 
 def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:

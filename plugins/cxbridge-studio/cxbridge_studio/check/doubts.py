@@ -82,9 +82,9 @@ def unachieved(domain: Domain, goal: Formula, made: Collection[str]) -> Iterator
             yield Doubt(DoubtKind.GOAL, f"no action achieves {format_formula(atom)}", atom.position)
 
 
-def _unreachable(domain: Domain, made: Collection[str]) -> Iterator[Doubt]:
+def _unreachable(domain: Domain, made_predicates: Collection[str]) -> Iterator[Doubt]:
     """Yield the actions whose precondition needs a predicate that no sequence of actions makes true."""
-    possible = set(made)
+    possible = set(made_predicates)
     waiting = list(domain.actions)
     while ready := [each for each in waiting if _needs(each) <= possible]:
         waiting = [each for each in waiting if each not in ready]
@@ -139,9 +139,9 @@ def _literals(
 
 def _undone(action: ActionSchema) -> Iterator[Doubt]:
     """Yield the effects of an action that the same action also negates."""
-    found = list(_literals(action.effect, ()))
-    added = {(atom, context) for atom, is_true, context in found if is_true}
-    for atom, is_true, context in found:
+    literals = list(_literals(action.effect, ()))
+    added = {(atom, context) for atom, is_true, context in literals if is_true}
+    for atom, is_true, context in literals:
         if not is_true and (atom, context) in added:
             message = f"the action {action.name} makes {format_formula(atom)} true and false at once"
             yield Doubt(DoubtKind.EFFECT, f"{message}: true wins", atom.position)

@@ -58,7 +58,6 @@ class Finding:
     hint: str = ""
 
     def plain(self) -> dict[str, Any]:
-        """Return the finding as JSON values."""
         return {
             "code": self.code.name,
             "severity": self.code.severity.value,

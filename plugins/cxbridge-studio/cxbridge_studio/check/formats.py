@@ -32,7 +32,6 @@ def as_json(findings: Sequence[Finding]) -> str:
 
 
 def as_sarif(findings: Sequence[Finding]) -> str:
-    """Return a SARIF 2.1.0 log."""
     used = {finding.code.name: finding.code for finding in findings}
     driver = {
         "name": "cxbridge check",

@@ -9,8 +9,7 @@ from typing import Final
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.usage import Construct, Usage
 
-_LISTED: Final = 5
-"""The maximum number of names in a message."""
+_LISTED: Final = 5  # maximum number of names in a message
 _NEEDS: Final = {
     "deffunction": NameKind.FUNCTION,
     "defgeneric": NameKind.FUNCTION,
@@ -79,16 +78,18 @@ class Losses:
         grows = True
         # Losses cause further losses: repeat until nothing is added.
         while grows:
-            before = len(dead), len(goals)
+            previous_sizes = len(dead), len(goals)
             goals |= dict.fromkeys(self._goals_of(dead))
             facts, gone = self._facts_of(dead), self._names_of(dead)
             for construct in self._own:
                 if id(construct) not in dead and self._dies(construct, gone, facts, goals):
                     dead[id(construct)] = construct
-            grows = before != (len(dead), len(goals))
+            grows = previous_sizes != (len(dead), len(goals))
         names = {id(each) for each in first}
-        others = [each for each in self._usage.constructs if id(each) in dead and id(each) not in names]
-        return Lost([each.name for each in others], list(goals), self._actions_of(dead))
+        anonymous_constructs = [
+            each for each in self._usage.constructs if id(each) in dead and id(each) not in names
+        ]
+        return Lost([each.name for each in anonymous_constructs], list(goals), self._actions_of(dead))
 
     def _dies(
         self, construct: Construct, names: set[tuple[NameKind, str]], facts: set[str], goals: dict[str, None]
@@ -135,13 +136,13 @@ class Losses:
         return sorted(lost)
 
     def _actions_of(self, dead: dict[int, Construct]) -> list[str]:
-        made = set[str]()
+        asserted_templates = set[str]()
         for each in dead.values():
-            made |= _planned(each)
+            asserted_templates |= _planned(each)
         for construct in self._usage.constructs:
-            if made and id(construct) not in dead:
-                made -= _planned(construct)
-        return sorted(made)
+            if asserted_templates and id(construct) not in dead:
+                asserted_templates -= _planned(construct)
+        return sorted(asserted_templates)
 
 
 def _planned(construct: Construct) -> set[str]:

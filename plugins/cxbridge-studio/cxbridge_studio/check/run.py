@@ -26,7 +26,6 @@ def check(options: RunOptions, *, errors_only: bool = False, portable: bool = Fa
     :param options: the options of a run; recording and time are ignored.
     :param errors_only: skip warnings and notes.
     :param portable: also report code that Fawkes does not accept.
-    :raises CxbridgeError: if the options are invalid.
     """
     options.check()
     file = options.scenario
@@ -38,14 +37,16 @@ def check(options: RunOptions, *, errors_only: bool = False, portable: bool = Fa
 
 
 def _found(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Finding]:
-    found: dict[Finding, None] = {}
+    unique_findings: dict[Finding, None] = {}
     try:
         for name in agents(options):
             with Agent(replace(options, agent=name)) as agent:
-                found.update(dict.fromkeys(findings(agent, errors_only=errors_only, portable=portable)))
+                unique_findings.update(
+                    dict.fromkeys(findings(agent, errors_only=errors_only, portable=portable))
+                )
     except CxbridgeError as error:
-        found[of_error(error)] = None
-    return list(found)
+        unique_findings[of_error(error)] = None
+    return list(unique_findings)
 
 
 def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
@@ -56,15 +57,17 @@ def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bo
             around = replace(options, scenario=folder)
             with suppress(CxbridgeError), Agent(replace(around, agent=agents(around)[0])) as agent:
                 if any(each.path.resolve() == file for each in agent.files):
-                    found = _found(around, errors_only=errors_only, portable=portable)
-                    here = (each for each in found if Path(each.place.file).resolve() == file)
+                    file_findings = _found(around, errors_only=errors_only, portable=portable)
+                    here = (each for each in file_findings if Path(each.place.file).resolve() == file)
                     return without_silenced(here)
-    found = _found(options, errors_only=errors_only, portable=portable)
-    if any(each.code.severity is Severity.ERROR for each in found) and _is_program(file):
-        found = [each for each in found if each.code.severity is not Severity.ERROR]
+    file_findings = _found(options, errors_only=errors_only, portable=portable)
+    if any(each.code.severity is Severity.ERROR for each in file_findings) and _is_program(file):
+        file_findings = [each for each in file_findings if each.code.severity is not Severity.ERROR]
         hint = "run it with CLIPS, or give its facts and rules names that the core does not have"
-        found.append(Finding(PROGRAM, SourcePlace(str(file)), "the names are those of the CX core", hint))
-    return without_silenced(found)
+        file_findings.append(
+            Finding(PROGRAM, SourcePlace(str(file)), "the names are those of the CX core", hint)
+        )
+    return without_silenced(file_findings)
 
 
 def _is_program(file: Path) -> bool:

@@ -24,10 +24,7 @@ _TEXT: Final = re.compile(r"""["']([^"'\\]*)["']""")
 
 
 def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
-    """Return the file of each skill in a skill space; None if the space computes its list.
-
-    :raises SkillError: if a file is missing or does not compile.
-    """
+    """Return the file of each skill in a skill space; None if the space computes its list."""
     try:
         return _Space(ModulePath(folders), compiler).skills(f"skills.{space}")
     except SkillError as error:
@@ -48,16 +45,16 @@ class _Space:
         loaded = list(_loaded(code))
         if sum(number for number, _, _ in loaded) != len(_USE.findall(code)) or not loaded:
             return None
-        found: dict[str, Path] = {}
+        skill_files: dict[str, Path] = {}
         for _, offset, names in loaded:
             for name in names:
                 skill = self._skill(name, path, text.count("\n", 0, offset) + 1)
                 if skill is None:
                     return None
-                if skill[0] in found:
+                if skill[0] in skill_files:
                     raise SkillError(f"A skill with the name {skill[0]} already exists", file=path)
-                found[skill[0]] = skill[1]
-        return found
+                skill_files[skill[0]] = skill[1]
+        return skill_files
 
     def _skill(self, module: str, space: Path, line: int) -> tuple[str, Path] | None:
         """Return the name and file of a module's skill; None if the name is computed."""

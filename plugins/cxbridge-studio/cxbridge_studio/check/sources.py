@@ -36,14 +36,14 @@ class WrittenRules:
 
     def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a snapshot of a rule, without facts."""
-        found = take(self._env, rule, most_facts=0)
+        rule_snapshot = take(self._env, rule, most_facts=0)
         return replace(
-            found,
+            rule_snapshot,
             env=env,
             time_us=time_us,
             facts=(),
             globals={},
-            global_texts=self._globals if found.globals else {},
+            global_texts=self._globals if rule_snapshot.globals else {},
             agenda=None,
             own_counts=(),
             too_many=0,
@@ -60,7 +60,6 @@ def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[Writ
     """Load a scenario without running it and yield its rules.
 
     :param env: the agent, if the scenario has several.
-    :raises CxbridgeError: if the input is invalid.
     """
     options.check()
     if env is not None and options.agent is None and env in agents(options):
@@ -73,8 +72,6 @@ def scenario_sources(options: RunOptions) -> list[SourceRead]:
     """Return the source files of a scenario in the order of reading.
 
     Files whose names rules compute are missing, since no rule fires.
-
-    :raises CxbridgeError: if the input is invalid.
     """
     options.check()
     sources: list[SourceRead] = []

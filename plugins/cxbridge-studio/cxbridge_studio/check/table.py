@@ -11,16 +11,15 @@ from cxbridge_studio.check import checks
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import INPUT, PROGRAM, Code, Finding, Severity
 
+# The check modules. Plug-ins add rows; docs/plugins.md describes how.
 CHECKS: Final[Table[ModuleType]] = Table(
     "CHECKS",
     lambda loaded: hasattr(loaded, "CODES") and hasattr(loaded, "check"),
     "a module with CODES and check(agent)",
     *rows_of_modules(checks),
 )
-"""The check modules. Plug-ins add rows; docs/plugins.md describes how."""
 
-_PORTABLE: Final = ".portable"
-"""Suffix of the module that runs only with ``--portable``."""
+_PORTABLE: Final = ".portable"  # suffix of the module that runs only with `--portable`
 
 
 def modules() -> list[ModuleType]:
@@ -29,9 +28,8 @@ def modules() -> list[ModuleType]:
 
 
 def codes() -> dict[str, Code]:
-    """Return all codes by name."""
-    found = [INPUT, PROGRAM, *(code for module in modules() for code in module.CODES)]
-    return {code.name: code for code in sorted(found, key=lambda code: code.name)}
+    all_codes = [INPUT, PROGRAM, *(code for module in modules() for code in module.CODES)]
+    return {code.name: code for code in sorted(all_codes, key=lambda code: code.name)}
 
 
 def findings(agent: Agent, *, errors_only: bool = False, portable: bool = False) -> Iterator[Finding]:
@@ -46,7 +44,7 @@ def findings(agent: Agent, *, errors_only: bool = False, portable: bool = False)
         if not errors_only or any(code.severity is Severity.ERROR for code in module.CODES)
         if portable or not module.__name__.endswith(_PORTABLE)
     ]
-    found = dict.fromkeys(
+    unique_findings = dict.fromkeys(
         finding
         for module in needed
         for finding in module.check(agent)
@@ -54,5 +52,5 @@ def findings(agent: Agent, *, errors_only: bool = False, portable: bool = False)
     )
     order = {str(file.path): number for number, file in enumerate(agent.files)}
     yield from sorted(
-        found, key=lambda each: (order.get(each.place.file, -1), each.place.file, each.place.line)
+        unique_findings, key=lambda each: (order.get(each.place.file, -1), each.place.file, each.place.line)
     )

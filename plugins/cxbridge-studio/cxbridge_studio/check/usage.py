@@ -18,18 +18,16 @@ from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile,
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 _FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
-_NEARLY: Final = 0.93
-"""Similarity above which one name is taken as a misspelling of the other."""
+_NEARLY: Final = 0.93  # similarity above which one name is taken as a misspelling of the other
 _COMPARISONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
+# Templates of facts that the program or its features assert.
 OF_PROGRAM: Final = re.compile(
     r"(init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
     r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
 )
-"""Templates of facts that the program or its features assert."""
 
-Slots = Mapping[str, frozenset[str]]
-"""Possible words by slot; a missing slot can have any word."""
+Slots = Mapping[str, frozenset[str]]  # possible words by slot; a missing slot can have any word
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +95,6 @@ class Construct:
 
     @cached_property
     def condition(self) -> tuple[CE, ...]:
-        """The condition of a rule; empty for other constructs."""
         return condition_of(self.node)
 
     @cached_property
@@ -113,11 +110,11 @@ class Construct:
     @cached_property
     def facts(self) -> tuple[FactUse, ...]:
         """The literal facts that the construct asserts."""
-        made: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
+        nodes: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
         for action in self.actions:
-            made += (fact for node in action.walk() if node.head == "assert" for fact in node.arguments)
+            nodes += (fact for node in action.walk() if node.head == "assert" for fact in node.arguments)
         single = self._single
-        return tuple(_fact(node, single) for node in made if node.head)
+        return tuple(_fact(node, single) for node in nodes if node.head)
 
     @cached_property
     def _single(self) -> frozenset[str]:
@@ -218,11 +215,11 @@ class Usage:
     @cached_property
     def made(self) -> dict[str, list[tuple[Construct, FactUse]]]:
         """The asserted facts by template, with their constructs."""
-        found: dict[str, list[tuple[Construct, FactUse]]] = {}
+        makers: dict[str, list[tuple[Construct, FactUse]]] = {}
         for construct in self.constructs:
             for fact in construct.facts:
-                found.setdefault(fact.template, []).append((construct, fact))
-        return found
+                makers.setdefault(fact.template, []).append((construct, fact))
+        return makers
 
     @cached_property
     def templates_in_texts(self) -> frozenset[str]:
@@ -272,13 +269,12 @@ class Usage:
         return not nearest(template, self.of_core | self.made.keys(), _NEARLY)
 
     def find(self, file: str, keyword: str, name: str) -> Construct | None:
-        """Return the last construct of this name in a file."""
-        found = [
+        matches = [
             each
             for each in self.constructs
             if (each.file.path, each.keyword, each.name) == (file, keyword, name)
         ]
-        return found[-1] if found else None
+        return matches[-1] if matches else None
 
     def read_templates(self) -> set[str]:
         """Return the templates in patterns and queries."""

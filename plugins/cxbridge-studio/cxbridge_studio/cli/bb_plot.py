@@ -122,15 +122,15 @@ def _print(
     writes: Iterator[tuple[float, Mapping[str, Any] | None]], fields: Sequence[str], count: int | None
 ) -> int:
     """Print a line a write; returns how many there were."""
-    done = 0
+    printed_count = 0
     for seconds, values in writes:
         if values is None:
             continue
         say("\t".join([f"{seconds:.3f}", *(f"{value_of(name, values):g}" for name in fields)]), flush=True)
-        done += 1
-        if done == count:
+        printed_count += 1
+        if printed_count == count:
             break
-    return done
+    return printed_count
 
 
 def _draw(
@@ -142,12 +142,12 @@ def _draw(
 ) -> int:
     """Draw plots, one below the other; returns how many writes there were."""
     points: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_MOST_POINTS) for name in fields}
-    out, done, drawn_s = terminal_of(sys.stdout), 0, -_FRAME_S
+    out, drawn_count, drawn_s = terminal_of(sys.stdout), 0, -_FRAME_S
     out.write(_BEGIN)
     try:
         for seconds, values in writes:
             if values is not None:
-                done += 1
+                drawn_count += 1
                 for name in fields:
                     points[name].append((seconds, value_of(name, values)))
             if seconds - drawn_s >= _FRAME_S:
@@ -156,12 +156,12 @@ def _draw(
                 screen = screen_lines(uid, points, seconds, span_s, (size.columns, size.lines))
                 out.write(_HOME + "\n".join(f"{line}{_CLEAR_LINE}" for line in screen) + _CLEAR_BELOW)
                 out.flush()
-            if done == count:
+            if drawn_count == count:
                 break
     finally:
         out.write(_END)
         out.flush()
-    return done
+    return drawn_count
 
 
 def screen_lines(

@@ -144,5 +144,5 @@ def _reports(
             yield meters
 
 
-def _sooner(seconds: float, others: float | None) -> float:
-    return seconds if others is None else min(seconds, others)
+def _sooner(seconds: float, other_deadline: float | None) -> float:
+    return seconds if other_deadline is None else min(seconds, other_deadline)

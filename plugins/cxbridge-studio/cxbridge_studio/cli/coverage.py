@@ -96,22 +96,18 @@ def coverage(
         raise TraceError(
             "no firings are recorded", file=runs[0], hint="record with --trace-level rules or facts"
         )
-    found = coverage_of(agent, use, tuple(files or ()))
-    if files and not found.files:
+    result = coverage_of(agent, use, tuple(files or ()))
+    if files and not result.files:
         raise CxbridgeError(
             f"no rule is in a file like {', '.join(files)}", hint="see the files without --files"
         )
     if outputs.page is not None and outputs.page.exists() and any(map(outputs.page.samefile, runs)):
         raise typer.BadParameter("the page would replace a recording", param_hint="--html")
-    _write(outputs, found, agent, firings_known=firings_known)
-    return 1 if fail_under is not None and found.percent < fail_under else 0
+    _write(outputs, result, agent, firings_known=firings_known)
+    return 1 if fail_under is not None and result.percent < fail_under else 0
 
 
 def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[AgentSources, RecordedUse]:
-    """Return the names in the agent's sources, and the names that the runs use.
-
-    :raises TraceError: if a run cannot be read or lacks its sources.
-    """
     from cxbridge.trace.formats.registry import open_run
     from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent
 
@@ -128,20 +124,20 @@ def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[
     return agent, use
 
 
-def _write(outputs: _CoverageOutputs, found: Coverage, agent: AgentSources, *, firings_known: bool) -> None:
+def _write(outputs: _CoverageOutputs, result: Coverage, agent: AgentSources, *, firings_known: bool) -> None:
     """Print the result and write the requested files."""
     from cxbridge_studio.explain.coverage import report
     from cxbridge_studio.explain.coverage.page import write_page
 
     if outputs.lcov is not None:
-        text = "".join(f"{line}\n" for line in report.lcov(found))
+        text = "".join(f"{line}\n" for line in report.lcov(result))
         write_file(outputs.lcov, text.encode("utf-8", "surrogateescape"))
     if outputs.page is not None:
-        write_page(outputs.page, found, agent.texts, firings_known=firings_known)
+        write_page(outputs.page, result, agent.texts, firings_known=firings_known)
     if outputs.as_json:
-        say_json(report.plain(found), indent=2)
+        say_json(report.plain(result), indent=2)
     else:
-        for line in report.lines(found, firings_known=firings_known):
+        for line in report.lines(result, firings_known=firings_known):
             say(line)
 
 

@@ -39,11 +39,11 @@ def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int
 
     Example: cxbridge daemon break list
     """
-    found, stop = ask_daemon(url, "break-list"), ask_daemon(url, "where")
+    breakpoints, stop = ask_daemon(url, "break-list"), ask_daemon(url, "where")
     if as_json:
-        say_json({"breakpoints": found, "stopped": stop}, indent=2)
+        say_json({"breakpoints": breakpoints, "stopped": stop}, indent=2)
         return 0
-    _print_breakpoints(found)
+    _print_breakpoints(breakpoints)
     if stop is not None:
         number = f" (breakpoint {stop['breakpoint']})" if stop["breakpoint"] else ""
         say(f"stopped {stop['reason']}{number}")
@@ -91,8 +91,8 @@ def step(
     return 0
 
 
-def _print_breakpoints(found: list[dict[str, Any]]) -> int:
-    for item in found:
+def _print_breakpoints(breakpoints: list[dict[str, Any]]) -> int:
+    for item in breakpoints:
         say(f"{item['number']}  {item['spec']}")
     return 0
 
@@ -111,11 +111,11 @@ def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     check_executive(board)
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
-        before = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
+        previous_stops = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
         request(board, "step", timeout_s, what=unit)
         while (news := feed.next(deadline)) is not None:
             if news.kind == "writer removed":
                 raise BlackBoardError("the daemon has ended")
-            if news.values["stops"] != before and news.values["stopped"]:
+            if news.values["stops"] != previous_stops and news.values["stopped"]:
                 return str(news.values["stopped"])
     return ""

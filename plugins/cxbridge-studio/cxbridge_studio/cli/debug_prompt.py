@@ -59,7 +59,6 @@ class DebugPrompt(RunServer):
     :param specs: breakpoints.
     :param commands: the input; at its end, breakpoints are removed and the run continues.
     :param out: the output.
-    :raises ExecutiveError: if a text is not a breakpoint.
     """
 
     def __init__(self, specs: Sequence[str], commands: CommandLines, out: TextIO) -> None:
@@ -85,10 +84,7 @@ class DebugPrompt(RunServer):
         agent.debugger.names.on_mistakes = lambda mistakes: self._take_mistakes(agent, mistakes)
 
     def _take_mistakes(self, agent: _Agent, mistakes: Mistakes) -> None:
-        """Take the mistakes in the breakpoints of an initialised agent.
-
-        :raises ExecutiveError: if a breakpoint matches no agent.
-        """
+        """Take the mistakes in the breakpoints of an initialised agent."""
         self._mistakes.append({str(item): agent.with_cause(item, error) for item, error in mistakes})
         if len(self._mistakes) < len(self._agents):
             return
@@ -109,10 +105,7 @@ class DebugPrompt(RunServer):
         self._out.flush()
 
     def _stopped(self, agent: _Agent, stop: Stop) -> None:
-        """Take commands until one resumes the run, or the run is interrupted.
-
-        :raises KeyboardInterrupt: if a command ends the run.
-        """
+        """Take commands until one resumes the run, or the run is interrupted."""
         agent.print_stop(stop, with_name=len(self._agents) > 1)
         env = agent.assembly.executive.env
         self._is_quit = True  # reset when the run continues
@@ -189,10 +182,7 @@ class _Agent:
         }
 
     def do(self, line: str) -> None:
-        """Carry out a command.
-
-        :raises CxbridgeError: if the command is unknown or fails.
-        """
+        """Carry out a command."""
         word, _, rest = line.partition(" ")
         if (command := self._commands.get(word)) is not None:
             command(rest.strip())
@@ -202,14 +192,10 @@ class _Agent:
             raise CxbridgeError(f"there is no command '{word}'", hint="h reports all")
 
     def _ask(self, name: str, **given: Any) -> Any:
-        """Carry out an operation on the facts of this agent.
-
-        :raises CxbridgeError: if the operation is invalid or fails.
-        """
+        """Carry out an operation on the facts of this agent."""
         return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **given})
 
     def print_stop(self, stop: Stop, *, with_name: bool) -> None:
-        """Print the position of a stop."""
         seconds = (stop.time_us - self._start_us) / MICROSECONDS
         number = f" (breakpoint {stop.breakpoint})" if stop.breakpoint else ""
         name = f"{self.assembly.name}: " if with_name else ""
@@ -226,10 +212,7 @@ class _Agent:
         return ExecutiveError(error.message, hint=cause) if cause else error
 
     def _quit(self) -> None:
-        """End the run without firing further rules.
-
-        :raises KeyboardInterrupt: always.
-        """
+        """End the run without firing further rules."""
         self.assembly.interrupt()
         raise KeyboardInterrupt
 
@@ -246,12 +229,12 @@ class _Agent:
             self._ask("break-remove", numbers=[_number(word)])
 
     def _facts(self, template: str) -> None:
-        found = self._ask("facts", template=template, limit=_MOST_SHOWN + 1)
-        self._list([f"f-{index} {text}" for index, text in found])
+        fact_rows = self._ask("facts", template=template, limit=_MOST_SHOWN + 1)
+        self._list([f"f-{index} {text}" for index, text in fact_rows])
 
     def _agenda(self) -> None:
-        found = self._ask("agenda", limit=_MOST_SHOWN + 1)
-        self._list([f"{salience:6} {rule}: {basis}" for salience, rule, basis in found])
+        activations = self._ask("agenda", limit=_MOST_SHOWN + 1)
+        self._list([f"{salience:6} {rule}: {basis}" for salience, rule, basis in activations])
 
     def _list(self, lines: Sequence[str]) -> None:
         self._say(*lines[:_MOST_SHOWN])

@@ -26,12 +26,12 @@ def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
 
     Example: cxbridge env features
     """
-    found = ask_daemon(url, "feature-list")
+    rows = ask_daemon(url, "feature-list")
     if as_json:
-        say_json(found, indent=2)
+        say_json(rows, indent=2)
         return 0
-    width = max((len(info["name"]) for info in found), default=0)
-    for info in found:
+    width = max((len(info["name"]) for info in rows), default=0)
+    for info in rows:
         state = "offered" if info["offered"] else "withdrawn"
         say(f"{info['name']:{width}}  {state:9}  {' '.join(info['environments'])}".rstrip())
     return 0
@@ -67,11 +67,11 @@ def list_loggers(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False)
 
     Example: cxbridge env loggers executive
     """
-    found = ask_daemon(url, "env-loggers", env=env)
+    loggers = ask_daemon(url, "env-loggers", env=env)
     if as_json:
-        say_json(found, indent=2)
+        say_json(loggers, indent=2)
         return 0
-    for info in found:
+    for info in loggers:
         notes = [f"{info['level']} and above"]
         notes += [f"with '{info['contains']}'"] if info["contains"] else []
         notes += ["replaces"] if info["replaces"] else []
@@ -131,12 +131,12 @@ def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> in
 
     Example: cxbridge env list
     """
-    found = ask_daemon(url, "env-list")
+    environments = ask_daemon(url, "env-list")
     if as_json:
-        say_json(found, indent=2)
+        say_json(environments, indent=2)
         return 0
-    width = max(len(info["name"]) for info in found)
-    for info in found:
+    width = max(len(info["name"]) for info in environments)
+    for info in environments:
         notes = [f"{info['facts']} facts", f"agenda {info['agenda']}", f"log {info['log_level']}"]
         notes += [f"watch {' '.join(info['watch'])}"] if info["watch"] else []
         notes += ["ended"] if info["ended"] else []
@@ -253,11 +253,11 @@ def facts(
 
     Example: cxbridge env facts executive goal
     """
-    found = ask_daemon(url, "facts", env=env, template=template)
+    fact_rows = ask_daemon(url, "facts", env=env, template=template)
     if as_json:
-        say_json([{"index": index, "text": text} for index, text in found], indent=2)
+        say_json([{"index": index, "text": text} for index, text in fact_rows], indent=2)
     else:
-        for index, text in found:
+        for index, text in fact_rows:
             say(f"f-{index} {text}")
     return 0
 
@@ -268,12 +268,12 @@ def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> in
 
     Example: cxbridge env agenda executive
     """
-    found = ask_daemon(url, "agenda", env=env)
+    activations = ask_daemon(url, "agenda", env=env)
     if as_json:
-        rows = [{"salience": salience, "rule": rule, "facts": basis} for salience, rule, basis in found]
+        rows = [{"salience": salience, "rule": rule, "facts": basis} for salience, rule, basis in activations]
         say_json(rows, indent=2)
     else:
-        for salience, rule, basis in found:
+        for salience, rule, basis in activations:
             say(f"{salience:6} {rule}: {basis}")
     return 0
 
@@ -289,11 +289,11 @@ def evaluate(
 
     Example: cxbridge env eval executive '(get-strategy)'
     """
-    found = ask_daemon(url, "env-eval", env=env, expression=expression)
+    value = ask_daemon(url, "env-eval", env=env, expression=expression)
     if as_json:
-        say_json(found, indent=2)
+        say_json(value, indent=2)
         return 0
-    for line in (*found["output"], *filter(None, [found["text"]])):
+    for line in (*value["output"], *filter(None, [value["text"]])):
         say(line)
     return 0
 
@@ -334,13 +334,13 @@ def modify(
 
     Example: cxbridge env modify executive f-12 mode=FINISHED outcome=COMPLETED
     """
-    given: dict[str, Any] = {}
+    changes: dict[str, Any] = {}
     for word in slots:
         slot, equals, value = word.partition("=")
         if not slot or not equals:
             raise typer.BadParameter(f"'{word}' is not SLOT=VALUE", param_hint="SLOT=VALUE...")
-        given[slot] = value
-    say(f"f-{ask_daemon(url, 'modify', env=env, index=fact_index(index), slots=given)}")
+        changes[slot] = value
+    say(f"f-{ask_daemon(url, 'modify', env=env, index=fact_index(index), slots=changes)}")
     return 0
 
 

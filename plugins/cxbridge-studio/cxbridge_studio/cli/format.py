@@ -48,19 +48,15 @@ def format(  # noqa: A001 - the name of the command
 
 
 def _clips_files(named: list[Path]) -> list[Path]:
-    """Return the named files, and the CLIPS files in the named folders.
-
-    :raises CxbridgeError: if a file does not exist.
-    """
-    found: list[Path] = []
+    clips_files: list[Path] = []
     for path in named:
         if path.is_dir():
-            found += sorted(path.rglob("*.clp"))
+            clips_files += sorted(path.rglob("*.clp"))
         elif path.is_file():
-            found.append(path)
+            clips_files.append(path)
         else:
             raise CxbridgeError("there is no such file", file=path)
-    return found
+    return clips_files
 
 
 def _read(path: Path) -> str:

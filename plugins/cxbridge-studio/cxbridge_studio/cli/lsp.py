@@ -50,18 +50,15 @@ def lsp(
 
 
 def _check(agent: _AgentOptions) -> None:
-    """Check the options, as far as possible before an editor names a folder.
-
-    :raises CxbridgeError: if they are invalid.
-    """
+    """Check the options, as far as possible before an editor names a folder."""
     from cxbridge.run.agents import agent_names, choose_agent
     from cxbridge.run.specs import choose_spec
     from cxbridge_studio.lsp.session import find_scenario
 
     options, is_known = RunOptions(**vars(agent)), True
     if not source_of(options).is_named:
-        own = find_scenario(Path.cwd())
-        options, is_known = dataclasses.replace(options, scenario=own or Path()), own is not None
+        scenario = find_scenario(Path.cwd())
+        options, is_known = dataclasses.replace(options, scenario=scenario or Path()), scenario is not None
     options.check()
     if not is_known or not any(vars(agent).values()):
         return
@@ -79,7 +76,6 @@ def _check(agent: _AgentOptions) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return the value of an option as a JSON value."""
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
     return str(value.resolve()) if isinstance(value, Path) and value.exists() else value and str(value)

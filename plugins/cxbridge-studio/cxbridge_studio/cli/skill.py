@@ -47,10 +47,10 @@ def monitor(
         if sys.stdout.isatty() and not lines and not as_json:
             from cxbridge_studio.terminal.live import show
 
-            done = show(board, skiller, count, deadline)
+            is_done = show(board, skiller, count, deadline)
         else:
-            done = _print_lines(board, skiller, count, deadline, as_json=as_json)
-    return 0 if count is None or done else TIMED_OUT
+            is_done = _print_lines(board, skiller, count, deadline, as_json=as_json)
+    return 0 if count is None or is_done else TIMED_OUT
 
 
 def _print_lines(
@@ -60,13 +60,13 @@ def _print_lines(
     from cxbridge.blackboard.following import Feed
     from cxbridge.skiller.calls import OWNER, TYPE
 
-    printed, before = 0, ""
+    printed, previous_line = 0, ""
     with Feed(board, OWNER) as feed:
         news: InterfaceChange | None = feed.now(feed.open(TYPE, skiller))
         while news is not None:
             line = _monitor_line(news, as_json=as_json)
-            if line != before:
-                before, printed = line, printed + 1
+            if line != previous_line:
+                previous_line, printed = line, printed + 1
                 say(line, flush=True)
             if printed == count:
                 return True

@@ -144,7 +144,6 @@ def _show(lines: Sequence[str], data: object, *, as_json: bool) -> None:
 def _evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
-    """Yield the evidence that the options select."""
     from cxbridge_studio.explain.scenario import scenario_evidence
 
     has_scenario = options.scenario is not None or options.fawkes_dir is not None
@@ -179,7 +178,6 @@ def _words(words: list[str]) -> tuple[str, str, Path | None]:
 
 
 def _seconds(at: str) -> float | None:
-    """Return the value of --at; None for the end."""
     if at == _END:
         return None
     try:

@@ -9,8 +9,8 @@ from typing import Final
 from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, condition_of, sides
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
 
+# Functions with actions as arguments, and the index of the first action.
 _BODIES: Final = {"progn": 0, "while": 1, "loop-for-count": 1, "progn$": 1, "foreach": 2}
-"""Functions with actions as arguments, and the index of the first action."""
 
 _QUERIES: Final = tuple(
     f"{late}do-for-{facts}" for late in ("", "delayed-") for facts in ("fact", "all-facts")
@@ -50,10 +50,10 @@ class FileRule:
 def rules_of(text: str) -> Iterator[FileRule]:
     """Yield the closed rules of a file, in order."""
     lines = Lines(text)
-    for found in definitions(text):
-        if found.kind == "defrule":
-            last = lines.at(found.node.end - 1)
-            yield FileRule(found.name, found.line, last, tuple(_actions(found, lines)))
+    for definition in definitions(text):
+        if definition.kind == "defrule":
+            last = lines.at(definition.node.end - 1)
+            yield FileRule(definition.name, definition.line, last, tuple(_actions(definition, lines)))
 
 
 def _actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
@@ -100,8 +100,8 @@ def _within(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNode], tuple[str,
     elif head in _BODIES:
         yield items[_BODIES[head] :], _loop_names(head, items)
     elif head in _QUERIES and items:
-        found = (_variable(each.items[0]) for each in items[0].items or () if each.items)
-        yield items[2:], tuple(filter(None, found))
+        names = (_variable(each.items[0]) for each in items[0].items or () if each.items)
+        yield items[2:], tuple(filter(None, names))
 
 
 def _loop_names(head: str, items: Sequence[SyntaxNode]) -> tuple[str, ...]:

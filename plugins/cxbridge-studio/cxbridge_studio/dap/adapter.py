@@ -52,8 +52,7 @@ class Adapter:
         self._run_phase = SessionPhase.LAUNCHED
         self._is_known = self._is_over = self._checked = False
         self._sends_invalidated = False
-        self.problem = ""
-        """The protocol error that ended the client's stream; empty without an error."""
+        self.problem = ""  # protocol error that ended the client's stream; empty without an error
         any_time, stopped = phases.KNOWN, SessionPhase.STOPPED
         launched = phases.LAUNCHED
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
@@ -98,7 +97,6 @@ class Adapter:
 
     @property
     def _phase(self) -> SessionPhase:
-        """The phase of the session."""
         if self._stop is not None:
             return SessionPhase.STOPPED
         if self._target is not None:
@@ -166,11 +164,7 @@ class Adapter:
             self.send_event("initialized")
 
     def _carry_out(self, request: protocol.Request) -> Any:
-        """Return the body of the response.
-
-        :raises CxbridgeError: if the request is unknown or fails.
-        :raises msgspec.DecodeError: if the arguments are invalid.
-        """
+        """Return the body of the response."""
         known = self._handlers.get(request.command)
         if known is None:
             raise CxbridgeError(f"there is no request '{request.command}' here")
@@ -277,10 +271,6 @@ class Adapter:
     # -- inspection
 
     def _check_thread(self, number: int) -> None:
-        """Check a thread number.
-
-        :raises CxbridgeError: if there is no such thread.
-        """
         if not 0 < number <= len(self._current_target.agents):
             thread_list = ", ".join(
                 f"{each} ({name})" for each, name in enumerate(self._current_target.agents, start=1)
@@ -324,8 +314,8 @@ class Adapter:
             self.send_event("invalidated", {"areas": ["stacks", "variables"]})
 
     def _source(self, arguments: protocol.SourceArguments) -> Mapping[str, Any]:
-        wanted = arguments.source or protocol.Source(source_reference=arguments.source_reference)
-        return {"content": self._sources.named(wanted)[1], "mimeType": "text/x-clips"}
+        source = arguments.source or protocol.Source(source_reference=arguments.source_reference)
+        return {"content": self._sources.named(source)[1], "mimeType": "text/x-clips"}
 
     def _loaded(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
         return {"sources": [self._sources.of(FileLine(file, 1)) for file in self._current_target.files()]}

@@ -44,8 +44,7 @@ class DebuggedAgent:
         self.env: ClipsEnvironment = assembly.executive.env
         self.probes = Probes(self.env, self.debugger) if actions else None
         self.debugger.expand = self._expand
-        self.ids: dict[int, int] = {}
-        """The client's breakpoint numbers by the debugger's."""
+        self.ids: dict[int, int] = {}  # client's breakpoint numbers by the debugger's
         self._groups: dict[str, list[int]] = {}
         self.fired: RuleFired | None = None
         self.gone: dict[int, FactChange] = {}
@@ -72,13 +71,14 @@ class DebuggedAgent:
             raise self.probes.error
 
     def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
-        """Replace the breakpoints of a group."""
         for old_number in self._groups.pop(group, ()):
             self.debugger.remove(old_number)
             self.ids.pop(old_number)
-        made = {self.debugger.add(each, checked=False).number: number for number, each in wanted.items()}
-        self.ids |= made
-        self._groups[group] = list(made)
+        breakpoint_of_number = {
+            self.debugger.add(each, checked=False).number: number for number, each in wanted.items()
+        }
+        self.ids |= breakpoint_of_number
+        self._groups[group] = list(breakpoint_of_number)
 
     def _take(self, event: Event) -> None:
         """Keep the rule that fires, and the facts it retracts."""
@@ -167,8 +167,8 @@ class LiveMoment(StoppedEnvironment):
         return None if probes is None or not self._within else probes.values()
 
     def is_function(self, name: str) -> bool:
-        found = EXTRA.FindFunction(self._env.env, encode(name))
-        return bool(found != NULL) or self._env.loader.is_function(name)
+        function = EXTRA.FindFunction(self._env.env, encode(name))
+        return bool(function != NULL) or self._env.loader.is_function(name)
 
     def evaluate(self, expression: str) -> Evaluation:
         return self._agent.service.evaluate(self._env.name, expression)

@@ -54,17 +54,16 @@ def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None
             # Without tests, a condition also matches after the rule has changed its facts.
             for loose in (False, True):
                 try:
-                    found = _bound(matcher, ces, fact_patterns, indices, loose=loose)
+                    bound_values = _bound(matcher, ces, fact_patterns, indices, loose=loose)
                 except ClipsError as error:
                     failure = error  # such as a function that only the run has
                     continue
-                if found is not None:
-                    return found
+                if bound_values is not None:
+                    return bound_values
     raise failure
 
 
 def _branches(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
-    """Yield the patterns and tests of a condition, one list for each combination of ``or`` branches."""
     choices: list[list[list[PatternCE | TestCE]]] = []
     for ce in ces:
         if not isinstance(ce, GroupCE):
@@ -102,11 +101,11 @@ def _bound(
         names |= dict.fromkeys(field.name for part in ce.parts for field in part.fields if field.name)
     if not fact_patterns:
         return {}
-    wanted = [FactRef(index) for index in indices]
+    fact_refs = [FactRef(index) for index in indices]
     for values in matcher.note(texts, list(names), _MOST_WAYS):
-        found = dict(zip(names, values, strict=True))
-        if [found[variable] for variable in facts] == wanted:
-            return {name: value for name, value in found.items() if not name.startswith(_FACT)}
+        bound_values = dict(zip(names, values, strict=True))
+        if [bound_values[variable] for variable in facts] == fact_refs:
+            return {name: value for name, value in bound_values.items() if not name.startswith(_FACT)}
     return None
 
 
@@ -129,5 +128,5 @@ def matching(bare: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChan
     changes = [change for each in facts.values() for change in each]
     templates, rows = rows_of(changes, bare.templates)
     with Matcher(replace(bare, templates=templates, facts=tuple(rows))) as matcher:
-        found = matcher.note([f"?{_FACT}0 <- {pattern}"], [f"{_FACT}0"], len(changes) + 1)
-    return list(dict.fromkeys(values[0].index for values in found))
+        matches = matcher.note([f"?{_FACT}0 <- {pattern}"], [f"{_FACT}0"], len(changes) + 1)
+    return list(dict.fromkeys(values[0].index for values in matches))

@@ -14,12 +14,12 @@ from cxbridge_studio.dap.stops import Sources
 from cxbridge_studio.dap.target import Target
 from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hits, parse_breakpoint
 
+# The exception filters that editors offer: title and breakpoint.
 FILTERS: Final = {
     "goal-failed": ("A goal fails", "goal:*:FINISHED:FAILED"),
     "action-failed": ("A plan-action fails", "action:*:FAILED"),
     "skill-failed": ("A skill fails", "skill:*:S_FAILED"),
 }
-"""The exception filters that editors offer: title and breakpoint."""
 
 _FUNCTIONS: Final = "functions"
 _FILTERS: Final = "filters"
@@ -27,8 +27,6 @@ _FILTERS: Final = "filters"
 
 @dataclass(frozen=True, slots=True)
 class _OnLine:
-    """A breakpoint on a line."""
-
     rule: str
     file: Path
     shown: protocol.Breakpoint
@@ -46,15 +44,14 @@ class Breakpoints:
         self._target: Target | None = None
 
     def attach(self, target: Target) -> None:
-        """Set the breakpoints in a target."""
         self._target = target
-        for group, made in self._groups.items():
-            target.set_breakpoints(group, made)
+        for group, breakpoints in self._groups.items():
+            target.set_breakpoints(group, breakpoints)
 
-    def _put(self, group: str, made: dict[int, Breakpoint]) -> None:
-        self._groups[group] = made
+    def _put(self, group: str, breakpoints: dict[int, Breakpoint]) -> None:
+        self._groups[group] = breakpoints
         if self._target is not None:
-            self._target.set_breakpoints(group, made)
+            self._target.set_breakpoints(group, breakpoints)
 
     def _next(self) -> int:
         self._last += 1
@@ -63,39 +60,42 @@ class Breakpoints:
     # -- breakpoints on lines
 
     def set_lines(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
-        """Replace the breakpoints of a file and return their states.
-
-        :raises CxbridgeError: if the file cannot be read.
-        """
+        """Replace the breakpoints of a file and return their states."""
         file, text = self._sources.named(arguments.source)
         actions = self._target is None or self._target.can_stop_at_actions
         lines = FileLines(text, actions=actions)
-        made: dict[int, Breakpoint] = {}
-        found: list[protocol.Breakpoint] = []
+        breakpoints: dict[int, Breakpoint] = {}
+        answers: list[protocol.Breakpoint] = []
         on_lines: list[_OnLine] = []
-        for wanted in arguments.wanted:
+        for line_breakpoint in arguments.wanted:
             number = self._next()
-            place = lines.at(wanted.line) if wanted.line > 0 else None
+            place = lines.at(line_breakpoint.line) if line_breakpoint.line > 0 else None
             if place is None:
                 below = "no rule begins at this line or below"
-                message = below if wanted.line > 0 else "lines are counted from 1"
-                found.append(protocol.Breakpoint(number, verified=False, message=message, line=wanted.line))
+                message = below if line_breakpoint.line > 0 else "lines are counted from 1"
+                answers.append(
+                    protocol.Breakpoint(number, verified=False, message=message, line=line_breakpoint.line)
+                )
                 continue
             try:
-                check_hits(wanted.hit_condition)
+                check_hits(line_breakpoint.hit_condition)
             except CxbridgeError as error:
-                found.append(protocol.Breakpoint(number, verified=False, message=str(error), line=place.line))
+                answers.append(
+                    protocol.Breakpoint(number, verified=False, message=str(error), line=place.line)
+                )
                 continue
-            made[number] = place.breakpoint(wanted.condition, wanted.hit_condition, wanted.log_message)
+            breakpoints[number] = place.breakpoint(
+                line_breakpoint.condition, line_breakpoint.hit_condition, line_breakpoint.log_message
+            )
             shown = protocol.Breakpoint(
                 number, verified=True, message=_where(place.rule, action=place.action), line=place.line
             )
             shown = self._checked(_OnLine(place.rule, file, shown))
             on_lines.append(_OnLine(place.rule, file, shown))
-            found.append(shown)
+            answers.append(shown)
         self._on_lines[str(file)] = on_lines
-        self._put(f"file:{file}", made)
-        return found
+        self._put(f"file:{file}", breakpoints)
+        return answers
 
     def _checked(self, item: _OnLine) -> protocol.Breakpoint:
         """Return the state of a breakpoint, as far as the rules are known."""
@@ -113,13 +113,10 @@ class Breakpoints:
             (self._reachable(number, item), self._functions[number])
             for number, item in self._groups.get(_FUNCTIONS, {}).items()
         ]
-        return [now for now, before in pairs if now.verified != before.verified]
+        return [now for now, previous in pairs if now.verified != previous.verified]
 
     def lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
-        """Return the lines of a range where a breakpoint is possible.
-
-        :raises CxbridgeError: if the file cannot be read.
-        """
+        """Return the lines of a range where a breakpoint is possible."""
         _, text = self._sources.named(arguments.source)
         actions = self._target is None or self._target.can_stop_at_actions
         lines = FileLines(text, actions=actions)
@@ -129,7 +126,7 @@ class Breakpoints:
 
     def set_functions(self, wanted: Sequence[protocol.FunctionBreakpoint]) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on goals, plan-actions, skills and rules, and return their states."""
-        made: dict[int, Breakpoint] = {}
+        breakpoints: dict[int, Breakpoint] = {}
         self._functions.clear()
         for each in wanted:
             number = self._next()
@@ -139,13 +136,13 @@ class Breakpoints:
             except CxbridgeError as error:
                 self._functions[number] = protocol.Breakpoint(number, verified=False, message=str(error))
                 continue
-            made[number] = replace(
+            breakpoints[number] = replace(
                 item,
                 condition=each.condition or item.condition,
                 hits=each.hit_condition or item.hits,
             )
-            self._functions[number] = self._reachable(number, made[number])
-        self._put(_FUNCTIONS, made)
+            self._functions[number] = self._reachable(number, breakpoints[number])
+        self._put(_FUNCTIONS, breakpoints)
         return list(self._functions.values())
 
     def _reachable(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
@@ -156,19 +153,16 @@ class Breakpoints:
         return protocol.Breakpoint(number, verified=not reason, message=reason)
 
     def set_filters(self, wanted: protocol.SetExceptionBreakpointsArguments) -> list[protocol.Breakpoint]:
-        """Replace the breakpoints on failures and return their states.
-
-        :raises CxbridgeError: if a filter is unknown or has a condition.
-        """
+        """Replace the breakpoints on failures and return their states."""
         if wanted.exception_options or any(each.condition for each in wanted.filter_options):
             raise CxbridgeError("exception filters have no conditions and options here")
         names = [*wanted.filters, *(each.filter_id for each in wanted.filter_options)]
         unknown = [name for name in names if name not in FILTERS]
         if unknown:
             raise CxbridgeError(f"there is no filter '{unknown[0]}'", hint=f"there are: {', '.join(FILTERS)}")
-        made = {self._next(): parse_breakpoint(FILTERS[name][1]) for name in names}
-        self._put(_FILTERS, made)
-        return [protocol.Breakpoint(number, verified=True) for number in made]
+        breakpoints = {self._next(): parse_breakpoint(FILTERS[name][1]) for name in names}
+        self._put(_FILTERS, breakpoints)
+        return [protocol.Breakpoint(number, verified=True) for number in breakpoints]
 
     def is_filter(self, number: int) -> bool:
         """Return whether a breakpoint belongs to an exception filter."""

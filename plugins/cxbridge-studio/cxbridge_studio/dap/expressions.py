@@ -31,10 +31,7 @@ class ExpressionResult:
 
 
 def variables_of(moment: StoppedEnvironment) -> dict[str, Value]:
-    """Return the variables of the stopped rule, by name without ``?``.
-
-    :raises CxbridgeError: if they are unknown.
-    """
+    """Return the variables of the stopped rule, by name without ``?``."""
     firing = moment.firing
     here = moment.locals()
     if here is not None:
@@ -53,10 +50,7 @@ def known_variables(moment: StoppedEnvironment) -> dict[str, Value]:
 
 
 def answer(moment: StoppedEnvironment, text: str) -> ExpressionResult:
-    """Evaluate an expression, or find the facts that match a pattern.
-
-    :raises CxbridgeError: if the text is invalid or the evaluation fails.
-    """
+    """Evaluate an expression, or find the facts that match a pattern."""
     text = text.strip()
     nodes = read(text)
     if len(nodes) == 1 and nodes[0].items is None and text.startswith(("?", "$?")) and "*" not in text:
@@ -72,21 +66,21 @@ def answer(moment: StoppedEnvironment, text: str) -> ExpressionResult:
     if is_template and not moment.is_function(head):
         return _match(moment, head, text)
     try:
-        found = moment.evaluate(expanded(text, moment))
+        result = moment.evaluate(expanded(text, moment))
     except CxbridgeError:
         if is_template:  # a deftemplate with the name of a function, such as time
             return _match(moment, head, text)
         raise
-    return ExpressionResult(found.text, found.output)
+    return ExpressionResult(result.text, result.output)
 
 
 def _match(moment: StoppedEnvironment, template: str, pattern: str) -> ExpressionResult:
-    made, facts = moment.template(template), moment.facts(template)
-    assert made is not None
-    bare = Snapshot(moment.agent, 0, "", {template: made}, ())
-    wanted = set(matching(bare, expanded(pattern, moment), {template: facts}))
-    found = tuple(fact for fact in facts if fact.index in wanted)
-    return ExpressionResult(f"{len(found)} of {len(facts)} facts match", facts=found)
+    fact_template, facts = moment.template(template), moment.facts(template)
+    assert fact_template is not None
+    bare = Snapshot(moment.agent, 0, "", {template: fact_template}, ())
+    matching_indices = set(matching(bare, expanded(pattern, moment), {template: facts}))
+    matching_facts = tuple(fact for fact in facts if fact.index in matching_indices)
+    return ExpressionResult(f"{len(matching_facts)} of {len(facts)} facts match", facts=matching_facts)
 
 
 def expanded(text: str, moment: StoppedEnvironment) -> str:
@@ -104,7 +98,7 @@ def expand(text: str, known: Mapping[str, Value], written: Callable[[int], str] 
     if not known:
         return text
     nodes = read(text)
-    own = {name for node in nodes for name in _bound_by(node)}
+    bound_names = {name for node in nodes for name in _bound_by(node)}
     parts: list[str] = []
     position = 0
     for top in nodes:
@@ -112,7 +106,7 @@ def expand(text: str, known: Mapping[str, Value], written: Callable[[int], str] 
             if node.items is not None or not node.text.startswith(("?", "$?")):
                 continue
             name, _, slot = node.text.lstrip("$?").partition(":")
-            if name in known and name not in own:
+            if name in known and name not in bound_names:
                 parts += (text[position : node.start], _literal(known[name], slot, written))
                 position = node.end
     return "".join((*parts, text[position:]))
@@ -120,13 +114,13 @@ def expand(text: str, known: Mapping[str, Value], written: Callable[[int], str] 
 
 def _bound_by(top: SyntaxNode) -> set[str]:
     """Return the variables that a list binds."""
-    found = set()
+    names = set()
     for node in top.walk():
         if node.items:
             first = node.items[1] if node.head in _BINDERS and len(node.items) > 1 else node.items[0]
             if first.items is None and first.text.startswith(("?", "$?")):
-                found.add(first.text.lstrip("$?"))
-    return found
+                names.add(first.text.lstrip("$?"))
+    return names
 
 
 def _literal(value: Value, slot: str, written: Callable[[int], str]) -> str:

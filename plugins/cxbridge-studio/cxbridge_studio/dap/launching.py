@@ -10,6 +10,7 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap.target import Target
 
+# Keys that the editors themselves use.
 _OF_EDITORS: Final = frozenset(
     {
         *("type", "request", "name", "console", "debugServer", "internalConsoleOptions", "noDebug"),
@@ -17,7 +18,6 @@ _OF_EDITORS: Final = frozenset(
         *("linux", "osx", "windows", "suppressMultipleSessionWarning"),
     }
 )
-"""Keys that the editors themselves use."""
 
 _FORBIDDEN: Final = ("replay",)
 
@@ -27,21 +27,20 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
 
     :param arguments: ``scenario`` and the options of ``cxbridge run``, as ``skillDirs`` or ``skill-dirs``; or
         ``recording`` and ``env``. Both with ``stopOnEntry``, ``stopInRules`` and ``cwd``.
-    :raises CxbridgeError: if an argument is invalid.
     """
-    given = {
+    run_arguments = {
         name: value
         for name, value in arguments.items()
         if name not in _OF_EDITORS and not name.startswith("__") and value is not None
     }
-    _enter(_text(given, "cwd"))
+    _enter(_text(run_arguments, "cwd"))
     without_stops = _flag(dict(arguments), "noDebug", default=False)
-    recording, env = _text(given, "recording"), _text(given, "env")
-    stop_on_entry = _flag(given, "stopOnEntry", default=False) and not without_stops
-    actions = _flag(given, "stopInRules", default=True) and not without_stops
+    recording, env = _text(run_arguments, "recording"), _text(run_arguments, "env")
+    stop_on_entry = _flag(run_arguments, "stopOnEntry", default=False) and not without_stops
+    actions = _flag(run_arguments, "stopInRules", default=True) and not without_stops
     if recording:
-        if given:
-            raise CxbridgeError(f"'{next(iter(given))}' does not go with a recording")
+        if run_arguments:
+            raise CxbridgeError(f"'{next(iter(run_arguments))}' does not go with a recording")
         from cxbridge.trace.formats.registry import open_run  # noqa: PLC0415
         from cxbridge_studio.dap.recorded import RecordedRun  # noqa: PLC0415 - a run has no need of it
 
@@ -51,20 +50,20 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
     from cxbridge.run.program.plain_options import plain_options  # noqa: PLC0415
     from cxbridge_studio.dap.live import LiveRun  # noqa: PLC0415 - a recording has no need of it
 
-    if any(name in given for name in _FORBIDDEN):
+    if any(name in run_arguments for name in _FORBIDDEN):
         raise CxbridgeError("a replay is not debugged", hint="name the recording with 'recording'")
-    return LiveRun(plain_options(given), stop_on_entry=stop_on_entry, actions=actions)
+    return LiveRun(plain_options(run_arguments), stop_on_entry=stop_on_entry, actions=actions)
 
 
-def _text(given: dict[str, Any], name: str) -> str:
-    value = given.pop(name, "")
+def _text(arguments: dict[str, Any], name: str) -> str:
+    value = arguments.pop(name, "")
     if not isinstance(value, str):
         raise CxbridgeError(f"'{name}' must be a text")
     return value
 
 
-def _flag(given: dict[str, Any], name: str, *, default: bool) -> bool:
-    value = given.pop(name, default)
+def _flag(arguments: dict[str, Any], name: str, *, default: bool) -> bool:
+    value = arguments.pop(name, default)
     if not isinstance(value, bool):
         raise CxbridgeError(f"'{name}' must be true or false")
     return value

@@ -70,8 +70,8 @@ class LiveRun(Target):
         agent = DebuggedAgent(assembly, actions=self.can_stop_at_actions)
         self._agents.append(agent)
         number = len(self._agents)
-        for group, wanted in self._groups.items():
-            agent.set_breakpoints(group, wanted)
+        for group, breakpoints in self._groups.items():
+            agent.set_breakpoints(group, breakpoints)
         agent.debugger.on_stop = lambda stop: self._stopped(client, number, stop)
 
         def pump() -> None:

@@ -15,8 +15,7 @@ from cxbridge_studio.dap.expressions import variables_of
 from cxbridge_studio.dap.frames import ACTION, GOAL, CallFrame, slots_of
 from cxbridge_studio.dap.target import StoppedEnvironment
 
-MOST_ROWS: Final = 1000
-"""The limit of shown activations, and of shown facts of a deftemplate."""
+MOST_ROWS: Final = 1000  # limit of shown activations, and of shown facts of a deftemplate
 
 _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRING", Symbol: "SYMBOL"}
 
@@ -62,8 +61,8 @@ class _Fact:
         index = self._first.index
         while index in self._moment.changed:
             index = self._moment.changed[index]
-        found = self._first if index == self._first.index else self._moment.fact(index)
-        return found or self._first
+        fact = self._first if index == self._first.index else self._moment.fact(index)
+        return fact or self._first
 
     def nodes(self) -> list[VariableNode]:
         return [
@@ -78,19 +77,18 @@ class _Fact:
 
 
 def groups_of(moment: StoppedEnvironment, frame: CallFrame) -> list[NodeGroup]:
-    """Return the scopes of a frame."""
-    found: list[NodeGroup] = []
+    groups: list[NodeGroup] = []
     if frame.kind == "rule":
-        found.append(NodeGroup("Variables", lambda: _variables(moment), hint="locals"))
+        groups.append(NodeGroup("Variables", lambda: _variables(moment), hint="locals"))
     elif frame.fact is not None:
-        found.append(NodeGroup("Slots", _Fact(moment, frame.fact).nodes, hint="locals"))
+        groups.append(NodeGroup("Slots", _Fact(moment, frame.fact).nodes, hint="locals"))
         if frame.kind == GOAL:
-            found.append(NodeGroup("Plan", partial(_plan, moment, slots_of(frame.fact).get("id", ""))))
-    found.append(NodeGroup("Goals", lambda: _goals(moment)))
+            groups.append(NodeGroup("Plan", partial(_plan, moment, slots_of(frame.fact).get("id", ""))))
+    groups.append(NodeGroup("Goals", lambda: _goals(moment)))
     if moment.agenda() is not None:
-        found.append(NodeGroup("Agenda", lambda: _agenda(moment)))
-    found.append(NodeGroup("Facts", lambda: _templates(moment), expensive=True))
-    return found
+        groups.append(NodeGroup("Agenda", lambda: _agenda(moment)))
+    groups.append(NodeGroup("Facts", lambda: _templates(moment), expensive=True))
+    return groups
 
 
 def fact_node(moment: StoppedEnvironment, fact: FactChange) -> VariableNode:
@@ -146,16 +144,16 @@ def _goal(
 
 def _plan(moment: StoppedEnvironment, goal: str) -> list[VariableNode]:
     actions = [fact for fact in moment.facts(ACTION) if slots_of(fact).get("goal-id") == goal]
-    found = []
+    nodes = []
     for fact in actions:
         slots = slots_of(fact)
         name = " ".join(filter(None, (slots.get("action-name", ""), slots.get("param-values", ""))))
-        found.append(
+        nodes.append(
             VariableNode(
                 f"{slots.get('id', '')} {name}", slots.get("state", ""), ACTION, _Fact(moment, fact).nodes
             )
         )
-    return found
+    return nodes
 
 
 def _agenda(moment: StoppedEnvironment) -> list[VariableNode]:

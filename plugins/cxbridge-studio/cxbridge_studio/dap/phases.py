@@ -9,22 +9,17 @@ from cxbridge.errors import CxbridgeError
 
 
 class SessionPhase(Flag):
-    NEW = auto()
-    """Before ``initialize``."""
-    READY = auto()
-    """Before ``launch``."""
-    LAUNCHED = auto()
-    """The client sets breakpoints; ``configurationDone`` starts the run."""
+    NEW = auto()  # before `initialize`
+    READY = auto()  # before `launch`
+    LAUNCHED = auto()  # client sets breakpoints; `configurationDone` starts the run
     RUNNING = auto()
     STOPPED = auto()
     OVER = auto()
 
 
 ANY: Final = ~SessionPhase(0)
-KNOWN: Final = ANY & ~SessionPhase.NEW
-"""Any phase after ``initialize``."""
-LAUNCHED: Final = KNOWN & ~SessionPhase.READY
-"""Any phase after ``launch``."""
+KNOWN: Final = ANY & ~SessionPhase.NEW  # any phase after `initialize`
+LAUNCHED: Final = KNOWN & ~SessionPhase.READY  # any phase after `launch`
 
 _WHY_NOT: Final = {
     SessionPhase.NEW: "nothing has been launched: a session begins with the request 'initialize'",

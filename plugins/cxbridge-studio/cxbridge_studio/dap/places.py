@@ -53,7 +53,7 @@ class FileLines:
 
     def between(self, first: int, last: int) -> list[int]:
         """Return the possible lines in a range."""
-        found = {rule.first for rule in self._rules}
+        first_lines = {rule.first for rule in self._rules}
         if self._actions:
-            found |= {action.line for rule in self._rules for action in rule.actions}
-        return sorted(line for line in found if first <= line <= last)
+            first_lines |= {action.line for rule in self._rules for action in rule.actions}
+        return sorted(line for line in first_lines if first <= line <= last)

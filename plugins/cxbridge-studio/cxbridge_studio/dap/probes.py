@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge_studio.debugger.debugger import Debugger
 
-PROBE_FUNCTION: Final = "cx-debug-at"
-"""Name of the host function that right-hand sides call."""
+PROBE_FUNCTION: Final = "cx-debug-at"  # name of the host function that right-hand sides call
 
 _ANY_TYPE: Final = 0x3FF
 

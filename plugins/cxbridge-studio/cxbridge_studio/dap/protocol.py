@@ -12,8 +12,7 @@ import msgspec
 EMPTY: Final = msgspec.Raw(b"{}")
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
-Number = Annotated[int, msgspec.Meta(ge=1)]
-"""A line or column, counted from 1."""
+Number = Annotated[int, msgspec.Meta(ge=1)]  # a line or column, counted from 1
 
 _T = TypeVar("_T")
 
@@ -52,8 +51,8 @@ def arguments_of(request: Request, kind: type[_T]) -> _T:
 
     :raises msgspec.DecodeError: if the arguments have another structure.
     """
-    given = msgspec.json.decode(request.arguments)
-    return msgspec.convert({} if given is None else _without_nulls(given), type=kind)
+    values = msgspec.json.decode(request.arguments)
+    return msgspec.convert({} if values is None else _without_nulls(values), type=kind)
 
 
 def _without_nulls(value: Any) -> Any:
@@ -201,8 +200,6 @@ class ValueFormat(ProtocolObject):
 
 
 class StackFrameFormat(ValueFormat):
-    """Format of a frame; ignored."""
-
     parameters: bool = False
     parameter_types: bool = False
     parameter_names: bool = False
@@ -256,8 +253,6 @@ class SourceArguments(ProtocolObject):
 
 
 class Breakpoint(ProtocolObject):
-    """The state of a breakpoint."""
-
     id: int
     verified: bool
     message: str = ""

@@ -69,7 +69,6 @@ class _Sources:
 class RecordedMoment(StoppedEnvironment):
     """A recording at one moment.
 
-    :param state: the recorded state at the moment.
     :param gone: the facts that the last rule has retracted.
     """
 
@@ -230,9 +229,9 @@ class RecordedRun(Target):
         number = self._scrubber.at - 1 + direction
         while 0 <= number < len(events) and not self._over.is_set():
             event = events[number]
-            found = self._look(event, number, client)
-            if found is not None:
-                return found
+            stop = self._look(event, number, client)
+            if stop is not None:
+                return stop
             number += direction
         if self._back:
             return self._first()
@@ -256,9 +255,9 @@ class RecordedRun(Target):
             return None
         for identity, item in ((i, b) for group in self._groups.values() for i, b in group.items()):
             if _reaches(item, event) and (isinstance(event, RuleFired) or self._is_change(number)):
-                found = self._reach(identity, item, event, number, client)
-                if found is not None:
-                    return found
+                stop = self._reach(identity, item, event, number, client)
+                if stop is not None:
+                    return stop
         if self._is_step(event, number):
             self._scrubber.go(number + 1)
             return self._stop("step", self._text(event), event)
@@ -334,18 +333,17 @@ class RecordedRun(Target):
 
     def _gone(self) -> dict[int, FactChange]:
         """Return the facts that the current rule has retracted so far."""
-        found: dict[int, FactChange] = {}
+        retracted_facts: dict[int, FactChange] = {}
         for number in range(self._scrubber.at - 1, -1, -1):
             event = self._scrubber.events[number]
             if isinstance(event, RuleFired) and event.env == self._env:
                 break
             if isinstance(event, FactChange) and event.env == self._env and not event.asserted:
-                found[event.index] = event
-        return found
+                retracted_facts[event.index] = event
+        return retracted_facts
 
 
 def _reaches(item: Breakpoint, event: Event) -> bool:
-    """Return whether a breakpoint matches an event."""
     if isinstance(event, RuleFired):
         return item.is_of_rules and item.has_rule(event.rule)
     return isinstance(event, TRANSITION_TYPES) and item.is_of_transitions and item.has_transition(event)

@@ -117,17 +117,14 @@ class StopView:
         return value
 
     def evaluate(self, expression: str) -> tuple[protocol.EvaluateBody, tuple[str, ...]]:
-        """Evaluate an expression or a pattern; return the result and the printed lines.
-
-        :raises CxbridgeError: if the text is invalid or the evaluation fails.
-        """
+        """Evaluate an expression or a pattern; return the result and the printed lines."""
         moment = self.stopped.moment
-        found = answer(moment, expression)
+        result = answer(moment, expression)
         self.forget()
         reference = 0
-        if found.facts:
-            reference = self._number(lambda: [fact_node(moment, fact) for fact in found.facts])
-        return protocol.EvaluateBody(found.text, reference), found.output
+        if result.facts:
+            reference = self._number(lambda: [fact_node(moment, fact) for fact in result.facts])
+        return protocol.EvaluateBody(result.text, reference), result.output
 
 
 class Sources:
@@ -146,10 +143,7 @@ class Sources:
         return protocol.Source(place.file.name, source_reference=self._texts.index(known) + 1)
 
     def named(self, source: protocol.Source) -> tuple[Path, str]:
-        """Return path and text of a file that the client names.
-
-        :raises CxbridgeError: if the file cannot be read.
-        """
+        """Return path and text of a file that the client names."""
         if source.source_reference:
             if source.source_reference > len(self._texts):
                 raise CxbridgeError(f"there is no source {source.source_reference}")

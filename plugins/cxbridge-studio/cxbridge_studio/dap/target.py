@@ -59,19 +59,15 @@ class StoppedEnvironment(ABC):
         self.agent = agent
         self.firing = firing
         self.event = event
+        # New indices of facts changed during the stop, by their old indices.
         self.changed: dict[int, int] = {}
-        """New indices of facts changed during the stop, by their old indices."""
 
     @abstractmethod
     def place(self, rule: str) -> FileLine | None:
         """Return the source position of a rule, or None if it is unknown."""
 
     @abstractmethod
-    def rule_without_facts(self, rule: str) -> Snapshot:
-        """Return a rule without facts.
-
-        :raises CxbridgeError: if the rule is unknown.
-        """
+    def rule_without_facts(self, rule: str) -> Snapshot: ...
 
     @abstractmethod
     def templates(self) -> Mapping[str, int]:
@@ -82,8 +78,7 @@ class StoppedEnvironment(ABC):
         """Return a deftemplate, or None if it is unknown."""
 
     @abstractmethod
-    def facts(self, template: str) -> Sequence[FactChange]:
-        """Return the facts of a deftemplate."""
+    def facts(self, template: str) -> Sequence[FactChange]: ...
 
     @abstractmethod
     def fact(self, index: int) -> FactChange | None:
@@ -98,15 +93,10 @@ class StoppedEnvironment(ABC):
         return None
 
     @abstractmethod
-    def is_function(self, name: str) -> bool:
-        """Return whether CLIPS has a function of this name."""
+    def is_function(self, name: str) -> bool: ...
 
     @abstractmethod
-    def evaluate(self, expression: str) -> Evaluation:
-        """Evaluate an expression.
-
-        :raises CxbridgeError: if the evaluation fails.
-        """
+    def evaluate(self, expression: str) -> Evaluation: ...
 
     def written(self, fact: int) -> str:
         """Return the expression that :meth:`evaluate` needs for a fact: CLIPS accepts the index."""
@@ -148,18 +138,15 @@ class DebugClient(Protocol):
         :param is_over: returns whether to stop waiting.
         """
 
-    def send_event(self, name: str, body: Mapping[str, object] | ProtocolObject | None = None) -> None:
-        """Send an event to the client."""
+    def send_event(self, name: str, body: Mapping[str, object] | ProtocolObject | None = None) -> None: ...
 
 
 class Target(ABC):
     """A debug target. The serving thread calls all methods except :meth:`interrupt`."""
 
-    can_go_back = False
-    """Whether the target can be stepped backwards."""
+    can_go_back = False  # whether the target can be stepped backwards
 
-    can_stop_at_actions = False
-    """Whether the target can stop within right-hand sides."""
+    can_stop_at_actions = False  # whether the target can stop within right-hand sides
 
     @property
     @abstractmethod
@@ -206,8 +193,7 @@ class Target(ABC):
         """Whether the rules of the target are known."""
 
     @abstractmethod
-    def why_no_stop(self, rule: str, file: Path) -> str:
-        """Return why the target cannot stop at a rule of a file; empty if it can."""
+    def why_no_stop(self, rule: str, file: Path) -> str: ...
 
     @abstractmethod
     def why_unreachable(self, item: Breakpoint) -> str:

@@ -11,8 +11,7 @@ import msgspec
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap.protocol import Event, Request, Response
 
-LONGEST: Final = 16 * 1024 * 1024
-"""The limit of a message, in bytes."""
+LONGEST: Final = 16 * 1024 * 1024  # limit of a message, in bytes
 
 _MOST_HEADERS: Final = 32
 _LONGEST_LINE: Final = 4096

@@ -87,8 +87,8 @@ class Breakpoint:
 
     def is_due(self, reached: int) -> bool:
         """Return whether the breakpoint stops at this hit, counted from 1."""
-        found = _COUNT.fullmatch(self.hits)
-        return found is None or _COMPARED[found[1] or "="](reached, int(found[2]))
+        match = _COUNT.fullmatch(self.hits)
+        return match is None or _COMPARED[match[1] or "="](reached, int(match[2]))
 
     def has_transition(self, event: Transition) -> bool:
         """Return whether the breakpoint matches a transition."""
@@ -154,8 +154,8 @@ def parse_breakpoint(spec: str) -> Breakpoint:
         check_hits(hits[0])
     if known == "skill":
         # a skill string may have colons
-        found = _STATUS.fullmatch(rest)
-        parts = list(found.groups()) if found else [rest]
+        match = _STATUS.fullmatch(rest)
+        parts = list(match.groups()) if match else [rest]
     else:
         parts = rest.split(":")
         if len(parts) > _MOST_PARTS[known]:
@@ -176,8 +176,8 @@ def check_hits(hits: str) -> None:
 
     :raises ExecutiveError: if the text is not a hit count.
     """
-    found = _COUNT.fullmatch(hits)
-    if hits and (found is None or int(found[2]) == 0):
+    match = _COUNT.fullmatch(hits)
+    if hits and (match is None or int(match[2]) == 0):
         raise ExecutiveError(
             f"'{hits}' is not a count of how often a breakpoint is reached", hint="e.g. 3, >=3, %3"
         )

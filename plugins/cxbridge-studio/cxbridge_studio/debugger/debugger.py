@@ -41,10 +41,10 @@ def debugger_of(executive: Executive) -> Debugger:
                 executive.env, executive.known_skills, lambda file: file in executive.core_files
             )
             executive.control = Debugger(executive.env, names)
-    found = executive.control
-    if not isinstance(found, Debugger):
+    control = executive.control
+    if not isinstance(control, Debugger):
         raise ExecutiveError("the rules have another debugger")
-    return found
+    return control
 
 
 class Debugger:
@@ -99,15 +99,15 @@ class Debugger:
         :param checked: refuse an unreachable breakpoint, see :meth:`AgentNames.check`.
         :raises ExecutiveError: if the text is not a breakpoint, or the breakpoint is unreachable.
         """
-        made = parse_breakpoint(spec) if isinstance(spec, str) else spec
+        item = parse_breakpoint(spec) if isinstance(spec, str) else spec
         with self._env.lock:
             if checked:
-                self.names.check(made)
+                self.names.check(item)
             self._last_number += 1
-            made = replace(made, number=self._last_number)
-            self._breakpoints[made.number] = made
+            item = replace(item, number=self._last_number)
+            self._breakpoints[item.number] = item
             self._set_hooks()
-        return made
+        return item
 
     def remove(self, number: int) -> None:
         """Remove a breakpoint.
@@ -186,9 +186,9 @@ class Debugger:
         while self._stopped is None:
             if not self._within:
                 self._begin_loop()
-            before = self._fired
+            fired_before = self._fired
             stop = self._go()
-            fired += self._fired - before
+            fired += self._fired - fired_before
             self.names.check_once(self._breakpoints.values())
             if not self._within and stop is None:
                 break
@@ -261,10 +261,10 @@ class Debugger:
             if rules and (stop := self._before(rules, following)) is not None:
                 return stop
             self._one_by_one = bool(rules) or self._step == "rule"
-            done = self._fire()
-            if (stop := self._after(rules, done)) is not None:
+            fired = self._fire()
+            if (stop := self._after(rules, fired)) is not None:
                 return stop
-            if done == 0 or not (self._one_by_one or self._hits or self._interrupted):
+            if fired == 0 or not (self._one_by_one or self._hits or self._interrupted):
                 break
         self._within = False
         env.end_run()
@@ -278,12 +278,12 @@ class Debugger:
         self._firing = True
         api.after_fire(self._after_fire if self._one_by_one else None)
         try:
-            done = self._env.fire(1 if self._one_by_one else -1, self._fired)
+            fired = self._env.fire(1 if self._one_by_one else -1, self._fired)
         finally:
             self._firing = False
             api.after_fire(None)
-        self._fired += done
-        return done
+        self._fired += fired
+        return fired
 
     def _before(self, rules: list[Breakpoint], following: str) -> Stop | None:
         """Return the stop before the next rule, once per activation."""
@@ -296,14 +296,14 @@ class Debugger:
                     return stop
         return None
 
-    def _after(self, rules: list[Breakpoint], done: int) -> Stop | None:
+    def _after(self, rules: list[Breakpoint], fired: int) -> Stop | None:
         """Return the stop after the last firing."""
         for item, event in self._hits:
             if item is None:
                 return self._make_stop("step", f"at {describe(event)}", event=event)
             if (stop := self._count_hit(item, f"at {describe(event)}", event)) is not None:
                 return stop
-        if not done or not (self._one_by_one or self._interrupted):
+        if not fired or not (self._one_by_one or self._interrupted):
             return None
         for item in rules:
             if item.kind == "after" and item.has_rule(self._last_rule):
@@ -361,15 +361,15 @@ class Debugger:
 
     def _set_hooks(self) -> None:
         """Subscribe to transitions only while a breakpoint or step needs them."""
-        wanted = self._step == "transition" or any(
+        watches_transitions = self._step == "transition" or any(
             item.is_of_transitions for item in self._breakpoints.values()
         )
-        if wanted and not self._follows:
+        if watches_transitions and not self._follows:
             self._statuses.clear()
             self._env.bus.subscribe(self._take, *TRANSITION_TYPES)
-        elif self._follows and not wanted:
+        elif self._follows and not watches_transitions:
             self._env.bus.unsubscribe(self._take)
-        self._follows = wanted
+        self._follows = watches_transitions
 
     def _take(self, event: Event) -> None:
         """Handle a transition, within a right-hand side."""
@@ -378,9 +378,9 @@ class Debugger:
         if isinstance(event, SkillStatus):
             # each fact causes an event; the first one only shows the present status
             status = event.skill_string, event.status
-            before = self._statuses.get(event.skiller, status)
+            previous_status = self._statuses.get(event.skiller, status)
             self._statuses[event.skiller] = status
-            if status == before:
+            if status == previous_status:
                 return
         if not self._firing:
             return

@@ -101,9 +101,9 @@ class EnvironmentService:
         :raises ClipsError: if the name exists, or has characters other than letters, digits and ``_.-``.
         """
         _check_name(name, "an environment")
-        made = self._manager.create(name, _component(log_component) or None)
+        env = self._manager.create(name, _component(log_component) or None)
         self._manager.extra.append(name)
-        return made
+        return env
 
     def destroy(self, name: str) -> None:
         """Destroy an environment created by this service.
@@ -124,10 +124,10 @@ class EnvironmentService:
         if why := why_unreadable(file):
             raise ClipsError(f"CLIPS cannot read this file: it {why}", file=file)
         with env.lock:
-            before = len(env.loader.diagnostics)
+            diagnostic_count = len(env.loader.diagnostics)
             (env.batch if batch else env.load)(file)
             env.api.clear_halt()  # otherwise a mistake in the file would end the next run
-            return [str(item) for item in env.loader.diagnostics[before:]]
+            return [str(item) for item in env.loader.diagnostics[diagnostic_count:]]
 
     def request_feature(self, name: str, feature: str) -> None:
         """Load a feature into an environment. Does nothing if it has the feature.
@@ -175,9 +175,9 @@ class EnvironmentService:
         :param level: ``debug``, ``info``, ``warn`` or ``error``.
         :raises ClipsError: if the environment or level is unknown.
         """
-        env, found = self._manager.find(name), find_level(level)
+        env, log_level = self._manager.find(name), find_level(level)
         with env.lock:
-            env.loggers.set_level(DEFAULT_LOGGER, found)
+            env.loggers.set_level(DEFAULT_LOGGER, log_level)
 
     def features(self) -> Sequence[FeatureInfo]:
         """Describe all features, including withdrawn ones."""

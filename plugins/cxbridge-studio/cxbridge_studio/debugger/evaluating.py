@@ -49,7 +49,7 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
             lines.append(line)
 
     timer = threading.Timer(limit_s, end)
-    before = env.output.redirect(keep)
+    previous_sink = env.output.redirect(keep)
     timer.start()
     try:
         value = env.eval(expression)
@@ -60,7 +60,7 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
     finally:
         timer.cancel()
         timer.join()
-        env.output.redirect(before)
+        env.output.redirect(previous_sink)
         env.api.clear_halt()
     if late.is_set():
         raise _too_long(expression, limit_s)

@@ -93,10 +93,10 @@ class AgentNames:
             self._log.warn(" ".join(str(error).split()))
 
     def _check(self, item: Breakpoint) -> None:
-        found = self._mistake(item)
-        if found is None:
+        mistake = self._mistake(item)
+        if mistake is None:
             return
-        message, hint = f"breakpoint {item}: {found[0]}", found[1]
+        message, hint = f"breakpoint {item}: {mistake[0]}", mistake[1]
         if not (item.is_of_rules and self._may_load):
             raise ExecutiveError(message, hint=hint)
         self._log.warn(f"{message} yet{f': {hint}' if hint else ''}")
@@ -141,8 +141,10 @@ class AgentNames:
         is_whole = _literal_ends(item.name[len(begin[0]) :]) if begin else False
         if any(skill == head if is_whole else skill.startswith(head) for skill in skills):
             return None
-        others = f"there are: {', '.join(sorted(skills)) or 'none'}"
-        return f"there is no skill '{head}{'' if is_whole else '*'}'", did_you_mean(head, skills, others)
+        known_skills = f"there are: {', '.join(sorted(skills)) or 'none'}"
+        return f"there is no skill '{head}{'' if is_whole else '*'}'", did_you_mean(
+            head, skills, known_skills
+        )
 
     @property
     def _may_load(self) -> bool:

@@ -11,6 +11,7 @@ from cxbridge.history.transitions import unquote
 from cxbridge.suggestions import or_similar
 from cxbridge_studio.explain.preconditions import FactsOf, Preconditions, atom_text, fields
 
+# The templates whose facts are inspected.
 LOOK_TEMPLATES: Final = (
     PLAN_ACTION,
     "plan",
@@ -24,7 +25,6 @@ LOOK_TEMPLATES: Final = (
     "skill-action-mapping",
     "skiller-control",
 )
-"""The templates whose facts are inspected."""
 
 _NO_NAMES: Final = ("", "nil")
 
@@ -103,13 +103,13 @@ def _bad_operator(facts_of: FactsOf, action: Mapping[str, str]) -> str:
     name = action.get("action-name", "")
     if name not in operators:
         return f"the domain has no operator '{name}'{or_similar(name, operators)}" if operators else ""
-    wanted = fields(operators[name].get("param-names", ""))
+    expected = fields(operators[name].get("param-names", ""))
     names, values = fields(action.get("param-names", "")), fields(action.get("param-values", ""))
-    if names and set(names) != set(wanted):
+    if names and set(names) != set(expected):
         return (
-            f"its parameters are ({' '.join(names)}), but those of the operator {name} ({' '.join(wanted)})"
+            f"its parameters are ({' '.join(names)}), but those of the operator {name} ({' '.join(expected)})"
         )
-    names = names or wanted
+    names = names or expected
     if len(names) != len(values):
         return f"it has {len(values)} values for the {len(names)} parameters ({' '.join(names)})"
     if action.get("state") == "SENSED-EFFECTS-WAIT" or action.get("executable") == "TRUE":
@@ -144,9 +144,9 @@ def _held_up(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> st
                 return f"the Skiller {skiller} executes {busy}"
             return ""
     controls = facts_of("skiller-control")
-    own = [slots for slots in controls if unquote(slots.get("skiller", "")) == skiller]
-    if not own:
+    skiller_controls = [slots for slots in controls if unquote(slots.get("skiller", "")) == skiller]
+    if not skiller_controls:
         return f'no fact (skiller-control (skiller "{skiller}")) asks for the control of its Skiller'
-    if own[0].get("acquired") != "TRUE":
+    if skiller_controls[0].get("acquired") != "TRUE":
         return f"the executive has not got the control of the Skiller {skiller}"
     return ""

@@ -127,15 +127,15 @@ def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:
         return None
     top = f"no goal {name} has been formulated"
     lost = [*refused(book).values(), *unloaded(book)]
-    found = makers({rule.name: rule.text for rule in lost}, name)
-    if found:
-        rule = next(rule for rule in lost if rule.name == found[0])
+    maker_rules = makers({rule.name: rule.text for rule in lost}, name)
+    if maker_rules:
+        rule = next(rule for rule in lost if rule.name == maker_rules[0])
         headline, lines = f"{top}: rule {rule.name}, which makes it, {rule.why}", []
     else:
-        found = makers(texts, name)
-        if not found:
+        maker_rules = makers(texts, name)
+        if not maker_rules:
             return None
-        story = rule_report.explain_rule(evidence, found[0])
+        story = rule_report.explain_rule(evidence, maker_rules[0])
         headline = f"{top}: {rule_report.headline(story)}"
         lines = list(rule_report.lines(story))[1:]
     return Explanation(
@@ -145,7 +145,6 @@ def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:
 
 
 def _neither(name: str, no_rule: CxbridgeError, no_goal: CxbridgeError) -> CxbridgeError:
-    """Return the error for a name that is neither a rule nor a goal."""
     if not no_goal.message.startswith(_NO_GOAL):
         return no_goal
     hints = [error.hint for error in (no_rule, no_goal) if error.hint]

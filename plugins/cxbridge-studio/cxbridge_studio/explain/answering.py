@@ -30,11 +30,9 @@ if TYPE_CHECKING:
     from cxbridge_studio.explain.evidence import Evidence
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-MOST_QUESTIONS: Final = 4
-"""The length of the message queue."""
+MOST_QUESTIONS: Final = 4  # length of the message queue
 
-MOST_STEPS: Final = 10_000
-"""The number of transitions, and of firings, kept to explain goals."""
+MOST_STEPS: Final = 10_000  # number of transitions, and of firings, kept to explain goals
 
 # The interface's string field, without the final zero byte.
 _ANSWER_BYTES: Final = 262_143
@@ -181,7 +179,6 @@ def copy_evidence(
 
 
 def _take(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
-    """Copy the snapshot of a rule, or return the error."""
     try:
         return take(env, rule, MOST_FACTS)
     except ClipsError as error:
@@ -189,10 +186,7 @@ def _take(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
 
 
 def _answer(evidence: Evidence, name: str, kind: str, rules: int) -> str:
-    """Return the report as JSON.
-
-    :raises CxbridgeError: if there is no report, or the report is too long.
-    """
+    """Return the report as JSON."""
     from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - not in the loop, and only when asked
 
     answer = explain(evidence, name, kind, rules)

@@ -30,6 +30,7 @@ from cxbridge_studio.explain.action_look import ActionLook, look_at_action
 from cxbridge_studio.explain.preconditions import FactsOf
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
+# The events that explain goals.
 STORY_TYPES: Final = (
     GoalTransition,
     PlanActionTransition,
@@ -39,19 +40,15 @@ STORY_TYPES: Final = (
     InterfaceWrite,
     InterfaceMessage,
 )
-"""The events that explain goals."""
 
-MOST_FIRINGS: Final = 200_000
-"""The number of latest firings to keep."""
+MOST_FIRINGS: Final = 200_000  # number of latest firings to keep
 
-MOST_STEPS: Final = 500_000
-"""The number of latest transitions to keep."""
+MOST_STEPS: Final = 500_000  # number of latest transitions to keep
 
-RULES_BEFORE: Final = 3
-"""The number of firings to keep before each transition."""
+RULES_BEFORE: Final = 3  # number of firings to keep before each transition
 
+# The limit of looks at failed actions: each look searches the facts of the domain.
 MOST_LOOKS: Final = 100
-"""The limit of looks at failed actions: each look searches the facts of the domain."""
 
 MOST_LIVES: Final = 200_000
 """The number of latest facts to keep, with the rules that asserted and retracted them."""
@@ -164,8 +161,12 @@ class History:
         """Remember which rule asserted or retracted a fact."""
         rule = self._rules[-1] if self._rules else ""
         if event.asserted:
-            before = self._retracted
-            replaced = before.index if before is not None and before.template == event.template else -1
+            retracted_before = self._retracted
+            replaced = (
+                retracted_before.index
+                if retracted_before is not None and retracted_before.template == event.template
+                else -1
+            )
             self.lives[event.index] = FactLife(
                 event.index, event.template, event.text, event.time_us, rule, replaced
             )
@@ -234,7 +235,6 @@ class Evidence(ABC):
         """Return the slots of a deftemplate's facts, as CLIPS prints the values; empty if unknown."""
 
     def has_facts_of(self, template: str) -> bool:  # noqa: ARG002 - all facts of an environment are known
-        """Return whether :meth:`slots_of` returns all facts of a deftemplate."""
         return True
 
     def rule_texts(self) -> Mapping[str, str]:

@@ -62,9 +62,9 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
     if life is None:
         hint = f"those from f-{min(history.lives)} to f-{max(history.lives)} are known"
         raise CxbridgeError(f"there is no fact f-{match[1]} up to here", hint=hint)
-    before = history.lives.get(life.instead_of)
+    previous_life = history.lives.get(life.instead_of)
     end_s = None if life.end_us is None else evidence.seconds(life.end_us)
-    return FactStory(evidence.where, life, before, evidence.seconds(life.begin_us), end_s)
+    return FactStory(evidence.where, life, previous_life, evidence.seconds(life.begin_us), end_s)
 
 
 def plain(story: FactStory) -> dict[str, Any]:

@@ -78,9 +78,9 @@ class RootCauses:
     def _resources(self, goal: GoalRecord) -> Iterator[str]:
         """Yield the resources that a goal still needs, with their holders."""
         facts = {slots.get("id", ""): slots for slots in self._facts_of("goal")}
-        own = facts.get(goal.id, {})
+        goal_facts = facts.get(goal.id, {})
         needed, acquired = (
-            own.get(slot, "").split() for slot in ("required-resources", "acquired-resources")
+            goal_facts.get(slot, "").split() for slot in ("required-resources", "acquired-resources")
         )
         for resource in sorted(set(needed) - set(acquired)):
             holders = [
@@ -144,7 +144,7 @@ def _rules_of_actions(texts: Mapping[str, str], state: str, sets: re.Pattern[str
 
     :param sets: matches the change of state in the right-hand side.
     """
-    found: dict[str, list[str]] = {}
+    rules_of_actions: dict[str, list[str]] = {}
     for name, text in texts.items():
         condition, _, actions = text.partition("=>")
         if _ACTION not in condition or state not in condition or not sets.search(actions):
@@ -155,8 +155,8 @@ def _rules_of_actions(texts: Mapping[str, str], state: str, sets: re.Pattern[str
             continue
         for pattern in inner:
             if pattern.template == _ACTION and state in pattern.slots.get("state", ()):
-                found[name] = sorted(pattern.slots.get("action-name", ()))
-    return found
+                rules_of_actions[name] = sorted(pattern.slots.get("action-name", ()))
+    return rules_of_actions
 
 
 def _of_rules(texts: Mapping[str, str], look: ActionLook, state: str) -> str:

@@ -14,8 +14,7 @@ from cxbridge_studio.explain.goals import Goals
 _WIDEST = 90
 _COMPLETED = "COMPLETED"
 _WAITS = ", and waits"
-_MOST_STEPS = 3
-"""The number of causes in the first line, the last of the chain."""
+_MOST_STEPS = 3  # number of causes in the first line, the last of the chain
 
 
 def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
@@ -33,7 +32,7 @@ def explain_actions(evidence: Evidence, name: str) -> tuple[ActionStory, ...]:
     :raises CxbridgeError: when there is none, or the source knows no goals.
     """
     goals, reporter = reporter_of(evidence)
-    return tuple(reporter.report_action(*found) for found in goals.actions_named(name))
+    return tuple(reporter.report_action(*goal_and_action) for goal_and_action in goals.actions_named(name))
 
 
 def reporter_of(evidence: Evidence) -> tuple[Goals, GoalReporter]:
@@ -71,7 +70,6 @@ def action_lines(stories: Sequence[ActionStory], evidence: Evidence) -> Iterator
 
 
 def plain(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:
-    """Return the stories as JSON values."""
     return {
         "headline": headline(stories, evidence),
         "where": evidence.where,

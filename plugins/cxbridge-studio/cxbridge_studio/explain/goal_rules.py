@@ -12,13 +12,11 @@ from cxbridge.suggestions import likeness
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.lost import LostRule
 
-MOST_RULES: Final = 5
-"""The limit of listed rules."""
+MOST_RULES: Final = 5  # limit of listed rules
 
 _SPECIFIC: Final = {"class": 4, "sub-type": 2, "mode": 1}
 _NAMES_MODE: Final = "(mode "
-_LIKE: Final = 0.7
-"""Similarity above which a class is taken as a misspelling."""
+_LIKE: Final = 0.7  # similarity above which a class is taken as a misspelling
 
 _GOAL: Final = "goal"
 
@@ -29,7 +27,7 @@ def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
     :param texts: defrules by name.
     :param slots: class, sub-type and mode of the goal.
     """
-    found = []
+    rules = []
     for name, text in texts.items():
         condition, _, actions = text.partition("=>")
         if slots["mode"] not in condition or _NAMES_MODE not in actions:
@@ -40,8 +38,8 @@ def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
             continue
         scores = [score for ce in ces if isinstance(ce, PatternCE) and (score := _score(ce, slots))]
         if scores:
-            found.append((-max(scores), name))
-    return [name for _, name in sorted(found)][:MOST_RULES]
+            rules.append((-max(scores), name))
+    return [name for _, name in sorted(rules)][:MOST_RULES]
 
 
 def lost_rule_for(rules: Iterable[LostRule], slots: Mapping[str, str]) -> LostRule | None:

@@ -21,14 +21,14 @@ _DEEPEST: Final = 20
 NOT_RECORDED: Final = "which rule decided so is not known: firings were not recorded (level rules)"
 """The cause that a recording without firings has."""
 
+# The limit of facts copied per deftemplate: copying a fact stops the loop for about 10 us.
 MOST_FACTS: Final = 10_000
-"""The limit of facts copied per deftemplate: copying a fact stops the loop for about 10 us."""
 
+# Slots of facts by deftemplate, as CLIPS prints the values.
 Facts = Mapping[str, list[Mapping[str, str]]]
-"""Slots of facts by deftemplate, as CLIPS prints the values."""
 
+# The templates whose facts explain why a goal waits.
 FACT_TEMPLATES: Final = ("goal", "mutex", *LOOK_TEMPLATES)
-"""The templates whose facts explain why a goal waits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,16 +175,16 @@ class GoalReporter:
 
     def _moments(self, goal: GoalRecord) -> Iterator[GoalMoment]:
         """Yield the events of a goal, its actions and its sub-goals, in order."""
-        found: list[tuple[GoalChange | ActionChange, str]] = [
+        changes: list[tuple[GoalChange | ActionChange, str]] = [
             (change, self._goal_text(goal, index)) for index, change in enumerate(goal.changes)
         ]
         for action in goal.actions:
-            found += [
+            changes += [
                 (change, self._action_text(action, index)) for index, change in enumerate(action.changes)
             ]
         for child in self._goals.children(goal):
-            found += [(each, self._child_text(child, index)) for index, each in enumerate(child.changes)]
-        for change, text in sorted(found, key=lambda item: item[0].seq):
+            changes += [(each, self._child_text(child, index)) for index, each in enumerate(child.changes)]
+        for change, text in sorted(changes, key=lambda item: item[0].seq):
             if text:
                 yield GoalMoment(self._seconds(change), text, self._goals.rules(change))
 
@@ -251,20 +251,20 @@ class GoalReporter:
             yield from self._completed(goal, change)
             return
         named = [other for other in self._goals.named_in(change, goal) if other.name not in reported]
-        found = [
+        causes = [
             Cause(self._outcome(other), self._further(other, reported)) for other in named if other.ended
         ]
-        if not found:
-            found = [self._failed_action(goal, action) for action in failed_actions(goal.last_actions)]
-        if not found:
-            found = [
+        if not causes:
+            causes = [self._failed_action(goal, action) for action in failed_actions(goal.last_actions)]
+        if not causes:
+            causes = [
                 Cause(self._outcome(child), self._further(child, reported))
                 for child in self._goals.children(goal)
                 if _ended_badly(child, change) and child.name not in reported
             ][-1:]
-        if not found:
-            found = [Cause(text, root=True) for text in self._roots.of_planner(goal)]
-        yield from found
+        if not causes:
+            causes = [Cause(text, root=True) for text in self._roots.of_planner(goal)]
+        yield from causes
         yield self._decision(change, goal)
 
     def _further(self, goal: GoalRecord, reported: set[str]) -> tuple[Cause, ...]:
@@ -286,9 +286,9 @@ class GoalReporter:
 
     def _completed(self, goal: GoalRecord, change: GoalChange) -> Iterator[Cause]:
         actions = goal.last_actions
-        done = [action for action in actions if action.state == "FINAL"]
+        final_actions = [action for action in actions if action.state == "FINAL"]
         if actions:
-            yield Cause(f"{len(done)} of {len(actions)} actions are done")
+            yield Cause(f"{len(final_actions)} of {len(actions)} actions are done")
         for child in self._goals.children(goal):
             if child.ended is not None:
                 yield Cause(self._outcome(child))
@@ -308,7 +308,6 @@ class GoalReporter:
 
     @staticmethod
     def _root(text: str) -> Iterator[Cause]:
-        """Yield the root cause, if it is known."""
         if text:
             yield Cause(text, root=True)
 
@@ -404,11 +403,16 @@ class GoalReporter:
         return {}
 
 
-def _ended_badly(child: GoalRecord, before: GoalChange) -> bool:
+def _ended_badly(child: GoalRecord, previous_change: GoalChange) -> bool:
     change = child.ended
-    return change is not None and change.outcome in ("FAILED", "REJECTED") and change.time <= before.time
+    return (
+        change is not None
+        and change.outcome in ("FAILED", "REJECTED")
+        and change.time <= previous_change.time
+    )
 
 
+# The usual cause of a wait, by mode.
 _WAITS: Final = {
     "FORMULATED": "for a rule that selects it",
     "SELECTED": "to be expanded: for a rule that gives it a plan or sub-goals",
@@ -418,4 +422,3 @@ _WAITS: Final = {
     "FINISHED": "for a rule that evaluates it",
     "EVALUATED": "for a rule that retracts it",
 }
-"""The usual cause of a wait, by mode."""

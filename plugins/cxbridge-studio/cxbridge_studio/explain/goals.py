@@ -24,8 +24,6 @@ from cxbridge_studio.explain.evidence import History
 
 
 class Goals:
-    """All goals of a history."""
-
     def __init__(self, history: History) -> None:
         self._steps = list(history.steps)
         run = RunHistory.of((step.event for step in self._steps), UNLIMITED)
@@ -35,12 +33,10 @@ class Goals:
         self._skills = {link.action.number: link for link in links(run)}
 
     def parent(self, goal: GoalRecord) -> GoalRecord | None:
-        """Return the parent of a goal, or None."""
         parent_number = self._forest.parents[goal.number]
         return None if parent_number is None else self.all[parent_number]
 
     def children(self, goal: GoalRecord) -> Sequence[GoalRecord]:
-        """Return the sub-goals of a goal."""
         return [self.all[number] for number in self._forest.children.get(goal.number, ())]
 
     def skill(self, action: PlanActionRecord) -> SkillLink | None:
@@ -64,15 +60,15 @@ class Goals:
         :raises CxbridgeError: when there is none.
         """
         goal_name, _, action_name = name.rpartition("/")
-        found = [
+        matches = [
             (goal, action)
             for goal in (self.find(goal_name) if goal_name else self.all)
             for action in goal.actions
             if action_name in (action.id, action.name)
         ]
-        if not found:
+        if not matches:
             raise CxbridgeError(f"there is no plan-action '{name}'", hint="name its goal and its id: GOAL/ID")
-        return found
+        return matches
 
     def rules(self, change: GoalChange | ActionChange) -> tuple[str, ...]:
         """Return the rules that fired just before a change, the latest last."""
@@ -101,16 +97,16 @@ class Goals:
         :param now: return only the latest goal of an id.
         :raises CxbridgeError: if there is no such goal, or several ids have this prefix.
         """
-        found = goals_named(self.all, name)
-        if not found:
+        matches = goals_named(self.all, name)
+        if not matches:
             known = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))
             of_class = len(self.of_class(name.rpartition("#")[0]))
             hint = f"there are {of_class} of this class" if of_class else did_you_mean(name, known)
             raise CxbridgeError(f"there is no goal '{name}'", hint=hint or None)
-        if not {found[0].id, found[0].goal_class} & {name, name.rpartition("#")[0]} and len(found) > 1:
-            listed = ", ".join(goal.name for goal in found[:10])
+        if not {matches[0].id, matches[0].goal_class} & {name, name.rpartition("#")[0]} and len(matches) > 1:
+            listed = ", ".join(goal.name for goal in matches[:10])
             raise CxbridgeError(f"several goals begin with '{name}'", hint=f"which of: {listed}")
-        return found[-1:] if now and found[0].id == name else found
+        return matches[-1:] if now and matches[0].id == name else matches
 
     def of_class(self, goal_class: str) -> list[GoalRecord]:
         """Return the goals of a class, in order of appearance."""

@@ -40,10 +40,10 @@ class CopiedEvidence(Evidence):
         return self._book
 
     def snapshot(self, rule: str) -> Snapshot:
-        found = self._snapshots.get(rule)
-        if isinstance(found, Snapshot):
-            return found
-        raise found or ClipsError(f"the rule '{rule}' was not copied")
+        copy = self._snapshots.get(rule)
+        if isinstance(copy, Snapshot):
+            return copy
+        raise copy or ClipsError(f"the rule '{rule}' was not copied")
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         return self._facts.get(template, [])

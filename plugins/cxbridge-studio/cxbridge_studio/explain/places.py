@@ -32,23 +32,23 @@ class WrittenPlaces(Places):
         of_class = Name(NameKind.GOAL_CLASS, goal_class)
         changed = re.compile(rf"\s+{re.escape(mode)}\s*\)")
         others = ""
-        for found in self._model.mentions(Name(NameKind.SLOT, "mode", "goal"), Use.CHANGED):
-            piece = found.file.piece_at(found.mention.start)
-            if piece is None or not changed.match(found.file.text, found.mention.end):
+        for change in self._model.mentions(Name(NameKind.SLOT, "mode", "goal"), Use.CHANGED):
+            piece = change.file.piece_at(change.mention.start)
+            if piece is None or not changed.match(change.file.text, change.mention.end):
                 continue
             names = {mention.name for mention in piece.piece.mentions}
             if of_class in names:
-                return _place(found)
+                return _place(change)
             if not others and not any(name.kind is NameKind.GOAL_CLASS for name in names):
-                others = _place(found)
+                others = _place(change)
         return others or _first(self._model.mentions(of_class, Use.ASSERTED))
 
     def of_interface(self, kind: str, name: str) -> str:
         """Return the position where rules open an interface."""
-        for found in self._model.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
-            line = found.file.text[found.mention.end :].partition("\n")[0]
+        for mention in self._model.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
+            line = mention.file.text[mention.mention.end :].partition("\n")[0]
             if name in line:
-                return _place(found)
+                return _place(mention)
         return ""
 
     def of_similar_fact(self, template: str) -> str:
@@ -62,19 +62,21 @@ class WrittenPlaces(Places):
         return ""
 
     def rules_that_make_goals(self) -> list[str]:
-        wanted = Name(NameKind.TEMPLATE, "goal")
+        goal_template = Name(NameKind.TEMPLATE, "goal")
         return [
             piece.name.text
             for file in self._model.files
             for _, piece in file.pieces
             if piece.name is not None and piece.name.kind is NameKind.RULE
-            if any(mention.use is Use.ASSERTED and mention.name == wanted for mention in piece.mentions)
+            if any(
+                mention.use is Use.ASSERTED and mention.name == goal_template for mention in piece.mentions
+            )
         ]
 
 
-def _first(found: Iterator[Found]) -> str:
-    return next(map(_place, found), "")
+def _first(places: Iterator[Found]) -> str:
+    return next(map(_place, places), "")
 
 
-def _place(found: Found) -> str:
-    return f"{found.file.path}:{found.file.lines.at(found.mention.start)}"
+def _place(mention: Found) -> str:
+    return f"{mention.file.path}:{mention.file.lines.at(mention.mention.start)}"

@@ -19,11 +19,11 @@ from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import sources_of
 
+# The printable parts of a call, in the order of the figure.
 PARTS: Final = ("instances", "predicates", "goal", "plan")
-"""The printable parts of a call, in the order of the figure."""
 
+# Distance and duration in seconds of actions in a plan without times, as POPF prints them.
 EPSILON_S: Final = 0.001
-"""Distance and duration in seconds of actions in a plan without times, as POPF prints them."""
 
 _ROOT_TYPE: Final = "object"
 _STARTED: Final = "started"
@@ -42,7 +42,6 @@ class PlannerAnswer:
     ended: PlannerCall | None
 
     def section(self, part: str) -> list[str]:
-        """Return the lines of one of :data:`PARTS`."""
         match part:
             case "instances":
                 rows = [

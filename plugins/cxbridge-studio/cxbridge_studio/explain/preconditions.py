@@ -13,8 +13,8 @@ from cxbridge.executive.problem.conditions import Conditions
 from cxbridge.executive.problem.truth import Blamed, KnownState, to_blame
 from cxbridge.suggestions import LIKE, likeness
 
+# Returns the slots of a deftemplate's facts, as CLIPS prints the values.
 FactsOf = Callable[[str], Sequence[Mapping[str, str]]]
-"""Returns the slots of a deftemplate's facts, as CLIPS prints the values."""
 
 _EQUALITY: Final = "EQUALITY"
 
@@ -23,8 +23,7 @@ def _no_objects(_types: tuple[str, ...]) -> Collection[str]:
     return ()
 
 
-Atom = tuple[str, ...]
-"""A predicate and its arguments."""
+Atom = tuple[str, ...]  # a predicate and its arguments
 
 
 def fields(text: str) -> tuple[str, ...]:
@@ -33,7 +32,6 @@ def fields(text: str) -> tuple[str, ...]:
 
 
 def atom_text(atom: Atom) -> str:
-    """Return an atom in PDDL."""
     return f"({' '.join(atom)})"
 
 
@@ -69,16 +67,18 @@ class Preconditions:
         bound = {name: arguments.get(name, f"?{name}") for name in variables}
         state = KnownState({(name, tuple(values)) for name, *values in self._true}, {}, _no_objects)
         blamed = to_blame(condition, state, bound)
-        return list(dict.fromkeys(self._described(_ground(each), wanted=each.wanted) for each in blamed))
+        return list(
+            dict.fromkeys(self._described(_ground(each), expected_truth=each.wanted) for each in blamed)
+        )
 
-    def _described(self, atom: Atom, *, wanted: bool) -> str:
+    def _described(self, atom: Atom, *, expected_truth: bool) -> str:
         unknown = [word for word in atom if word.startswith("?")]
         if unknown:
             return f"{atom_text(atom)} has no value for {', '.join(unknown)}"
-        if not wanted:
+        if not expected_truth:
             return f"{atom_text(atom)} is true"
-        others = [other for other in self._true if other[0] == atom[0] and len(other) == len(atom)]
-        near = sorted(((_likeness(atom, other), other) for other in others), reverse=True)[:1]
+        similar_atoms = [other for other in self._true if other[0] == atom[0] and len(other) == len(atom)]
+        near = sorted(((_likeness(atom, other), other) for other in similar_atoms), reverse=True)[:1]
         also = "".join(f" ({atom_text(other)} is true)" for like, other in near if like > LIKE)
         return f"{atom_text(atom)} is false{also}"
 

@@ -42,8 +42,7 @@ EXECUTIVE = "executive"
 class RuleSource(Protocol):
     """A source of rules without facts: files, or an environment that has not run."""
 
-    def rulebook(self) -> Rulebook:
-        """Return the rules of the source."""
+    def rulebook(self) -> Rulebook: ...
 
     def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a rule without facts."""
@@ -57,7 +56,6 @@ class _PastEvents:
 
     :param at_s: seconds since the start of the run; None for its end.
     :ivar cut: whether the recording continues after the moment.
-    :raises TraceError: if the recording cannot be read, or has no events.
     """
 
     def __init__(self, run: Run, at_s: float | None) -> None:

@@ -11,8 +11,7 @@ import cxbridge.executive
 from cxbridge.events import Level, LogLine
 from cxbridge.executive.host.loading import Diagnostic
 
-MOST_DIAGNOSTICS: Final = 1000
-"""The number of first mistakes to keep."""
+MOST_DIAGNOSTICS: Final = 1000  # number of first mistakes to keep
 
 _CORE = Path(cxbridge.executive.__file__).parent / "clips"
 _COMPONENT = re.compile(r"CLIPS \((.+)\)")

@@ -86,8 +86,8 @@ class _Teller:
     def _good_headline(self, open_roots: Sequence[GoalRecord], now: Sequence[Cause]) -> str:
         """Return the first sentence of a run in which no goal without a parent has failed or waits."""
         if open_roots:
-            others = f", and {len(open_roots) - 1} more goals" if len(open_roots) > 1 else ""
-            return f"{open_roots[0].title}{others} is under way: {now[0].text}"
+            further_goals = f", and {len(open_roots) - 1} more goals" if len(open_roots) > 1 else ""
+            return f"{open_roots[0].title}{further_goals} is under way: {now[0].text}"
         if not self._roots:
             return "no goal has been formulated"
         if len(self._roots) == 1:
@@ -121,11 +121,11 @@ class _Teller:
     def _overcome(self, failed: Sequence[GoalRecord]) -> list[GoalRecord]:
         """Return the goals that failed although no goal above them has failed."""
         ended_badly = {goal.number for goal in failed}
-        found: list[GoalRecord] = []
+        overcome_goals: list[GoalRecord] = []
         for root in self._roots:
             if root.number not in ended_badly:
-                found += self._first_failures(root)
-        return found
+                overcome_goals += self._first_failures(root)
+        return overcome_goals
 
     def _first_failures(self, goal: GoalRecord) -> Iterator[GoalRecord]:
         for child in self._goals.children(goal):
@@ -161,8 +161,8 @@ def _at_most(sentences: Sequence[Cause], all_of_them: Sequence[object]) -> tuple
 
 def plain(story: RunStory) -> dict[str, Any]:
     """Return a story as values that JSON knows."""
-    found: dict[str, Any] = without_roots(asdict(story))
-    return found
+    values: dict[str, Any] = without_roots(asdict(story))
+    return values
 
 
 def lines(story: RunStory) -> Iterator[str]:

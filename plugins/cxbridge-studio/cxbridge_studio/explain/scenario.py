@@ -63,7 +63,6 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
 
     :param at_s: seconds since the start; None for the end.
     :param env: the CLIPS environment, or the agent if there are several; None for the executive's.
-    :raises CxbridgeError: if the input is invalid.
     """
     options.check()
     with make_run(options) as run:
@@ -100,10 +99,6 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
 
 
 def _agent_named(run: Run | Team, env: str | None) -> Run:
-    """Return the agent of an environment.
-
-    :raises CxbridgeError: if the scenario has several agents and none is named.
-    """
     if len(run.agents) == 1:
         return run.agents[0]
     found = next((agent for agent in run.agents if agent.name == env), None)
@@ -131,8 +126,8 @@ def environment_named(assembly: Run, env: str | None) -> ClipsEnvironment:
     """
     if env is None:
         return assembly.executive.env
-    found = assembly.manager.environments.get(env)
-    if found is None:
+    environment = assembly.manager.environments.get(env)
+    if environment is None:
         known = ", ".join(sorted(assembly.manager.environments))
         raise CxbridgeError(f"there is no CLIPS environment '{env}'", hint=f"there are: {known}")
-    return found
+    return environment

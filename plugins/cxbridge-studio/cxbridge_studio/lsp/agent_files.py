@@ -31,10 +31,6 @@ class AgentFiles(Struct, frozen=True):
 
     @classmethod
     def find(cls, options: RunOptions) -> AgentFiles:
-        """Find the files of the agent.
-
-        :raises CxbridgeError: if the configuration cannot be read or names no spec.
-        """
         source = source_of(options)
         config, config_file = source.load_configuration()
         names = [options.agent] if options.agent else agent_names(config)

@@ -36,23 +36,23 @@ def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
     """Return the names that fit at a position, sorted and without duplicates."""
     if file.path.endswith(".clp"):
         context = context_at(file, offset)
-        found = () if context is None else _clips(session, file, context)
+        proposals = () if context is None else _clips(session, file, context)
     elif file.path.endswith((".yaml", ".yml")):
-        found = _yaml(session, file, offset)
+        proposals = _yaml(session, file, offset)
     elif file.path.endswith(".pddl"):
-        found = _pddl(session, file, offset)
+        proposals = _pddl(session, file, offset)
     elif file.path.endswith(".lua"):
-        found = _lua(session, file, offset)
+        proposals = _lua(session, file, offset)
     else:
-        found = ()
-    return sorted({each.text: each for each in found if each.text}.values())
+        proposals = ()
+    return sorted({each.text: each for each in proposals if each.text}.values())
 
 
 def _defined(
     session: Session, file: SourceFile, kind: NameKind, owner: str | None = None
 ) -> Iterator[Proposal]:
-    found = session.preferred(session.model.defined(kind, owner), file.path)
-    for each in found:
+    definitions = session.preferred(session.model.defined(kind, owner), file.path)
+    for each in definitions:
         yield Proposal(each.mention.name.text, kind, f"{kind.value} {each.mention.name.owner}".rstrip())
 
 
@@ -130,9 +130,8 @@ def _names(session: Session, file: SourceFile, kind: NameKind) -> Iterator[Propo
 
 
 def _allowed(session: Session, file: SourceFile, template: str, slot: str) -> Iterator[Proposal]:
-    """Yield the values that a deftemplate allows in a slot."""
-    found = session.preferred(session.model.definitions(Name(NameKind.TEMPLATE, template)), file.path)
-    for definition, mention in found:
+    definitions = session.preferred(session.model.definitions(Name(NameKind.TEMPLATE, template)), file.path)
+    for definition, mention in definitions:
         placed = definition.piece_at(mention.start)
         nodes = read(placed.piece.text, close=True) if placed else []
         for item in nodes[0].arguments if nodes else ():
@@ -195,16 +194,16 @@ def _clips_files(session: Session) -> Iterator[str]:
 
 def _pddl(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     placed = file.piece_at(offset)
-    before = file.text[placed.start if placed else 0 : offset]
-    if re.search(r"\s-\s+[\w-]*\Z", before):
+    preceding_text = file.text[placed.start if placed else 0 : offset]
+    if re.search(r"\s-\s+[\w-]*\Z", preceding_text):
         yield from _defined(session, file, NameKind.OBJECT_TYPE)
-    elif re.search(r"\?[\w-]*\Z", before) and placed and placed.piece.name:
+    elif re.search(r"\?[\w-]*\Z", preceding_text) and placed and placed.piece.name:
         for each in _defined(session, file, NameKind.PARAMETER, placed.piece.name.text):
             yield Proposal(f"?{each.text}", each.kind, each.detail)
-    elif re.search(r"\(\s*[\w-]*\Z", before):
+    elif re.search(r"\(\s*[\w-]*\Z", preceding_text):
         yield from _defined(session, file, NameKind.PREDICATE)
         yield from (Proposal(word, None) for word in ("and", "or", "not", "forall", "exists", "when"))
-    elif re.search(r":[\w-]*\Z", before):
+    elif re.search(r":[\w-]*\Z", preceding_text):
         yield from (Proposal(word, None) for word in _PDDL_KEYS)
     else:
         yield from _defined(session, file, NameKind.CONSTANT)

@@ -47,7 +47,6 @@ class Context(Struct, frozen=True):
 
 
 def context_at(file: SourceFile, offset: int) -> Context | None:
-    """Return the context of an offset, or None in a comment."""
     placed = file.piece_at(offset)
     start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
     text = file.text[start:offset]
@@ -108,7 +107,7 @@ def template_of_fact(text: str, variable: str) -> str:
         rf"\(bind\s+{name}\s+\(assert\s+\(\s*([^\s()]+)",
         rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # member of a query
     )
-    return next((str(found[-1]) for way in patterns if (found := re.findall(way, text))), "")
+    return next((str(matches[-1]) for way in patterns if (matches := re.findall(way, text))), "")
 
 
 def message_type(text: str, variable: str) -> str:
@@ -118,4 +117,4 @@ def message_type(text: str, variable: str) -> str:
         rf"\(bind\s+{name}\s+\(pb-create\s+\"([^\"]+)\"",
         rf"\(protobuf-msg\b[^\n]*\(type\s+\"([^\"]+)\"\)[^\n]*\(ptr\s+{name}\s*\)",
     )
-    return next((str(found[-1]) for way in patterns if (found := re.findall(way, text))), "")
+    return next((str(matches[-1]) for way in patterns if (matches := re.findall(way, text))), "")

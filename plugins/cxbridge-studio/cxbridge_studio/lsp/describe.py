@@ -25,10 +25,10 @@ _FIELD: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
 def describe(session: Session, file: SourceFile, mention: Mention) -> str:
     """Return the hover text of a name as Markdown; empty if nothing is known."""
     name = mention.name
-    found = session.preferred(session.model.definitions(name), file.path)
+    definitions = session.preferred(session.model.definitions(name), file.path)
     parts: list[str] = []
-    if found:
-        parts += _definition(found[-1], name)
+    if definitions:
+        parts += _definition(definitions[-1], name)
     elif name.kind is NameKind.FUNCTION:
         parts += _builtin(session, name)
     elif name.kind in (NameKind.TEMPLATE, NameKind.SLOT):
@@ -41,8 +41,8 @@ def describe(session: Session, file: SourceFile, mention: Mention) -> str:
     return "\n\n".join([*parts, uses] if uses else parts)
 
 
-def _definition(found: Found, name: Name) -> Iterator[str]:
-    file, mention = found
+def _definition(definition: Found, name: Name) -> Iterator[str]:
+    file, mention = definition
     describes: Mapping[NameKind, Callable[[Found], Iterator[str]]] = {
         NameKind.SLOT: _slot,
         NameKind.SKILL: _skill,
@@ -55,7 +55,7 @@ def _definition(found: Found, name: Name) -> Iterator[str]:
     }
     describer = describes.get(mention.name.kind)
     if describer is not None:
-        yield from describer(found)
+        yield from describer(definition)
     elif name.kind in (
         NameKind.CONSTANT,
         NameKind.OBJECT_TYPE,
@@ -66,13 +66,12 @@ def _definition(found: Found, name: Name) -> Iterator[str]:
         yield _code(file, _group_around(file, mention))
         yield _trailing_comment(file, mention.end)
     else:
-        yield from _construct(found)
+        yield from _construct(definition)
     yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.at(mention.start)}"
 
 
-def _proto_message(found: Found) -> Iterator[str]:
-    """Yield a message with its fields."""
-    file, mention = found
+def _proto_message(definition: Found) -> Iterator[str]:
+    file, mention = definition
     begin = file.text.rfind("\n", 0, mention.start) + 1
     depth = 0
     for match in _BRACE.finditer(file.text, mention.end):
@@ -82,17 +81,17 @@ def _proto_message(found: Found) -> Iterator[str]:
             return
 
 
-def _proto_field(found: Found) -> Iterator[str]:
+def _proto_field(definition: Found) -> Iterator[str]:
     """Yield the line of a field, with its comment."""
-    file, mention = found
+    file, mention = definition
     begin = file.text.rfind("\n", 0, mention.start) + 1
     yield f"```proto\n{file.text[begin:].partition(chr(10))[0].strip()}\n```"
     yield f"of {mention.name.owner}"
 
 
-def _construct(found: Found) -> Iterator[str]:
+def _construct(definition: Found) -> Iterator[str]:
     """Yield the condition of a rule, the head of a function, or the text of another construct."""
-    file, mention = found
+    file, mention = definition
     placed = file.piece_at(mention.start)
     if placed is None:
         return
@@ -119,38 +118,40 @@ def _documentation(construct: SyntaxNode) -> str:
     return text.strip('"') if text.startswith('"') else ""
 
 
-def _slot(found: Found) -> Iterator[str]:
-    file, mention = found
+def _slot(definition: Found) -> Iterator[str]:
+    file, mention = definition
     yield _code(file, _group_around(file, mention))
     yield _trailing_comment(file, mention.end)
     yield f"of the deftemplate **{mention.name.owner}**"
 
 
-def _skill(found: Found) -> Iterator[str]:
-    yield f"skill **{found.mention.name.text}**"
-    yield f"```\n{skill_documentation(found.file.text)}\n```"
+def _skill(definition: Found) -> Iterator[str]:
+    yield f"skill **{definition.mention.name.text}**"
+    yield f"```\n{skill_documentation(definition.file.text)}\n```"
 
 
-def _argument(found: Found) -> Iterator[str]:
-    row = found.file.text[found.mention.start :].partition("\n")[0]
-    yield f"`{found.mention.name.text}`{row[len(found.mention.name.text) :]}"
-    yield f"argument of the skill **{found.mention.name.owner}**"
+def _argument(definition: Found) -> Iterator[str]:
+    row = definition.file.text[definition.mention.start :].partition("\n")[0]
+    yield f"`{definition.mention.name.text}`{row[len(definition.mention.name.text) :]}"
+    yield f"argument of the skill **{definition.mention.name.owner}**"
 
 
-def _interface(found: Found) -> Iterator[str]:
-    comment = _COMMENT.search(found.file.text)
-    yield f"interface **{found.mention.name.text}**"
+def _interface(definition: Found) -> Iterator[str]:
+    comment = _COMMENT.search(definition.file.text)
+    yield f"interface **{definition.mention.name.text}**"
     yield " ".join(comment[1].split()) if comment else ""
     fields = [
-        f"- `{mention.name.text}`: {_words_of_field(found.file, mention)}"
-        for mention in found.file.mentions
+        f"- `{mention.name.text}`: {_words_of_field(definition.file, mention)}"
+        for mention in definition.file.mentions
         if mention.name.kind is NameKind.FIELD
     ]
     yield "\n".join(fields)
 
 
-def _field(found: Found) -> Iterator[str]:
-    yield f"`{found.mention.name.text}` of **{found.mention.name.owner}**: " + _words_of_field(*found)
+def _field(definition: Found) -> Iterator[str]:
+    yield f"`{definition.mention.name.text}` of **{definition.mention.name.owner}**: " + _words_of_field(
+        *definition
+    )
 
 
 def _words_of_field(file: SourceFile, mention: Mention) -> str:
@@ -184,11 +185,10 @@ def _template_of_clips(session: Session, name: Name) -> Iterator[str]:
 
 
 def _uses(session: Session, name: Name) -> str:
-    """Return the number of uses of a name, by use."""
     counts = Counter(
-        found.mention.use.value
-        for found in session.model.mentions(name)
-        if found.mention.use is not Use.DEFINED
+        mention.mention.use.value
+        for mention in session.model.mentions(name)
+        if mention.mention.use is not Use.DEFINED
     )
     return ", ".join(f"{use} {count} times" if count > 1 else f"{use} once" for use, count in counts.items())
 

@@ -25,10 +25,10 @@ FUNCTION: Final = "CX204"
 GLOBAL: Final = "CX205"
 SLOT_OF_VARIABLE: Final = "CX210"
 UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, SLOT_OF_VARIABLE})
+# The codes of `cxbridge check` that need only the text of the files.
 LIVE: Final = UNKNOWN_NAMES.union(
     {UNREADABLE, UNCLOSED}, (code.name for code in (DOMAIN, DUBIOUS, EFFECT, OBJECT))
 )
-"""The codes of ``cxbridge check`` that need only the text of the files."""
 
 _OF_VARIABLES: Final = (Use.CHANGED, Use.QUERIED)
 _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
@@ -63,10 +63,10 @@ def _unclosed(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
     }
     for placed in file.pieces:
         if not placed.piece.closed:
-            found = describe_unclosed(placed.piece.text, placed.start, file.lines, file.text, slots)
-            end = file.text.find("\n", found.start)
+            description = describe_unclosed(placed.piece.text, placed.start, file.lines, file.text, slots)
+            end = file.text.find("\n", description.start)
             end = placed.end if end < 0 else min(end, placed.end)
-            yield LiveFinding(UNCLOSED, found.start, end, found.message, found.hint)
+            yield LiveFinding(UNCLOSED, description.start, end, description.message, description.hint)
 
 
 def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
@@ -93,8 +93,7 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
                 yield LiveFinding(code, start, end, message, hint)
 
 
-_Problem = tuple[str, str, str]
-"""Code, message and hint."""
+_Problem = tuple[str, str, str]  # code, message and hint
 
 
 def _template(session: Session, known: AgentDefinitions, placed: PlacedPiece, number: int) -> _Problem | None:
@@ -132,10 +131,10 @@ def _function(session: Session, known: AgentDefinitions, mention: Mention) -> _P
 
 def _global(known: AgentDefinitions, mention: Mention) -> _Problem | None:
     name = mention.name.text
-    own = known.names(NameKind.GLOBAL)
-    if name in own:
+    known_globals = known.names(NameKind.GLOBAL)
+    if name in known_globals:
         return None
-    return GLOBAL, f"there is no global variable ?*{name}*", did_you_mean(name, own)
+    return GLOBAL, f"there is no global variable ?*{name}*", did_you_mean(name, known_globals)
 
 
 def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:

@@ -30,15 +30,10 @@ from cxbridge_studio.explain.coverage.model import RecordedUse
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, FunctionInfo
 
 _LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
-REWRITTEN_MODIFY = "cx-modify-goal"
-"""The name of ``modify`` for goals after the loader rewrites the built-in core."""
+REWRITTEN_MODIFY = "cx-modify-goal"  # name of `modify` for goals after the loader rewrites the built-in core
 
 
 def run_options(plain: Mapping[str, Any]) -> RunOptions:
-    """Return run options from JSON values; empty values are ignored.
-
-    :raises CxbridgeError: if an option is unknown or its value invalid.
-    """
     options = plain_options({name: value for name, value in plain.items() if value not in ("", [])})
     options.check()
     return options
@@ -88,8 +83,8 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
     for feature in agent.manager.features:
         with suppress(CxbridgeError):  # a feature with missing dependencies has no known functions
             agent.manager.request(agent.env.name, feature)
-    given = agent.manager.feature_functions(agent.env.name)
-    owners = {name: feature for feature, names in given.items() for name in names}
+    feature_functions = agent.manager.feature_functions(agent.env.name)
+    owners = {name: feature for feature, names in feature_functions.items() for name in names}
     for name in agent.env.udfs.names:
         yield name, FunctionInfo(*agent.env.udfs.signature(name), owners.get(name, ""), is_python=True)
 
@@ -101,14 +96,14 @@ def main() -> None:
     options = msgspec.json.decode(sys.stdin.buffer.read())
     recording = options.pop("recording", "")
     try:
-        found = examine(run_options(options))
+        findings = examine(run_options(options))
     except CxbridgeError as error:
-        found = AgentKnowledge(error=str(error))
+        findings = AgentKnowledge(error=str(error))
     if recording:
         fired = firings(Path(recording))
-        found = msgspec.structs.replace(found, firings=fired, recording=Path(recording).name)
+        findings = msgspec.structs.replace(findings, firings=fired, recording=Path(recording).name)
     with out:
-        out.write(msgspec.json.encode(found))
+        out.write(msgspec.json.encode(findings))
 
 
 if __name__ == "__main__":

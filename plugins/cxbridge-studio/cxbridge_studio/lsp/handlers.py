@@ -86,29 +86,33 @@ def _at(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, 
     return None if file is None or mention is None else (file, mention)
 
 
-def _locations(ls: AgentServer, found: Iterable[Found]) -> list[lsp.Location]:
-    return [ls.positions.location(file, mention.start, mention.end) for file, mention in found]
+def _locations(ls: AgentServer, mentions: Iterable[Found]) -> list[lsp.Location]:
+    return [ls.positions.location(file, mention.start, mention.end) for file, mention in mentions]
 
 
 def _hover(ls: AgentServer, params: lsp.HoverParams) -> lsp.Hover | None:
-    if (place := _at(ls, params.text_document.uri, params.position)) is None:
+    if (file_and_mention := _at(ls, params.text_document.uri, params.position)) is None:
         return None
-    file, mention = place
+    file, mention = file_and_mention
     text = describe(ls.session, file, mention)
     shown = ls.positions.range(file, mention.start, mention.end)
     return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text), shown) if text else None
 
 
 def _definition(ls: AgentServer, params: lsp.DefinitionParams) -> list[lsp.Location]:
-    place = _at(ls, params.text_document.uri, params.position)
-    return [] if place is None else _locations(ls, navigation.definitions(ls.session, *place))
+    file_and_mention = _at(ls, params.text_document.uri, params.position)
+    return (
+        []
+        if file_and_mention is None
+        else _locations(ls, navigation.definitions(ls.session, *file_and_mention))
+    )
 
 
 def _references(ls: AgentServer, params: lsp.ReferenceParams) -> list[lsp.Location]:
-    if (place := _at(ls, params.text_document.uri, params.position)) is None:
+    if (file_and_mention := _at(ls, params.text_document.uri, params.position)) is None:
         return []
     declaration = params.context.include_declaration
-    return _locations(ls, navigation.references(ls.session, place[1], declaration=declaration))
+    return _locations(ls, navigation.references(ls.session, file_and_mention[1], declaration=declaration))
 
 
 def _completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.CompletionList:
@@ -133,9 +137,9 @@ def _completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.Completion
 
 
 def _prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Range | None:
-    if (place := _at(ls, params.text_document.uri, params.position)) is None:
+    if (file_and_mention := _at(ls, params.text_document.uri, params.position)) is None:
         return None
-    file, mention = place
+    file, mention = file_and_mention
     try:
         navigation.check_renamable(ls.session, mention)
     except CxbridgeError as error:
@@ -144,10 +148,10 @@ def _prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Ran
 
 
 def _rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
-    if (place := _at(ls, params.text_document.uri, params.position)) is None:
+    if (file_and_mention := _at(ls, params.text_document.uri, params.position)) is None:
         return None
     try:
-        found = navigation.rename(ls.session, place[1], params.new_name)
+        found = navigation.rename(ls.session, file_and_mention[1], params.new_name)
     except CxbridgeError as error:
         raise JsonRpcInvalidParams(str(error)) from None
     edits: dict[str, list[lsp.TextEdit]] = {}
@@ -205,8 +209,8 @@ def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens
         if symbol.mention.name.kind is NameKind.RULE:
             count = known.firings.get(symbol.mention.name.text, 0)
             times = {0: "never fired", 1: "fired once"}.get(count, f"fired {count} times")
-            place = ls.positions.range(file, symbol.mention.start, symbol.mention.end)
-            lenses.append(lsp.CodeLens(place, lsp.Command(f"{times} in {known.recording}", "")))
+            symbol_range = ls.positions.range(file, symbol.mention.start, symbol.mention.end)
+            lenses.append(lsp.CodeLens(symbol_range, lsp.Command(f"{times} in {known.recording}", "")))
     return lenses
 
 

@@ -12,6 +12,7 @@ from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session
 
 _NEW_NAME: Final = re.compile(r"[^\s()\"';&|~?*<:,=][^\s()\"';&|~?<:,=]*")
+# Kinds that cannot be renamed: code in other languages uses these names, too.
 _FIXED: Final = frozenset(
     {
         NameKind.FILE,
@@ -24,7 +25,6 @@ _FIXED: Final = frozenset(
         NameKind.PROTO_FIELD,
     }
 )
-"""Kinds that cannot be renamed: code in other languages uses these names, too."""
 
 
 def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Found]:
@@ -32,25 +32,25 @@ def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Fo
     name = mention.name
     if name.kind is NameKind.FILE:
         return _files(session, file, name)
-    found = session.model.definitions(name)
-    if not found and name.kind is NameKind.PARAMETER and not name.owner:
-        found = [
+    own_definitions = session.model.definitions(name)
+    if not own_definitions and name.kind is NameKind.PARAMETER and not name.owner:
+        own_definitions = [
             each for each in session.model.defined(NameKind.PARAMETER) if each.mention.name.text == name.text
         ]
-    if not found and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
-        found = list(session.model.mentions(name, Use.ASSERTED))
-    return session.preferred(found, file.path)
+    if not own_definitions and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
+        own_definitions = list(session.model.mentions(name, Use.ASSERTED))
+    return session.preferred(own_definitions, file.path)
 
 
 def _files(session: Session, file: SourceFile, name: Name) -> list[Found]:
     """Return the files with this name, written as ``folder/name.clp`` or without the folder."""
-    wanted = Path(name.text).parts
-    found = [
+    path_parts = Path(name.text).parts
+    files = [
         Found(each, Mention(name, Use.DEFINED, 0, 0))
         for each in session.model.files
-        if Path(each.path).parts[-len(wanted) :] == wanted
+        if Path(each.path).parts[-len(path_parts) :] == path_parts
     ]
-    return session.preferred(found, file.path)
+    return session.preferred(files, file.path)
 
 
 def references(session: Session, mention: Mention, *, declaration: bool = True) -> list[Found]:
@@ -58,11 +58,11 @@ def references(session: Session, mention: Mention, *, declaration: bool = True) 
 
     :param declaration: whether to include definitions.
     """
-    found = list(session.model.mentions(mention.name))
+    mentions = list(session.model.mentions(mention.name))
     if mention.name.kind is NameKind.FUNCTION:  # calls in ordered facts look like slots
         calls = session.model.calls(mention.name.text)
-        found += [each for each in calls if each.mention.name.kind is NameKind.SLOT]
-    return [each for each in found if declaration or each.mention.use is not Use.DEFINED]
+        mentions += [each for each in calls if each.mention.name.kind is NameKind.SLOT]
+    return [each for each in mentions if declaration or each.mention.use is not Use.DEFINED]
 
 
 def rename(session: Session, mention: Mention, new: str) -> list[Found]:
@@ -87,10 +87,10 @@ def check_renamable(session: Session, mention: Mention) -> None:
     name = mention.name
     if name.kind in _FIXED:
         raise CxbridgeError(f"the name of a {name.kind.value} is not only in files of the agent")
-    found = session.model.definitions(name)
-    if not found and name.kind is not NameKind.GOAL_CLASS:
+    own_definitions = session.model.definitions(name)
+    if not own_definitions and name.kind is not NameKind.GOAL_CLASS:
         raise CxbridgeError(f"no file defines the {name.kind.value} '{name.text}'")
     if session.root is not None and any(
-        not Path(each.file.path).is_relative_to(session.root) for each in found
+        not Path(each.file.path).is_relative_to(session.root) for each in own_definitions
     ):
         raise CxbridgeError(f"the {name.kind.value} '{name.text}' is defined outside of {session.root}")

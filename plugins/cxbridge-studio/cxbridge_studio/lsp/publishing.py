@@ -37,7 +37,6 @@ class FindingsOfFiles:
 
     @property
     def paths(self) -> set[str]:
-        """The files with findings."""
         return set(self._checked)
 
     def begin(self) -> None:
@@ -60,15 +59,15 @@ class FindingsOfFiles:
 
     def diagnostics(self, file: SourceFile, positions: Positions) -> list[Diagnostic]:
         is_changed = file.path in self.changed
-        found: dict[tuple[str, int], Diagnostic] = {}
+        unique_diagnostics: dict[tuple[str, int], Diagnostic] = {}
         for finding in self._checked.get(file.path, ()):
             if not (is_changed and finding["code"] in LIVE):
-                made = _of_check(file, finding, positions)
-                found[finding["code"], made.range.start.line] = made
+                diagnostic = _of_check(file, finding, positions)
+                unique_diagnostics[finding["code"], diagnostic.range.start.line] = diagnostic
         if is_changed or file.path not in self._session.loaded or not self._session.knowledge.is_complete:
-            for made in _of_text(self._session, file, positions):
-                found.setdefault((str(made.code), made.range.start.line), made)
-        return list(found.values())
+            for diagnostic in _of_text(self._session, file, positions):
+                unique_diagnostics.setdefault((str(diagnostic.code), diagnostic.range.start.line), diagnostic)
+        return list(unique_diagnostics.values())
 
 
 def _of_check(file: SourceFile, finding: Mapping[str, Any], positions: Positions) -> Diagnostic:

@@ -23,15 +23,12 @@ from cxbridge_studio.lsp.session import Session, files_below, find_scenario, las
 if TYPE_CHECKING:
     from cxbridge_studio.lsp.agent_files import AgentFiles
 
+# The agent that provides core and functions when no scenario is found.
 _FALLBACK: Final = {"scenario": "test-scenario"}
-"""The agent that provides core and functions when no scenario is found."""
 
 
 def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
-    """Return the locations of an agent's files.
-
-    :raises CxbridgeError: if they are unknown.
-    """
+    """Return the locations of an agent's files."""
     # Imported here, since it imports much and the first responses must be quick.
     from cxbridge_studio.lsp.agent_files import AgentFiles  # noqa: PLC0415
     from cxbridge_studio.lsp.examine import run_options  # noqa: PLC0415
@@ -83,9 +80,9 @@ class AgentServer(LanguageServer):
 
     def begin(self, parameters: lsp.InitializeParams) -> None:
         """Take the client's initialisation parameters."""
-        given = parameters.initialization_options
-        if isinstance(given, Mapping):
-            self._given.update(given)
+        initialization_options = parameters.initialization_options
+        if isinstance(initialization_options, Mapping):
+            self._given.update(initialization_options)
         folders = parameters.workspace_folders or []
         uri = folders[0].uri if folders else parameters.root_uri
         self.session.root = Path(path_of(uri)) if uri else None
@@ -115,8 +112,8 @@ class AgentServer(LanguageServer):
         root = self.session.root
         options = dict(self._given)
         recording = options.pop("recording", None) or (last_recording(root) if root else None)
-        if not _names_agent(options) and root and (own := find_scenario(root)):
-            options["scenario"] = str(own)
+        if not _names_agent(options) and root and (scenario := find_scenario(root)):
+            options["scenario"] = str(scenario)
         self._has_agent = _names_agent(options)
         self._options = options if self._has_agent else {**options, **_FALLBACK}
         if recording:

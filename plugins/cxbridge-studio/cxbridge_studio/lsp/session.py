@@ -138,8 +138,8 @@ def find_scenario(root: Path) -> Path | None:
 
 def last_recording(root: Path) -> Path | None:
     """Return the newest recording in a folder or its subfolders."""
-    found = [*root.glob("*.mcap"), *root.glob("*/*.mcap")]
-    return max(found, key=lambda path: path.stat().st_mtime, default=None)
+    recordings = [*root.glob("*.mcap"), *root.glob("*/*.mcap")]
+    return max(recordings, key=lambda path: path.stat().st_mtime, default=None)
 
 
 @lru_cache(maxsize=64)

@@ -34,48 +34,49 @@ class OutlineSymbol(Struct, frozen=True):
 
 
 def outline(file: SourceFile) -> list[OutlineSymbol]:
-    """Return the definitions of a file."""
     return [symbol for placed in file.pieces for symbol in _symbols(placed)]
 
 
 def _symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
     defined = [mention for mention in placed.mentions if mention.use is Use.DEFINED]
-    own = next((each for each in defined if each.name == placed.piece.name), None)
-    if own is None:
+    defined_mention = next((each for each in defined if each.name == placed.piece.name), None)
+    if defined_mention is None:
         yield from (OutlineSymbol(each, each.start, each.end) for each in defined)
         return
-    parts = tuple(OutlineSymbol(each, each.start, each.end) for each in defined if each is not own)
-    yield OutlineSymbol(own, placed.start, placed.end, parts)
+    parts = tuple(
+        OutlineSymbol(each, each.start, each.end) for each in defined if each is not defined_mention
+    )
+    yield OutlineSymbol(defined_mention, placed.start, placed.end, parts)
 
 
 def find(session: Session, query: str) -> list[Found]:
     """Return the names in all files that contain the letters of a query in order."""
-    wanted = query.lower()
-    found: list[Found] = []
+    lower_query = query.lower()
+    symbols: list[Found] = []
     for file in session.model.files:
         for placed in file.pieces:
             for mention in placed.piece.defined:
-                if mention.name.kind not in _PARTS and _matches(wanted, mention.name.text.lower()):
-                    found.append(Found(file, mention.moved(placed.start)))
-                    if len(found) == _MOST:
-                        return found
-    return found
+                if mention.name.kind not in _PARTS and _matches(lower_query, mention.name.text.lower()):
+                    symbols.append(Found(file, mention.moved(placed.start)))
+                    if len(symbols) == _MOST:
+                        return symbols
+    return symbols
 
 
-def _matches(wanted: str, text: str) -> bool:
+def _matches(lower_query: str, text: str) -> bool:
     letters = iter(text)
-    return all(letter in letters for letter in wanted)
+    return all(letter in letters for letter in lower_query)
 
 
 def folds(file: SourceFile) -> list[tuple[int, int]]:
     """Return first and last line, from 1, of the lists and comments that span several lines."""
     lines = file.lines
-    found: dict[int, int] = {}
+    last_lines: dict[int, int] = {}
     if file.path.endswith((".clp", ".pddl")):
         for start, end in _lists(file):
             first, last = lines.at(start), lines.at(end)
             if last > first:
-                found.setdefault(first, last)
+                last_lines.setdefault(first, last)
     first = 0
     for number, row in enumerate([*file.text.split("\n"), ""], 1):
         is_comment = row.startswith((";", "#", "--"))
@@ -83,9 +84,9 @@ def folds(file: SourceFile) -> list[tuple[int, int]]:
             first = number
         elif not is_comment and first:
             if number - 1 > first:
-                found.setdefault(first, number - 1)
+                last_lines.setdefault(first, number - 1)
             first = 0
-    return sorted(found.items())
+    return sorted(last_lines.items())
 
 
 def _lists(file: SourceFile) -> Iterator[tuple[int, int]]:

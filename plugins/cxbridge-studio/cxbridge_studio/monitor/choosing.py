@@ -37,10 +37,10 @@ def choose_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
     if not words:
         return goals
     by_id = {(goal.env, goal.id): goal for goal in goals}
-    wanted = goal_forest(goals).with_those_above(
+    shown_goals = goal_forest(goals).with_those_above(
         key for key, goal in by_id.items() if has_words(words, goal[1:])
     )
-    return [goal for key, goal in by_id.items() if key in wanted]
+    return [goal for key, goal in by_id.items() if key in shown_goals]
 
 
 def goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:

@@ -62,8 +62,8 @@ KEYS: Final = (
     KeyBinding("minus", "do('speed -')", "", "", "", "recorded"),
 )
 
+# Keys that scrub a recording wherever the cursor is.
 SCRUBBING: Final = frozenset({"left", "right", "shift+left", "shift+right", "home", "end", "space"})
-"""Keys that scrub a recording wherever the cursor is."""
 
 
 def help_text(where: str, panes: str, commands: str) -> str:

@@ -12,14 +12,11 @@ from textual.widgets import Static
 
 from cxbridge_studio.monitor.keys import KEYS, SCRUBBING
 
-NARROW: Final = 118
-"""Below this number of columns, the goals are above the panes."""
+NARROW: Final = 118  # below this number of columns, the goals are above the panes
 
-WIDE: Final = 180
-"""From this number of columns, skills and the log have separate panes."""
+WIDE: Final = 180  # from this number of columns, skills and the log have separate panes
 
-LOW: Final = 30
-"""Below this number of rows, the legend has one line."""
+LOW: Final = 30  # below this number of rows, the legend has one line
 
 COLUMNS: Final = {
     "actions": ("goal", "id", "action", "arguments", "state"),

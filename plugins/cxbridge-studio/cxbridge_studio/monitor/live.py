@@ -31,11 +31,9 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.interfaces.instance import Interface
 
-ANSWER_S: Final = 5.0
-"""Timeout of a daemon's reply, in seconds."""
+ANSWER_S: Final = 5.0  # timeout of a daemon's reply, in seconds
 
-MOST_GOALS: Final = 1000
-"""The limit of requested goals."""
+MOST_GOALS: Final = 1000  # limit of requested goals
 
 _FEWEST_GOALS: Final = 50
 _RATE_LOOKS: Final = 20
@@ -100,7 +98,6 @@ class DaemonSource:
         }
 
     def close(self) -> None:
-        """Disconnect from the daemon."""
         self._hide()
         board, self._board = self._board, None
         if board is not None:
@@ -258,10 +255,10 @@ class DaemonSource:
         action = self._commands.get(word)
         if action is None:
             raise CxbridgeError(f"there is no command '{word}'", hint=HELP)
-        said = action(word if word in {"pause", "resume", "reset"} else rest.strip(), query)
+        answer_text = action(word if word in {"pause", "resume", "reset"} else rest.strip(), query)
         if word in {"assert", "retract", "modify"}:
             self._search = _FactSearch()
-        return said
+        return answer_text
 
     def _command(self, verb: str, _query: ViewQuery) -> str:
         if not command(self._reach(), verb.capitalize(), ANSWER_S):
@@ -290,15 +287,15 @@ class DaemonSource:
         return f"f-{self._ask('modify', env=query.env, index=index, slots=dict(values))}"
 
     def _eval(self, rest: str, query: ViewQuery) -> str:
-        found = self._ask("env-eval", env=query.env, expression=rest)
-        return "; ".join(filter(None, (*found["output"], found["text"]))) or "it has no value"
+        value = self._ask("env-eval", env=query.env, expression=rest)
+        return "; ".join(filter(None, (*value["output"], value["text"]))) or "it has no value"
 
     def _send(self, rest: str, query: ViewQuery) -> str:
         """Send a message to the shown interface, whichever program writes it."""
         if not query.interface:
             raise CxbridgeError("to which interface?", hint="choose one on the blackboard")
         try:
-            name, *given = shlex.split(rest)
+            name, *arguments = shlex.split(rest)
         except ValueError as error:
             raise CxbridgeError(f"that cannot be sent: {error or 'which message?'}") from None
         with self._reach().open_for_reading(*parse_uid(query.interface), owner=OWNER) as interface:
@@ -306,7 +303,7 @@ class DaemonSource:
             message = interface.create_message(
                 name if name in known or name.endswith("Message") else f"{name}Message"
             )
-            assign(message, given)
+            assign(message, arguments)
             return f"sent, message {interface.msgq_enqueue(message)}"
 
 
@@ -353,11 +350,6 @@ class _FactSearch:
 
 
 def _noted(look: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
-    """Return a table, or an empty table with the error as its note.
-
-    :raises BlackBoardError: if the daemon is gone.
-    :raises NoAnswerError: if the daemon does not reply.
-    """
     try:
         return look(query)
     except (BlackBoardError, NoAnswerError):
@@ -377,10 +369,7 @@ def stop_text(stop: Mapping[str, Any]) -> str:
 
 
 def _indices(text: str) -> list[int]:
-    """Return the numbers in a text, with or without ``f-``.
-
-    :raises CxbridgeError: if the text has no numbers, or other words.
-    """
+    """Return the numbers in a text, with or without ``f-``."""
     words = [word.removeprefix("f-") for word in text.split()]
     if not words or not all(word.isdecimal() for word in words):
         raise CxbridgeError(f"'{text}' is not a number")

@@ -84,10 +84,7 @@ class RecordedSource:
     # -- commands
 
     def do(self, command: str, query: ViewQuery) -> str:  # noqa: ARG002 - the protocol's signature
-        """Carry out a command of :data:`HELP`.
-
-        :raises CxbridgeError: if the command is invalid.
-        """
+        """Carry out a command of :data:`HELP`."""
         word, _, rest = command.strip().partition(" ")
         action = self._commands.get(word)
         if action is None:
@@ -311,10 +308,6 @@ def _bare(error: str) -> str:
 
 
 def _number(text: str) -> float:
-    """Return a number.
-
-    :raises CxbridgeError: if the text is not a finite number.
-    """
     try:
         number = float(text)
     except ValueError:

@@ -74,8 +74,8 @@ class MonitorApp(App[None]):
         self._said = ""
         self._trouble = ""
         self._seen_s = time.monotonic()
+        # Returns whether a signal has requested the end; called at each look.
         self.is_end_requested: Callable[[], bool] = lambda: False
-        """Returns whether a signal has requested the end; called at each look."""
 
     def compose(self) -> ComposeResult:
         yield Static(one_line(f"{self._source.name}: ..."), id="status", markup=False)
@@ -134,9 +134,9 @@ class MonitorApp(App[None]):
         while not self._over.is_set():
             try:
                 while self._todo:
-                    said = self._do(self._todo.popleft())
-                    if said:
-                        self._notices.append(said)
+                    answer_text = self._do(self._todo.popleft())
+                    if answer_text:
+                        self._notices.append(answer_text)
                 self._seen.append(self._source.look(self._view_query))
             except CxbridgeError as error:
                 self._seen.append(error.message)
@@ -390,5 +390,4 @@ class RecordedApp(MonitorApp):
 
 
 def monitor_app(source: MonitorSource) -> MonitorApp:
-    """Return the screen for a source."""
     return (LiveApp if source.is_live else RecordedApp)(source)

@@ -141,8 +141,10 @@ class Scrubber:
         passed = bisect_right(steps, self.at)
         if count < 0 and passed and steps[passed - 1] < self.at:
             count += 1  # back to the last transition before the present moment
-        wanted = passed + count - 1
-        self.go(0 if wanted < 0 else steps[wanted] if wanted < len(steps) else len(self.events))
+        target_count = passed + count - 1
+        self.go(
+            0 if target_count < 0 else steps[target_count] if target_count < len(steps) else len(self.events)
+        )
 
     def go_time(self, time_us: int) -> None:
         """Go to the moment after all events up to a time, in microseconds since the first event."""

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol
 
+# The limit of shown facts, activations, plan-actions or events; a filter finds further rows.
 MOST_ROWS: Final = 400
-"""The limit of shown facts, activations, plan-actions or events; a filter finds further rows."""
 
-MOST_LINES: Final = 1000
-"""The limit of shown log lines."""
+MOST_LINES: Final = 1000  # limit of shown log lines
 
 
 class GoalRow(NamedTuple):
@@ -108,8 +107,7 @@ class MonitorSource(Protocol):
         """A URL or a file name."""
 
     @property
-    def is_live(self) -> bool:
-        """Whether the source is a daemon."""
+    def is_live(self) -> bool: ...
 
     @property
     def period_s(self) -> float:

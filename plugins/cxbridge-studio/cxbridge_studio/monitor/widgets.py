@@ -34,8 +34,7 @@ _LEAST_TITLE: Final = 8
 _LONGEST: Final = 200
 _LEVELS: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
 
-GoalKey = tuple[str, str]
-"""Environment and id of a goal; an empty id means the environment."""
+GoalKey = tuple[str, str]  # environment and id of a goal; an empty id means the environment
 
 
 class GoalTree(Tree[GoalKey]):
@@ -243,7 +242,6 @@ class Aside(Vertical):
 
 
 def _place(rows: Sequence[LogRow], row: LogRow) -> int:
-    """Return the index of a row, or -1."""
     return next((at for at in range(len(rows) - 1, -1, -1) if rows[at] == row), -1)
 
 

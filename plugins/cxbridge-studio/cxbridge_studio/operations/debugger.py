@@ -121,8 +121,8 @@ def _list(context: OperationContext, _given: NoParameters) -> list[BreakpointInf
     ),
     is_verb=False,
 )
-def _add(context: OperationContext, given: _Spec) -> BreakpointInfo:
-    return _row(debugger_of(context.executive).add(_checked(context, given.spec)))
+def _add(context: OperationContext, parameters: _Spec) -> BreakpointInfo:
+    return _row(debugger_of(context.executive).add(_checked(context, parameters.spec)))
 
 
 def _checked(context: OperationContext, spec: str) -> Breakpoint:
@@ -130,24 +130,24 @@ def _checked(context: OperationContext, spec: str) -> Breakpoint:
 
     :raises CxbridgeError: when it is none, nothing can ever reach it, or the client may not set it.
     """
-    made = parse_breakpoint(spec)
-    if made.condition or "{" in made.log:
+    item = parse_breakpoint(spec)
+    if item.condition or "{" in item.log:
         context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
-    debugger_of(context.executive).names.check(made)
-    return made
+    debugger_of(context.executive).names.check(item)
+    return item
 
 
 @OPERATIONS.add("break-add", Right.CONTROL, _Specs)
-def _add_all(context: OperationContext, given: _Specs) -> list[BreakpointInfo]:
-    made = [_checked(context, spec) for spec in given.specs]  # all of them, or none
-    return [_row(debugger_of(context.executive).add(item)) for item in made]
+def _add_all(context: OperationContext, parameters: _Specs) -> list[BreakpointInfo]:
+    breakpoints = [_checked(context, spec) for spec in parameters.specs]  # all of them, or none
+    return [_row(debugger_of(context.executive).add(item)) for item in breakpoints]
 
 
 @OPERATIONS.add("break-remove", Right.CONTROL, _Numbers)
-def _remove_all(context: OperationContext, given: _Numbers) -> None:
-    if given.all:
+def _remove_all(context: OperationContext, parameters: _Numbers) -> None:
+    if parameters.all:
         debugger_of(context.executive).clear()
-    for number in given.numbers:
+    for number in parameters.numbers:
         debugger_of(context.executive).remove(number)
 
 
@@ -164,8 +164,8 @@ def _remove_all(context: OperationContext, given: _Numbers) -> None:
     ),
     is_verb=False,
 )
-def _remove(context: OperationContext, given: _Number) -> None:
-    debugger_of(context.executive).remove(given.number)
+def _remove(context: OperationContext, parameters: _Number) -> None:
+    debugger_of(context.executive).remove(parameters.number)
 
 
 @OPERATIONS.add(
@@ -180,8 +180,8 @@ def _clear(context: OperationContext, _given: NoParameters) -> None:
 
 
 @OPERATIONS.add("step", Right.CONTROL, _Step, _route("POST", "/step", "Continue for one step.", body="Step"))
-def _step(context: OperationContext, given: _Step) -> None:
-    debugger_of(context.executive).step(given.what)
+def _step(context: OperationContext, parameters: _Step) -> None:
+    debugger_of(context.executive).step(parameters.what)
 
 
 @OPERATIONS.add(

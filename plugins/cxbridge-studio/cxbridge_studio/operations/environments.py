@@ -90,8 +90,8 @@ def of_environment(
     return Route(method, path, about, reply, check=check_environment, errors=errors, **more)
 
 
-def _info(context: OperationContext, given: Any) -> EnvironmentInfo:
-    return service_of(context).info(given.env)
+def _info(context: OperationContext, parameters: Any) -> EnvironmentInfo:
+    return service_of(context).info(parameters.env)
 
 
 OPERATIONS.add(
@@ -124,13 +124,13 @@ def _list(context: OperationContext, _given: NoParameters) -> Sequence[Environme
         errors={400: "There is one of that name, or none can have it"},
     ),
 )
-def _create(context: OperationContext, given: _NewEnvironment) -> None:
-    service_of(context).create(given.env, given.log)
+def _create(context: OperationContext, parameters: _NewEnvironment) -> None:
+    service_of(context).create(parameters.env, parameters.log)
 
 
-def _destroy_and_describe(context: OperationContext, given: NamedEnvironment) -> EnvironmentInfo:
-    info = _info(context, given)
-    _destroy(context, given)
+def _destroy_and_describe(context: OperationContext, parameters: NamedEnvironment) -> EnvironmentInfo:
+    info = _info(context, parameters)
+    _destroy(context, parameters)
     return info
 
 
@@ -146,14 +146,14 @@ def _destroy_and_describe(context: OperationContext, given: NamedEnvironment) ->
         instead=_destroy_and_describe,
     ),
 )
-def _destroy(context: OperationContext, given: NamedEnvironment) -> None:
-    service_of(context).destroy(given.env)
+def _destroy(context: OperationContext, parameters: NamedEnvironment) -> None:
+    service_of(context).destroy(parameters.env)
 
 
-def _load_absolute(context: OperationContext, given: _File) -> Loaded:
-    if not Path(given.file).is_absolute():
+def _load_absolute(context: OperationContext, parameters: _File) -> Loaded:
+    if not Path(parameters.file).is_absolute():
         raise CxbridgeError("The file must be an absolute path of the daemon's machine")
-    return Loaded(list(_load(context, given)))
+    return Loaded(list(_load(context, parameters)))
 
 
 @OPERATIONS.add(
@@ -170,8 +170,8 @@ def _load_absolute(context: OperationContext, given: _File) -> Loaded:
         body="EnvironmentFile",
     ),
 )
-def _load(context: OperationContext, given: _File) -> Sequence[str]:
-    return service_of(context).load(given.env, Path(given.file), batch=given.batch)
+def _load(context: OperationContext, parameters: _File) -> Sequence[str]:
+    return service_of(context).load(parameters.env, Path(parameters.file), batch=parameters.batch)
 
 
 @OPERATIONS.add(
@@ -187,8 +187,8 @@ def _load(context: OperationContext, given: _File) -> Sequence[str]:
         body="FeatureName",
     ),
 )
-def _request_feature(context: OperationContext, given: _EnvironmentFeature) -> None:
-    service_of(context).request_feature(given.env, given.feature)
+def _request_feature(context: OperationContext, parameters: _EnvironmentFeature) -> None:
+    service_of(context).request_feature(parameters.env, parameters.feature)
 
 
 @OPERATIONS.add(
@@ -203,8 +203,8 @@ def _request_feature(context: OperationContext, given: _EnvironmentFeature) -> N
         answer=_info,
     ),
 )
-def _remove_feature(context: OperationContext, given: _EnvironmentFeature) -> None:
-    service_of(context).remove_feature(given.env, given.feature)
+def _remove_feature(context: OperationContext, parameters: _EnvironmentFeature) -> None:
+    service_of(context).remove_feature(parameters.env, parameters.feature)
 
 
 @OPERATIONS.add(
@@ -215,8 +215,8 @@ def _remove_feature(context: OperationContext, given: _EnvironmentFeature) -> No
         "PUT", "/watch", "Watch facts or rules, which are recorded then.", answer=_info, body="Watch"
     ),
 )
-def _watch(context: OperationContext, given: _Watch) -> None:
-    service_of(context).watch(given.env, given.item, given.names, on=given.on)
+def _watch(context: OperationContext, parameters: _Watch) -> None:
+    service_of(context).watch(parameters.env, parameters.item, parameters.names, on=parameters.on)
 
 
 @OPERATIONS.add(
@@ -227,14 +227,14 @@ def _watch(context: OperationContext, given: _Watch) -> None:
         "PUT", "/log", "Let it log only lines of this level and above.", answer=_info, body="LogLevel"
     ),
 )
-def _log(context: OperationContext, given: _Level) -> None:
-    service_of(context).set_log_level(given.env, given.level)
+def _log(context: OperationContext, parameters: _Level) -> None:
+    service_of(context).set_log_level(parameters.env, parameters.level)
 
 
-def _evaluate_text(context: OperationContext, given: _Expression) -> object:
-    if "\0" in given.expression:
+def _evaluate_text(context: OperationContext, parameters: _Expression) -> object:
+    if "\0" in parameters.expression:
         raise CxbridgeError("CLIPS has no such text")
-    return _evaluate(context, given)
+    return _evaluate(context, parameters)
 
 
 @OPERATIONS.add(
@@ -252,5 +252,5 @@ def _evaluate_text(context: OperationContext, given: _Expression) -> object:
         body="Expression",
     ),
 )
-def _evaluate(context: OperationContext, given: _Expression) -> Evaluation:
-    return service_of(context).evaluate(given.env, given.expression)
+def _evaluate(context: OperationContext, parameters: _Expression) -> Evaluation:
+    return service_of(context).evaluate(parameters.env, parameters.expression)

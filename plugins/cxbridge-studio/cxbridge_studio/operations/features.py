@@ -25,8 +25,8 @@ def _check(context: OperationContext, path: Mapping[str, str]) -> None:
         raise NotFoundError(f"Feature '{path['feature']}' is unknown")
 
 
-def _info(context: OperationContext, given: _Feature) -> FeatureInfo:
-    return service_of(context).feature(given.feature)
+def _info(context: OperationContext, parameters: _Feature) -> FeatureInfo:
+    return service_of(context).feature(parameters.feature)
 
 
 def _of_one(method: str, about: str, **errors: str) -> Route[Any]:
@@ -57,8 +57,8 @@ OPERATIONS.add(
 @OPERATIONS.add(
     "feature-offer", Right.CONTROL, _Feature, _of_one("PUT", "Offer a feature to environments again.")
 )
-def _offer(context: OperationContext, given: _Feature) -> None:
-    service_of(context).offer_feature(given.feature)
+def _offer(context: OperationContext, parameters: _Feature) -> None:
+    service_of(context).offer_feature(parameters.feature)
 
 
 @OPERATIONS.add(
@@ -67,5 +67,5 @@ def _offer(context: OperationContext, given: _Feature) -> None:
     _Feature,
     _of_one("DELETE", "Offer a feature no more.", wrong="An environment has it"),
 )
-def _withdraw(context: OperationContext, given: _Feature) -> None:
-    service_of(context).withdraw_feature(given.feature)
+def _withdraw(context: OperationContext, parameters: _Feature) -> None:
+    service_of(context).withdraw_feature(parameters.feature)

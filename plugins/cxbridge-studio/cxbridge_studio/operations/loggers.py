@@ -46,8 +46,8 @@ class _NewLogger(NamedEnvironment):
         kind="Logger",
     ),
 )
-def _list(context: OperationContext, given: Any) -> Sequence[LoggerInfo]:
-    return service_of(context).loggers(given.env)
+def _list(context: OperationContext, parameters: Any) -> Sequence[LoggerInfo]:
+    return service_of(context).loggers(parameters.env)
 
 
 @OPERATIONS.add(
@@ -66,9 +66,9 @@ def _list(context: OperationContext, given: Any) -> Sequence[LoggerInfo]:
         names={"logger": "name"},
     ),
 )
-def _add(context: OperationContext, given: _NewLogger) -> None:
-    given.level = given.level or "debug"
-    settings = asdict(given)
+def _add(context: OperationContext, parameters: _NewLogger) -> None:
+    parameters.level = parameters.level or "debug"
+    settings = asdict(parameters)
     service_of(context).add_logger(settings.pop("env"), settings.pop("logger"), **settings)
 
 
@@ -86,5 +86,5 @@ def _add(context: OperationContext, given: _NewLogger) -> None:
         answer=_list,
     ),
 )
-def _remove(context: OperationContext, given: _Logger) -> None:
-    service_of(context).remove_logger(given.env, given.logger)
+def _remove(context: OperationContext, parameters: _Logger) -> None:
+    service_of(context).remove_logger(parameters.env, parameters.logger)

@@ -22,11 +22,11 @@ class _Wanted(Struct):
 
 
 @OPERATIONS.add("state", Right.LOOK, _Wanted)
-def _state(context: OperationContext, given: _Wanted) -> dict[str, Any]:
+def _state(context: OperationContext, parameters: _Wanted) -> dict[str, Any]:
     executive = None if context.find_executive is None else context.find_executive()
     control = None if executive is None else executive.control
     debugger = control if isinstance(control, Debugger) else None
-    return context.describe_state(to_builtins(given)) | {
+    return context.describe_state(to_builtins(parameters)) | {
         "where": stop_info(control),
         "breakpoints": breakpoint_rows(debugger),
         "environments": list(environment_names(context)),

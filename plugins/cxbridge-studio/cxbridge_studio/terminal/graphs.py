@@ -51,16 +51,16 @@ def fetch_graph(
         longest = interface.maxlenof("graph_fsm") - 1
         if len(subject.encode("utf-8", "surrogateescape")) > longest:
             raise SkillerError(f"'{subject}' is longer than the {longest} bytes that its field has")
-        before = feed.now(interface).values
-        wanted: dict[str, Any] = {"graph_fsm": subject}
+        previous_values = feed.now(interface).values
+        message_fields: dict[str, Any] = {"graph_fsm": subject}
         if subject not in OVERVIEWS:
-            wanted |= {} if direction is None else {"graph_dir": DIRECTIONS[direction]}
-            wanted |= {} if coloured is None else {"graph_colored": coloured}
+            message_fields |= {} if direction is None else {"graph_dir": DIRECTIONS[direction]}
+            message_fields |= {} if coloured is None else {"graph_colored": coloured}
         try:
-            _ask(interface, wanted)
-            news = _wait(feed, interface, wanted, Deadline(timeout_s))
+            _ask(interface, message_fields)
+            news = _wait(feed, interface, message_fields, Deadline(timeout_s))
         finally:
-            back = {name: _plain(before[name]) for name in reversed(wanted)}
+            back = {name: _plain(previous_values[name]) for name in reversed(message_fields)}
             back["graph_fsm"] = back["graph_fsm"] or "ACTIVE"
             _ask(interface, back)
     if news is None:
@@ -80,20 +80,22 @@ def _plain(value: Any) -> Any:
     return getattr(value, "name", value)
 
 
-def _ask(interface: Interface, wanted: dict[str, Any]) -> None:
+def _ask(interface: Interface, message_fields: dict[str, Any]) -> None:
     """Send the messages that select the graph."""
     kinds = {"graph_fsm": "SetGraph", "graph_dir": "SetGraphDirection", "graph_colored": "SetGraphColored"}
-    for name, value in wanted.items():
+    for name, value in message_fields.items():
         message = interface.create_message(f"{kinds[name]}Message")
         message.set(name, value)
         interface.msgq_enqueue(message)
 
 
 def _wait(
-    feed: Feed, interface: Interface, wanted: dict[str, Any], deadline: Deadline
+    feed: Feed, interface: Interface, expected_fields: dict[str, Any], deadline: Deadline
 ) -> InterfaceChange | None:
     news: InterfaceChange | None = feed.now(interface)
-    while news is not None and any(_plain(news.values[name]) != value for name, value in wanted.items()):
+    while news is not None and any(
+        _plain(news.values[name]) != value for name, value in expected_fields.items()
+    ):
         news = feed.next(deadline)
     return news
 
@@ -122,8 +124,8 @@ def draw_graph(
     with make_lua_skiller(board, clock, bus, folders=folders, space=space) as skiller:
         if subject in OVERVIEWS:
             return skiller.engine.overview(subject)
-        found, graph = skiller.engine.graph(subject, direction, coloured=coloured, always=True)
-        if not found:
+        skill, graph = skiller.engine.graph(subject, direction, coloured=coloured, always=True)
+        if not skill:
             known = ", ".join(sorted(skiller.skills))
             raise SkillerError(
                 f"skill '{subject}' has no state machine"
@@ -148,7 +150,7 @@ def render(graph: str, suffix: str) -> bytes:
             "or write the graph itself with -o FILE.dot",
         )
     try:
-        done = subprocess.run(  # noqa: S603 - a fixed program; the graph goes to its standard input
+        process = subprocess.run(  # noqa: S603 - a fixed program; the graph goes to its standard input
             [program, f"-T{suffix.removeprefix('.')}"],
             input=graph.encode(),
             capture_output=True,
@@ -157,7 +159,7 @@ def render(graph: str, suffix: str) -> bytes:
         )
     except subprocess.TimeoutExpired:
         raise CxbridgeError(f"graphviz was not done within {_RENDER_S} s") from None
-    if done.returncode:
-        reason = done.stderr.decode(errors="replace").strip().partition("\n")[0]
+    if process.returncode:
+        reason = process.stderr.decode(errors="replace").strip().partition("\n")[0]
         raise CxbridgeError(f"graphviz cannot draw this graph: {reason}")
-    return done.stdout
+    return process.stdout

@@ -34,10 +34,10 @@ def show(
         values = _values(feed.now(feed.open(SKILLER_TYPE, skiller)))
         graph = _graph(feed.now(feed.open(TYPE, skiller)))
         changes = 0
-        before: object = None
+        previous_value: object = None
         while True:
-            if (values, graph) != before:
-                before, changes = (values, graph), changes + 1
+            if (values, graph) != previous_value:
+                previous_value, changes = (values, graph), changes + 1
                 live.update(view(values, graph, uses), refresh=True)
             if changes == count:
                 return True

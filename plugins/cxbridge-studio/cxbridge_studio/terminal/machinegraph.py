@@ -90,7 +90,7 @@ class _DotReader:
 
     def __init__(self, text: str) -> None:
         self._tokens = [
-            (kind, found.group(kind)) for found in _TOKEN.finditer(text) if (kind := found.lastindex or 0)
+            (kind, token.group(kind)) for token in _TOKEN.finditer(text) if (kind := token.lastindex or 0)
         ]
         self._at = 0
 

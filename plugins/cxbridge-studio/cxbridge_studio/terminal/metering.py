@@ -94,15 +94,15 @@ def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span
     inner = max(4, width - margin - 2)
     cells = [[0] * inner for _ in range(height)]
     end_s = points[-1][0] if points else 0.0
-    before: tuple[int, int] | None = None
+    previous_point: tuple[int, int] | None = None
     for time_s, value in points:
         x = round((time_s - end_s + span_s) / span_s * (2 * inner - 1))
         y = round((high - value) / (high - low) * (4 * height - 1))
         if x < 0:
             continue
-        for dot in _way(before, (x, y)):
+        for dot in _way(previous_point, (x, y)):
             cells[dot[1] // 4][dot[0] // 2] |= _DOTS[dot[0] % 2][dot[1] % 4]
-        before = x, y
+        previous_point = x, y
     for row, label in enumerate(labels):
         shown = label if row in {0, height // 2, height - 1} else ""
         yield f"{shown:>{margin}} ┤" + "".join(chr(_BLANK + cell) for cell in cells[row]).rstrip(chr(_BLANK))
@@ -111,13 +111,13 @@ def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span
     yield f"{'':{margin}}  {begin}{end:>{max(1, inner - len(begin))}}"
 
 
-def _way(before: tuple[int, int] | None, here: tuple[int, int]) -> Iterator[tuple[int, int]]:
+def _way(previous_point: tuple[int, int] | None, here: tuple[int, int]) -> Iterator[tuple[int, int]]:
     """Yield the dots of a step: along at the old value, then to the new one, as values of a blackboard go."""
     x, y = here
-    if before is not None:
-        for along in range(before[0] + 1, x):
-            yield along, before[1]
-        first, last = sorted((before[1], y))
+    if previous_point is not None:
+        for along in range(previous_point[0] + 1, x):
+            yield along, previous_point[1]
+        first, last = sorted((previous_point[1], y))
         for between in range(first, last + 1):
             yield x, between
     yield here

@@ -26,11 +26,9 @@ if TYPE_CHECKING:
     from cxbridge_explore.game.kinds import Game
     from cxbridge_explore.game.score import GameResult
 
-TESTS_FAILED: Final = 1
-"""Exit status of a game whose agent's own tests failed."""
+TESTS_FAILED: Final = 1  # exit status of a game whose agent's own tests failed
 
-NOT_OVER: Final = 3
-"""Exit status of an unfinished game."""
+NOT_OVER: Final = 3  # exit status of an unfinished game
 
 FAULT: Final = 4
 
@@ -135,10 +133,10 @@ def _many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int
     if not as_json:
         say_games(played)
     else:
-        found = {"agents": {name: GamesSummary(results).as_dict() for name, results in played.items()}}
+        report = {"agents": {name: GamesSummary(results).as_dict() for name, results in played.items()}}
         if len(played) > 1:
-            found["comparison"] = Match(*played.values()).as_dict()
-        say_json({**found, "seed": play.seed}, indent=2)
+            report["comparison"] = Match(*played.values()).as_dict()
+        say_json({**report, "seed": play.seed}, indent=2)
     return max(_status(results) for results in played.values())
 
 

@@ -21,8 +21,6 @@ class AgentOptions(ScenarioOptions, SourceOptions, TraceOptions, LogOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class PlayOptions:
-    """Options of the games to play."""
-
     second: Annotated[
         Path | None,
         typer.Argument(metavar="[SCENARIO2]", help="As --against SCENARIO2.", show_default=False),
@@ -69,7 +67,6 @@ class PlayOptions:
     ] = None
 
     def second_agent(self) -> Path | None:
-        """Return the second agent, or None."""
         if self.second is not None and self.against is not None:
             raise CxbridgeError(f"there are two second agents: {self.second} and {self.against}")
         return self.second or self.against

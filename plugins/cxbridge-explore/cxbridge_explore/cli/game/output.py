@@ -51,8 +51,8 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
         return
     (first, second), (first_results, second_results) = games, games.values()
     match = Match(first_results, second_results)
-    found = match.difference
-    say(f"{second} minus {first}: {found.estimate:+.1f} points a game ({found.span('+.1f')})")
+    difference = match.difference
+    say(f"{second} minus {first}: {difference.estimate:+.1f} points a game ({difference.span('+.1f')})")
     for seed, mine, theirs in match.farthest():
         say(f"  seed {seed}: {mine} and {theirs} points")
     better = match.better

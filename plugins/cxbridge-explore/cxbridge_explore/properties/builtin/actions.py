@@ -18,11 +18,9 @@ _BEFORE: Final = frozenset({"FORMULATED", "PENDING"})
 _STARTED: Final = frozenset({"WAITING", "RUNNING"})
 _DONE: Final = "FINAL"
 
-ActionKey = tuple[str, str, str, str]
-"""Environment, and the ids of goal, plan and action."""
+ActionKey = tuple[str, str, str, str]  # environment, and the ids of goal, plan and action
 
-Literal = tuple[bool, Atom]
-"""An atom that an effect makes true or false."""
+Literal = tuple[bool, Atom]  # an atom that an effect makes true or false
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +41,6 @@ class ObservedAction:
 
     @property
     def goal(self) -> str:
-        """The id of its goal."""
         return self.key[1]
 
 
@@ -95,8 +92,7 @@ class ActionMonitor(Monitor):
         return ObservedAction(key, name, dict(zip(names, values, strict=False)))
 
     @abstractmethod
-    def started(self, tables: FactTables, action: ObservedAction) -> None:
-        """Handle the start of an action."""
+    def started(self, tables: FactTables, action: ObservedAction) -> None: ...
 
     def waits(self, key: ActionKey) -> None:
         """Handle an action that waits for its start: a new one, or one that the agent retries."""
@@ -207,9 +203,9 @@ class ExecutedOnce(ActionMonitor):
         effects = [each for each in tables.shown("domain-effect") if each["part-of"] == action.name]
         if any(each["name"] in conditional for each in effects):
             return frozenset()
-        found = frozenset((each["type"] == "POSITIVE", ground(each, action.arguments)) for each in effects)
+        literals = frozenset((each["type"] == "POSITIVE", ground(each, action.arguments)) for each in effects)
         # An atom made false and true at once does not change, e.g. in a move from a place to the same place.
-        return frozenset((made, atom) for made, atom in found if (not made, atom) not in found)
+        return frozenset((made, atom) for made, atom in literals if (not made, atom) not in literals)
 
     def state(self) -> Hashable | None:
         """Return the achieved effects, and the actions with a skill call."""

@@ -7,8 +7,8 @@ from typing import Final
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
 
+# Prefix of CLIPS' message with the rule of an error; the message before it has the error.
 _HALTED: Final = "[PRCCODE4]"
-"""Prefix of CLIPS' message with the rule of an error; the message before it has the error."""
 
 _SKILLER: Final = "SkillerInterface"
 

@@ -9,8 +9,8 @@ from typing import Final
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
 from cxbridge_explore.properties.tables import Changes, FactTables, Slots
 
+# Default limit in seconds for a goal that stays in a mode without waiting for anything.
 DEFAULT_REST_S: Final = 60.0
-"""Default limit in seconds for a goal that stays in a mode without waiting for anything."""
 
 _RETRACTED: Final = "RETRACTED"
 _GOAL, _ACTION, _CALL = "goal", "plan-action", "planner-call"
@@ -154,6 +154,5 @@ class NoIdleRest(Monitor):
                 yield name, mode
 
     def state(self) -> Hashable | None:
-        """Return the resting times."""
         now = self.scene.seconds
         return frozenset((*key, mode, round(now - since, 3)) for key, (mode, since) in self._since.items())

@@ -12,8 +12,7 @@ from cxbridge_explore.properties.builtin.goals import DEFAULT_REST_S, GoalsRetra
 from cxbridge_explore.properties.builtin.resources import NoLostResource, OneHolder
 from cxbridge_explore.properties.monitor import Monitor, Property, Scene
 
-RUN_ENDS: Final = "run-ends"
-"""The property that an endless run violates."""
+RUN_ENDS: Final = "run-ends"  # property that an endless run violates
 
 
 def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
@@ -21,7 +20,7 @@ def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
 
     :param rest_s: the limit in seconds for a goal that waits for nothing.
     """
-    made: tuple[tuple[str, Callable[[Scene], Monitor], str], ...] = (
+    rows: tuple[tuple[str, Callable[[Scene], Monitor], str], ...] = (
         (RUN_ENDS, RunEnds, "the run comes to its end"),
         ("no-errors", NoErrors, "no rule has a run-time error"),
         ("goals-retracted", GoalsRetracted, "each goal is RETRACTED in the end"),
@@ -36,4 +35,4 @@ def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
         ("executed-once", ExecutedOnce, "nothing is executed twice"),
         ("skillers-released", SkillersReleased, "the Skiller is released at the end"),
     )
-    return tuple(Property(*each, source=each[0]) for each in made)
+    return tuple(Property(*each, source=each[0]) for each in rows)

@@ -85,8 +85,7 @@ _OF_CLIPS: Final = {
     "UNCLOSED": UNCLOSED,
 }
 
-_LITERAL = "CSTRNCHK1"
-"""CLIPS' error code for a literal that its slot does not allow."""
+_LITERAL = "CSTRNCHK1"  # CLIPS' error code for a literal that its slot does not allow
 
 _QUOTED = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
@@ -100,11 +99,11 @@ class _Known:
 
     @classmethod
     def of(cls, files: Iterable[ClipsFile]) -> _Known:
-        found: dict[str, set[str]] = {}
+        names_of_kinds: dict[str, set[str]] = {}
         for file in files:
             for construct in _all_constructs(file):
-                found.setdefault(construct.kind, set()).add(construct.name)
-        return cls(found)
+                names_of_kinds.setdefault(construct.kind, set()).add(construct.name)
+        return cls(names_of_kinds)
 
     def names(self, *kinds: str) -> set[str]:
         """Return the names of all constructs of these kinds."""
@@ -151,9 +150,9 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
         return Finding(TEMPLATE, file.place(unknown), f"{prefix}there is no deftemplate '{name}'", hint)
     if construct is not None and code is CONSTRUCT:
         is_value = diagnostic.code == _LITERAL
-        found = (_refused if is_value else _ordered)(agent, file, construct, prefix)
-        if found is not None:
-            return found
+        finding = (_refused if is_value else _ordered)(agent, file, construct, prefix)
+        if finding is not None:
+            return finding
     word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
     if code is VARIABLE and word is not None and word.text.startswith("?*"):
         code = GLOBAL
@@ -217,10 +216,10 @@ def _ordered(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) 
 
 def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
     kind, _, name = diagnostic.construct.partition(" ")
-    found = [each for each in file.constructs if (each.kind, each.name) == (kind, without_module(name))]
-    if len(found) > 1 and diagnostic.line:
-        found = [each for each in found if each.line <= (diagnostic.line or 0)] or found
-    return found[-1] if found else None
+    matches = [each for each in file.constructs if (each.kind, each.name) == (kind, without_module(name))]
+    if len(matches) > 1 and diagnostic.line:
+        matches = [each for each in matches if each.line <= (diagnostic.line or 0)] or matches
+    return matches[-1] if matches else None
 
 
 def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
@@ -246,11 +245,11 @@ def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, losses: Los
     for part in parts(file.text):
         if part.closed:
             continue
-        found = describe_unclosed(part.text, part.start, file.lines, file.text, agent.slots)
+        description = describe_unclosed(part.text, part.start, file.lines, file.text, agent.slots)
         is_first = file.lines.at(part.start) == diagnostic.line
         lost = losses.swallowed(str(file.path), part.start) if is_first else None
-        message = found.message + (f"; {lost}" if lost else "")
-        yield Finding(UNCLOSED, file.place_at(found.start), message, found.hint)
+        message = description.message + (f"; {lost}" if lost else "")
+        yield Finding(UNCLOSED, file.place_at(description.start), message, description.hint)
 
 
 def _lost(file: ClipsFile) -> Iterator[str]:
@@ -319,8 +318,8 @@ def _function_hint(agent: Agent, name: str, known: _Known) -> str:
 
 def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
     """Return the first undefined global variable: CLIPS' message does not name it."""
-    found = agent.env.eval("(get-defglobal-list *)")
-    known = {without_module(str(name)) for name in (found if isinstance(found, tuple) else ())}
+    global_names = agent.env.eval("(get-defglobal-list *)")
+    known = {without_module(str(name)) for name in (global_names if isinstance(global_names, tuple) else ())}
     for node in () if construct is None else construct.node.walk():
         if node.text.startswith(("?*", "$?*")) and node.text.strip("$?*") not in known:
             return node

@@ -66,28 +66,27 @@ SUB_TYPE: Final = Code(
 
 CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION, SUB_TYPE)
 
+# Facts that CLIPS 6.30 asserts at the start and CLIPS 6.4 does not.
 _INITIAL: Final = ("initial-fact", "initial-object")
-"""Facts that CLIPS 6.30 asserts at the start and CLIPS 6.4 does not."""
 _TIME: Final = "time"
 _CLASS: Final = "class"
+# Default values of the goal slots that select the expanding rule.
 _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
-"""Default values of the goal slots that select the expanding rule."""
 _GOAL: Final = "goal"
 _SORTS: Final = frozenset({"class", "type", "sub-type"})
-_COMMITTED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")
-"""The modes that can follow EXPANDED."""
+_COMMITTED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
 _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
+# Functions without effect on a goal.
 _QUIET: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
-"""Functions without effect on a goal."""
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     usage = agent.usage
-    own = [each for each in usage.constructs if _is_own(agent, each)]
-    yield from _rules(agent, usage, own)
-    yield from _facts(agent, usage, own)
-    yield from _goals(agent, usage, own)
-    yield from _functions(usage, own)
+    own_constructs = [each for each in usage.constructs if _is_own(agent, each)]
+    yield from _rules(agent, usage, own_constructs)
+    yield from _facts(agent, usage, own_constructs)
+    yield from _goals(agent, usage, own_constructs)
+    yield from _functions(usage, own_constructs)
 
 
 def _is_own(agent: Agent, construct: Construct) -> bool:
@@ -98,7 +97,6 @@ def _is_own(agent: Agent, construct: Construct) -> bool:
 
 
 def _finding(code: Code, construct: Construct, start: int, message: str, hint: str = "") -> Finding:
-    """Return a finding at a place of a construct."""
     offset = construct.placed.start + start
     lines = construct.file.lines
     return Finding(
@@ -109,13 +107,13 @@ def _finding(code: Code, construct: Construct, start: int, message: str, hint: s
 # ---- rules and facts
 
 
-def _rules(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
-    for construct in own:
+def _rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+    for construct in own_constructs:
         for pattern in construct.patterns:
-            found = _unmatched(agent, usage, pattern)
-            if found is not None:
-                message = f"defrule {construct.name} can never match: {found[0]}"
-                yield _finding(RULE, construct, pattern.start, message, found[1])
+            unmatched = _unmatched(agent, usage, pattern)
+            if unmatched is not None:
+                message = f"defrule {construct.name} can never match: {unmatched[0]}"
+                yield _finding(RULE, construct, pattern.start, message, unmatched[1])
                 break  # one unmatched pattern is enough
 
 
@@ -136,28 +134,30 @@ def _unmatched(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] 
     if any(least <= most_made and fewest <= most for fewest, most_made in counts):
         return None
     have = " or ".join(str(fewest) for fewest, _ in sorted(set(counts)))
-    asked = f"{least} or more fields" if most > least else f"{least} field{'' if least == 1 else 's'}"
+    expected_fields = (
+        f"{least} or more fields" if most > least else f"{least} field{'' if least == 1 else 's'}"
+    )
     first = f"({name}{' ?' * counts[0][0]})"
     return (
-        f"({name} ...) asks for {asked} here, and facts '{name}' have {have}",
+        f"({name} ...) asks for {expected_fields} here, and facts '{name}' have {have}",
         f"write {first}, or $? for any number of fields",
     )
 
 
 def _counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
     """Return the numbers of fields in ordered facts of a template; empty if they are unknown."""
-    made = [fact.count for _, fact in usage.made.get(template, ()) if fact.count is not None]
+    assertion_counts = [fact.count for _, fact in usage.made.get(template, ()) if fact.count is not None]
     if template in agent.deftemplates or template in usage.templates_in_texts:
         return []
     if template == _TIME:
-        return [*made, (agent.time_fields, agent.time_fields)]
-    return [] if usage.is_made_elsewhere(template) else made
+        return [*assertion_counts, (agent.time_fields, agent.time_fields)]
+    return [] if usage.is_made_elsewhere(template) else assertion_counts
 
 
-def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+def _facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
     read = usage.read_templates()
     reported: set[str] = set()
-    for construct in own:
+    for construct in own_constructs:
         for fact in construct.facts:
             name = fact.template
             if name in reported | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
@@ -184,15 +184,15 @@ def _asserts(usage: Usage, template: str) -> int:
 # ---- goals
 
 
-def _goals(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
-    made = {word for construct in usage.constructs for word in construct.words} | usage.others
+def _goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+    words_in_use = {word for construct in usage.constructs for word in construct.words} | usage.others
     reported: set[str] = set()
-    unhandled = dict(_sub_types(agent, usage, own))
+    unhandled = dict(_sub_types(agent, usage, own_constructs))
     yield from unhandled.values()
-    for construct in own:
+    for construct in own_constructs:
         for pattern in construct.patterns:
             for name in sorted(pattern.slots.get(_CLASS, ()) if pattern.template == _GOAL else ()):
-                if name not in made | reported:
+                if name not in words_in_use | reported:
                     reported.add(name)
                     hint = did_you_mean(name, _classes(usage))
                     message = (
@@ -272,13 +272,13 @@ def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
 
 
 def _sub_types(
-    agent: Agent, usage: Usage, own: list[Construct]
+    agent: Agent, usage: Usage, own_constructs: list[Construct]
 ) -> Iterator[tuple[tuple[Construct, int], Finding]]:
     """Yield a finding, with its construct and offset, for each goal whose sub-type no rule handles."""
     known = frozenset().union(*(sub_types.handled(each.condition) for each in usage.constructs))
     compared = usage.others.union(*(each.compared for each in usage.constructs))
     files = sub_types.files_of_core(*agent.context.paths.before, agent.context.paths.cx)
-    for construct, goal, start in _with_sub_type(agent, usage, own, known | files.keys()):
+    for construct, goal, start in _with_sub_type(agent, usage, own_constructs, known | files.keys()):
         for name in goal.slots[sub_types.SLOT] - known - compared - {sub_types.NONE}:
             hint = sub_types.advice(name, known, files)
             is_led = any(
@@ -292,7 +292,7 @@ def _sub_types(
 
 
 def _with_sub_type(
-    agent: Agent, usage: Usage, own: list[Construct], known: frozenset[str]
+    agent: Agent, usage: Usage, own_constructs: list[Construct], known: frozenset[str]
 ) -> Iterator[tuple[Construct, FactUse, int]]:
     """Yield the goals with a literal sub-type: asserted, modified, or made by functions of the core.
 
@@ -305,7 +305,7 @@ def _with_sub_type(
         if (found := each.symbols & known)
     }
     is_of_goals = not any(sub_types.SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL})
-    for construct in own:
+    for construct in own_constructs:
         for fact in construct.facts:
             if fact.template == _GOAL and sub_types.SLOT in fact.slots:
                 yield construct, fact, fact.start
@@ -334,9 +334,9 @@ def _first_word(node: SyntaxNode) -> str:
 # ---- functions
 
 
-def _functions(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+def _functions(usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
     called = usage.model.names(NameKind.FUNCTION, Use.CALLED)
-    for construct in own:
+    for construct in own_constructs:
         name = construct.name
         if construct.keyword != "deffunction" or name in called or name in usage.others:
             continue

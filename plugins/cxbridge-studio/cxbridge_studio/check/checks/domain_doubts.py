@@ -51,6 +51,7 @@ GOAL: Final = Code(
 
 CODES: Final = (PREDICATE, ACTION, EFFECT, OBJECT, GOAL)
 
+# The code of each kind of doubt.
 BY_KIND: Final = {
     DoubtKind.PREDICATE: PREDICATE,
     DoubtKind.ACTION: ACTION,
@@ -58,7 +59,6 @@ BY_KIND: Final = {
     DoubtKind.OBJECT: OBJECT,
     DoubtKind.GOAL: GOAL,
 }
-"""The code of each kind of doubt."""
 
 _PARSE: Final = "parse-pddl-domain"
 _PLANNERS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
@@ -69,13 +69,13 @@ _FACT_KEY: Final = "domain/fact/"
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the doubts about each domain; with a single domain, also about the goals of planner calls."""
     domains = list(_domains(agent))
-    made = _made(agent)
+    made_predicates = _made(agent)
     for domain in domains:
-        for doubt in doubts(domain, made if len(domains) == 1 else None):
+        for doubt in doubts(domain, made_predicates if len(domains) == 1 else None):
             place = SourcePlace(domain.file, doubt.position.line, doubt.position.column)
             yield Finding(BY_KIND[doubt.kind], place, doubt.message)
-    if len(domains) == 1 and made is not None:
-        yield from _goals(agent, domains[0], made)
+    if len(domains) == 1 and made_predicates is not None:
+        yield from _goals(agent, domains[0], made_predicates)
 
 
 def _domains(agent: Agent) -> Iterator[Domain]:
@@ -93,27 +93,27 @@ def _domains(agent: Agent) -> Iterator[Domain]:
 
 def _made(agent: Agent) -> frozenset[str] | None:
     """Return the predicates of the facts that the agent asserts; None if they are unknown."""
-    own = [
+    own_constructs = [
         fact
         for construct, fact in agent.usage.made.get(_FACT, ())
         if not agent.is_of_core(construct.file.path)
     ]
-    if not own or any("name" not in fact.slots for fact in own):
+    if not own_constructs or any("name" not in fact.slots for fact in own_constructs):
         return None
     if any(_FACT_KEY in file.text for file in agent.own_files):
         return None
-    names = {word for fact in own for word in fact.slots["name"]}
+    names = {word for fact in own_constructs for word in fact.slots["name"]}
     return frozenset(names | agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED))
 
 
-def _goals(agent: Agent, domain: Domain, made: frozenset[str]) -> Iterator[Finding]:
+def _goals(agent: Agent, domain: Domain, made_predicates: frozenset[str]) -> Iterator[Finding]:
     for file in agent.own_files:
         for call in file.calls(*_PLANNERS):
             text = literal(call.arguments[1]) if len(call.arguments) > 1 else ""
             try:
                 goal = parse_formula(text) if text else And(())
-                found = list(unachieved(domain, goal, made))
+                goal_doubts = list(unachieved(domain, goal, made_predicates))
             except PddlError:
                 continue
-            for doubt in found:
+            for doubt in goal_doubts:
                 yield Finding(GOAL, file.place(call.arguments[1]), doubt.message)

@@ -46,14 +46,18 @@ def check(agent: Agent) -> Iterator[Finding]:
             else unreadable,
         )
     core = agent.context.paths.cx
-    for asked in agent.asked:
-        candidates = (folder / asked.name for folder in agent.context.paths.clips_dirs)
+    for asked_file in agent.asked:
+        candidates = (folder / asked_file.name for folder in agent.context.paths.clips_dirs)
         hidden = next((path for path in candidates if path.is_file()), None)
-        if (core / asked.name).is_file() and hidden is not None and not hidden.samefile(core / asked.name):
+        if (
+            (core / asked_file.name).is_file()
+            and hidden is not None
+            and not hidden.samefile(core / asked_file.name)
+        ):
             yield Finding(
                 SHADOWED,
-                asked.place,
-                f"{asked.name} is the core's file, not {hidden}",
+                asked_file.place,
+                f"{asked_file.name} is the core's file, not {hidden}",
                 "give the file of the agent another name",
             )
 

@@ -27,14 +27,14 @@ _LOCKS: Final = ("mutex-try-lock-async", "mutex-lock-async", "mutex-try-lock")
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for the first lock in each file."""
-    own = [each for each in agent.usage.constructs if not agent.is_of_core(each.file.path)]
-    if any(_FACT in each.placed.piece.text for each in own):
+    own_constructs = [each for each in agent.usage.constructs if not agent.is_of_core(each.file.path)]
+    if any(_FACT in each.placed.piece.text for each in own_constructs):
         return
     called = agent.model.mentions(Name(NameKind.FUNCTION, _SET), Use.CALLED)
-    if any(not agent.is_of_core(found.file.path) for found in called):
+    if any(not agent.is_of_core(call.file.path) for call in called):
         return
     reported: set[str] = set()
-    for construct in own:
+    for construct in own_constructs:
         starts = [
             node.start
             for action in construct.actions

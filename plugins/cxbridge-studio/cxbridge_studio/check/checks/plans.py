@@ -151,9 +151,9 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     predicates |= agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
     objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
     objects_made = agent.usage.made.get("domain-object", ())
-    made = [fact for construct, fact in objects_made if not _is_core(agent, construct)]
-    objects |= {word for fact in made for word in fact.slots.get("name", ())}
-    objects_known = made != [] and all("name" in fact.slots for fact in made)
+    assertions = [fact for construct, fact in objects_made if not _is_core(agent, construct)]
+    objects |= {word for fact in assertions for word in fact.slots.get("name", ())}
+    objects_known = assertions != [] and all("name" in fact.slots for fact in assertions)
     for file, call in _planner_calls(agent):
         text = literal(call.arguments[1]) if len(call.arguments) > 1 else ""
         place = file.place(call.arguments[1]) if text else None
@@ -173,12 +173,12 @@ def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the object types in facts that no domain declares."""
     known = {"object"} | {name for domain in domains for name, _ in pairs_of(domain.types)}
     known |= {above for domain in domains for _, above in pairs_of(domain.types) if above}
-    made = agent.usage.made
-    for _, fact in made.get("domain-object-type", ()):
+    assertions = agent.usage.made
+    for _, fact in assertions.get("domain-object-type", ()):
         if "name" not in fact.slots:
             return  # the type is computed: any type is possible
         known |= fact.slots["name"]
-    for construct, fact in made.get("domain-object", ()):
+    for construct, fact in assertions.get("domain-object", ()):
         name = next(iter(fact.slots.get("type", ())), "")
         if name and name not in known and not agent.is_of_core(construct.file.path):
             at, lines = construct.placed.start + fact.start, construct.file.lines
@@ -195,26 +195,31 @@ def _check_parameters(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for domain in domains
         for action in domain.actions
     }
-    own = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
-    for planned in planned_actions(own):
+    agent_files = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
+    for planned in planned_actions(agent_files):
         if literal(planned.name) in actions:
             yield from _check_plan_action(planned, actions[literal(planned.name)])
 
 
-def _check_plan_action(planned: WrittenAction, wanted: list[str]) -> Iterator[Finding]:
+def _check_plan_action(planned: WrittenAction, parameter_names: list[str]) -> Iterator[Finding]:
     name, file = literal(planned.name), planned.file
-    it_has = f"it has: {', '.join(wanted) or 'none'}"
-    for given in planned.names or ():
-        if literal(given) and literal(given) not in wanted:
-            message = f"the action '{name}' has no parameter '{literal(given)}'"
+    it_has = f"it has: {', '.join(parameter_names) or 'none'}"
+    for argument_name in planned.names or ():
+        if literal(argument_name) and literal(argument_name) not in parameter_names:
+            message = f"the action '{name}' has no parameter '{literal(argument_name)}'"
             yield Finding(
-                PARAMETERS, file.place(given), message, did_you_mean(literal(given), wanted, it_has)
+                PARAMETERS,
+                file.place(argument_name),
+                message,
+                did_you_mean(literal(argument_name), parameter_names, it_has),
             )
             return
     for slot, values in (("param-names", planned.names), ("param-values", planned.values)):
         number = None if values is None else count(values)
-        if number is not None and number != len(wanted):
-            message = f"the action '{name}' has {len(wanted)} parameters, and here are {number} in {slot}"
+        if number is not None and number != len(parameter_names):
+            message = (
+                f"the action '{name}' has {len(parameter_names)} parameters, and here are {number} in {slot}"
+            )
             yield Finding(PARAMETERS, file.place(values[0] if values else planned.node), message, it_has)
             return
 

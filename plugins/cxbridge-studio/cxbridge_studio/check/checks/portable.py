@@ -74,8 +74,7 @@ PDDL: Final = Code(
 
 CODES: Final = (REFUSED, FUNCTION, DEFINED, BOTH_WAYS, NOT_AN_INTERFACE, IN_SEC, ARGUMENT, PDDL)
 
-_OURS: Final = ("planner", "problem-expert", "skill-board")
-"""Features that Fawkes lacks."""
+_OURS: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
 _CHANGES: Final = ("modify", "duplicate")
 _OF_SEVERAL: Final = ("max", "min")
 _READS: Final = ("blackboard-open", "blackboard-open-reading")
@@ -95,12 +94,12 @@ _COMMENT: Final = re.compile(r"--[^\n]*")
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the positions in the agent's own files that Fawkes does not accept."""
-    own = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
-    for file in own:
+    agent_files = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
+    for file in agent_files:
         yield from _expressions(file)
         yield from _names(file)
     yield from _functions(agent)
-    yield from _both_ways(own)
+    yield from _both_ways(agent_files)
     yield from _domains(agent)
     fawkes = agent.options.fawkes_dir
     for folder in agent.context.paths.skill_dirs:
@@ -139,15 +138,15 @@ def _names(file: ClipsFile) -> Iterator[Finding]:
 
 def _functions(agent: Agent) -> Iterator[Finding]:
     """Yield the calls of functions that only CLIPS 6.4 or a feature of cxbridge has."""
-    given = agent.manager.feature_functions(agent.env.name)
-    features = {name: feature for feature in _OURS for name in given.get(feature, ())}
-    own = agent.model.names(NameKind.FUNCTION, Use.DEFINED)
-    for name in sorted((ADDED | features.keys()) - own):
-        for found in agent.model.mentions(Name(NameKind.FUNCTION, name), Use.CALLED):
-            if agent.is_of_core(found.file.path):
+    feature_functions = agent.manager.feature_functions(agent.env.name)
+    features = {name: feature for feature in _OURS for name in feature_functions.get(feature, ())}
+    defined_functions = agent.model.names(NameKind.FUNCTION, Use.DEFINED)
+    for name in sorted((ADDED | features.keys()) - defined_functions):
+        for call in agent.model.mentions(Name(NameKind.FUNCTION, name), Use.CALLED):
+            if agent.is_of_core(call.file.path):
                 continue
-            at, lines = found.mention.start, found.file.lines
-            place = SourcePlace(found.file.path, lines.at(at), lines.column(at))
+            at, lines = call.mention.start, call.file.lines
+            place = SourcePlace(call.file.path, lines.at(at), lines.column(at))
             whose = f"the feature {features[name]} is ours" if name in features else "CLIPS 6.30 lacks it"
             yield Finding(FUNCTION, place, f"Fawkes has no function '{name}': {whose}")
 

@@ -138,8 +138,6 @@ def _skills(agent: Agent) -> dict[str, Path | None] | None:
     """Return the file of each skill, read from their texts; None if a text computes its skills.
 
     The skills of executors have no file.
-
-    :raises CxbridgeError: if a skill does not load.
     """
     context = agent.context
     if agent.options.skiller != "lua" or not context.source.has_fawkes_configuration:
@@ -147,13 +145,13 @@ def _skills(agent: Agent) -> dict[str, Path | None] | None:
     board = context.skill_board
     if board is not None and not board.in_process:
         return None
-    found: dict[str, Path | None] = {}
+    skill_files: dict[str, Path | None] = {}
     for member in () if board is None else board.agents:
         for executor in member.executors:
             skills = executor.written_skills()
             if skills is None:
                 return None
-            found.update(dict.fromkeys(skills))
+            skill_files.update(dict.fromkeys(skills))
     for item in skiller_settings(context.config, "lua", () if board is None else board.skillers):
         if item.kind != "lua":
             return None
@@ -161,5 +159,5 @@ def _skills(agent: Agent) -> dict[str, Path | None] | None:
         skills_of_space = written_space(item.space or space, context.paths.skill_dirs, LuaCompiler())
         if skills_of_space is None:
             return None
-        found.update(skills_of_space)
-    return found
+        skill_files.update(skills_of_space)
+    return skill_files

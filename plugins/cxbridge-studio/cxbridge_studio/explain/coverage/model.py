@@ -20,6 +20,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import RunSource, building_steps, sources_of
 from cxbridge_studio.explain.rules.constructs import TextFile
 
+# The modes of a goal, in the order of its life.
 MODES: Final = (
     "FORMULATED",
     "SELECTED",
@@ -30,7 +31,6 @@ MODES: Final = (
     "EVALUATED",
     "RETRACTED",
 )
-"""The modes of a goal, in the order of its life."""
 
 _OPERATOR = re.compile(r"\(\s*:(?:durative-)?action\s+([^\s()]+)", re.IGNORECASE)
 _COMMENT = re.compile(r";[^\n]*")
@@ -84,11 +84,11 @@ class AgentSources:
             self.changed.add(file.name)
             self.rules = {name: rule for name, rule in self.rules.items() if rule.file != file.name}
         self._texts[file.name] = file.text
-        for found in definitions(file.text):
-            if found.kind == "defrule":
-                lines = tuple(_code_lines(found.node.text, found.line))
-                self.rules[found.name] = RuleLines(found.name, file.name, lines)
-            self.classes.update(_classes(found.node))
+        for definition in definitions(file.text):
+            if definition.kind == "defrule":
+                lines = tuple(_code_lines(definition.node.text, definition.line))
+                self.rules[definition.name] = RuleLines(definition.name, file.name, lines)
+            self.classes.update(_classes(definition.node))
 
     def add_source(self, source: RunSource | SourceRead, *, core: bool) -> None:
         """Add the sources of a run.
@@ -151,10 +151,7 @@ class RecordedUse:
     notes: list[str] = field(default_factory=list)
 
     def add(self, run: Run, env: str) -> None:
-        """Add the used parts of a run.
-
-        :raises TraceError: if the recording cannot be read.
-        """
+        """Add the used parts of a run."""
         self.runs += 1
         firings_before = self.firings.total()
         last_mode: dict[str, str] = {}
@@ -204,7 +201,6 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, core: bool) -
     """Add the recorded files to an agent and return whether the recording has CLIPS files.
 
     :param core: whether to include the built-in core.
-    :raises TraceError: if the recording cannot be read.
     """
     steps = [step for step in building_steps(run, env) if step.role == "clips" and step.data is not None]
     for source in (*steps, *sources_of(run, "pddl", "config-tree")):
@@ -214,14 +210,14 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, core: bool) -
 
 def _unwatched(tree: str) -> list[str]:
     try:
-        found = json.loads(tree).get(_UNWATCHED, [])
+        unwatched_rules = json.loads(tree).get(_UNWATCHED, [])
     except (ValueError, AttributeError, RecursionError):
         return []
     return (
-        [found]
-        if isinstance(found, str)
-        else [str(name) for name in found]
-        if isinstance(found, list)
+        [unwatched_rules]
+        if isinstance(unwatched_rules, str)
+        else [str(name) for name in unwatched_rules]
+        if isinstance(unwatched_rules, list)
         else []
     )
 

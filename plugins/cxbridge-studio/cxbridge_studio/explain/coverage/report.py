@@ -10,8 +10,7 @@ from typing import Any, Final
 from cxbridge.printing import short_path
 from cxbridge_studio.explain.coverage.model import Coverage, FileCoverage, UsedNames
 
-_SHORT: Final = 12
-"""A common folder of at most this length is not worth a separate heading."""
+_SHORT: Final = 12  # a common folder of at most this length is not worth a separate heading
 
 
 def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
@@ -86,7 +85,6 @@ def _part(title: str, verb: str, part: UsedNames) -> Iterator[str]:
 
 
 def plain(coverage: Coverage) -> dict[str, Any]:
-    """Return the coverage as JSON values."""
     return {
         "runs": coverage.runs,
         "rules": {

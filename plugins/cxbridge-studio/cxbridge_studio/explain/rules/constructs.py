@@ -52,18 +52,18 @@ class Constructs:
         self._globals: dict[str, str] = {}
         for file in files:
             self._names.append(file.name)
-            for found in definitions(file.text):
-                if (file.name, f"{found.kind} {found.name}") not in refused:
-                    self._take(found, file.name)
-                elif found.kind == "defrule":
-                    self._refused[found.name] = found.node.text
+            for definition in definitions(file.text):
+                if (file.name, f"{definition.kind} {definition.name}") not in refused:
+                    self._take(definition, file.name)
+                elif definition.kind == "defrule":
+                    self._refused[definition.name] = definition.node.text
 
-    def _take(self, found: Definition, file: str) -> None:
-        name, node = found.name, found.node
-        match found.kind:
+    def _take(self, definition: Definition, file: str) -> None:
+        name, node = definition.name, definition.node
+        match definition.kind:
             case "defrule":
                 self._rules[name] = node.text
-                self._places[name] = (file, found.line)
+                self._places[name] = (file, definition.line)
             case "deftemplate":
                 self.templates[name] = FactTemplate(name, tuple(_slots(node.arguments[1:])))
             case "deffunction":

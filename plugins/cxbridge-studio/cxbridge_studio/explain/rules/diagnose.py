@@ -15,11 +15,9 @@ from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.near_misses import find_nearest
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-MOST_SHOWN: Final = 3
-"""The limit of listed facts, values and near misses."""
+MOST_SHOWN: Final = 3  # limit of listed facts, values and near misses
 
-MOST_BASES: Final = 200
-"""The limit of listed complete matches."""
+MOST_BASES: Final = 200  # limit of listed complete matches
 
 
 def diagnose(snapshot: Snapshot) -> Diagnosis:
@@ -38,7 +36,7 @@ def diagnose(snapshot: Snapshot) -> Diagnosis:
 def undiagnosed(snapshot: Snapshot, reason: str) -> Diagnosis:
     """Return the diagnosis of a condition that cannot be matched."""
     condition = parse_rule(snapshot.text)
-    plain = tuple(CECount(place, ce.text, None, None) for place, ce in enumerate(condition.ces, 1))
+    plain = tuple(CECount(number, ce.text, None, None) for number, ce in enumerate(condition.ces, 1))
     return Diagnosis(condition.salience, plain, unknown=reason)
 
 
@@ -88,41 +86,41 @@ class _Diagnoser:
         except ClipsError:
             return self._condition.salience
 
-    def _alone(self, before: Sequence[CE], ce: CE) -> Count | None:
+    def _alone(self, previous_ces: Sequence[CE], ce: CE) -> Count | None:
         """Return the number of facts that match a CE's single pattern alone, without the CEs before it."""
         inner = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
         if not isinstance(inner, PatternCE):
             return None
-        foreign = Prefix(list(before)).binds
+        foreign = Prefix(list(previous_ces)).binds
         try:
             pattern = f"?cx-why-fact <- {inner.alone(foreign)}"
             # A multislot can match in several ways; the fact counts once.
-            found = self._matcher.note([pattern], ["cx-why-fact"], limit=-1)
+            matches = self._matcher.note([pattern], ["cx-why-fact"], limit=-1)
         except ClipsError:
             return None
-        return Count(len(set(found)))
+        return Count(len(set(matches)))
 
-    def _explain(self, before: list[CE], ce: CE) -> MatchFailure:
+    def _explain(self, previous_ces: list[CE], ce: CE) -> MatchFailure:
         """Explain why a CE has no match although all CEs before it match."""
         try:
             if isinstance(ce, PatternCE):
-                return find_nearest(self._matcher, self._snapshot, Prefix(before), ce)
+                return find_nearest(self._matcher, self._snapshot, Prefix(previous_ces), ce)
             if isinstance(ce, TestCE):
-                return self._explain_test(Prefix(before), ce)
-            return self._explain_group(before, ce)
+                return self._explain_test(Prefix(previous_ces), ce)
+            return self._explain_group(previous_ces, ce)
         except ClipsError as error:
             return MatchFailure("unknown", ce.text, f"how near it comes cannot be found out: {error.message}")
 
-    def _explain_group(self, before: list[CE], ce: GroupCE) -> MatchFailure:
+    def _explain_group(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         match ce.kind:
             case "not":
-                return self._explain_not(before, ce)
+                return self._explain_not(previous_ces, ce)
             case "forall":
-                return self._explain_forall(before, ce)
+                return self._explain_forall(previous_ces, ce)
             case "or":
-                branches = tuple(self._explain(before, branch) for branch in ce.items)
+                branches = tuple(self._explain(previous_ces, branch) for branch in ce.items)
                 return MatchFailure("or", ce.text, "none of its branches matches", inner=branches)
-        inner = self._sequence(before, list(ce.items))
+        inner = self._sequence(previous_ces, list(ce.items))
         return replace(inner, kind="exists", text=ce.text) if ce.kind == "exists" else inner
 
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
@@ -134,13 +132,15 @@ class _Diagnoser:
         )
         return MatchFailure("test", ce.text, "it is false for every match so far", values=tuple(values))
 
-    def _explain_not(self, before: list[CE], ce: GroupCE) -> MatchFailure:
-        positive = Prefix([*before, *ce.items])
-        own = positive.facts[len(Prefix(before).facts) :]
-        rows = self._matcher.note(positive.texts, own, 20 * MOST_SHOWN) if own else []
-        wanted = [item for item in ce.items if isinstance(item, PatternCE)]
+    def _explain_not(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
+        positive = Prefix([*previous_ces, *ce.items])
+        own_facts = positive.facts[len(Prefix(previous_ces).facts) :]
+        rows = self._matcher.note(positive.texts, own_facts, 20 * MOST_SHOWN) if own_facts else []
+        negated_patterns = [item for item in ce.items if isinstance(item, PatternCE)]
         facts = dict.fromkeys(
-            " with ".join(self._fact(ref.index, pattern) for ref, pattern in zip(row, wanted, strict=True))
+            " with ".join(
+                self._fact(ref.index, pattern) for ref, pattern in zip(row, negated_patterns, strict=True)
+            )
             for row in rows
         )
         many = len(facts) > MOST_SHOWN
@@ -148,22 +148,22 @@ class _Diagnoser:
         listed = [*list(facts)[:MOST_SHOWN], *(["and more"] if many else [])]
         return MatchFailure("not", ce.text, reason, facts=tuple(listed))
 
-    def _explain_forall(self, before: list[CE], ce: GroupCE) -> MatchFailure:
+    def _explain_forall(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         first, *rest = ce.items
         lacking = f"(not (and {' '.join(item.text for item in rest)}))"
-        positive = Prefix([*before, first])
-        own = positive.facts[-1:] if isinstance(first, PatternCE) else []
-        rows = self._matcher.note([*positive.texts, lacking], own, MOST_SHOWN) if own else []
+        positive = Prefix([*previous_ces, first])
+        own_facts = positive.facts[-1:] if isinstance(first, PatternCE) else []
+        rows = self._matcher.note([*positive.texts, lacking], own_facts, MOST_SHOWN) if own_facts else []
         facts = [self._fact(row[0].index, first) for row in rows if isinstance(first, PatternCE)]
         reason = f"not every {first.text} has {' '.join(item.text for item in rest)}"
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
-    def _sequence(self, before: list[CE], ces: list[CE]) -> MatchFailure:
+    def _sequence(self, previous_ces: list[CE], ces: list[CE]) -> MatchFailure:
         """Explain the first of several CEs without a match."""
         for index, ce in enumerate(ces):
-            prefix = Prefix([*before, *ces[: index + 1]])
+            prefix = Prefix([*previous_ces, *ces[: index + 1]])
             if self._matcher.count(prefix.texts).number == 0:
-                return self._explain([*before, *ces[:index]], ce)
+                return self._explain([*previous_ces, *ces[:index]], ce)
         raise ClipsError("its parts match in sequence")
 
     def _fact(self, index: int, pattern: PatternCE) -> str:

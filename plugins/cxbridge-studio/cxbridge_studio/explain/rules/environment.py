@@ -22,8 +22,7 @@ from cxbridge_studio.agent.rule import dependencies, parse_rule
 from cxbridge_studio.explain.rules import snapshot as model
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot, Waiting
 
-MAX_AGENDA: Final = 1000
-"""The limit of inspected activations."""
+MAX_AGENDA: Final = 1000  # limit of inspected activations
 
 _SUCCINCT: Final = 1
 
@@ -97,14 +96,14 @@ def _function(env: ClipsEnvironment, name: str) -> str | None:
 
 def _templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, FactTemplate]:
     """Return the existing deftemplates with these names; None for all."""
-    found = {}
+    templates = {}
     pointer = lib.GetNextDeftemplate(env.env, NULL)
     while pointer != NULL:
         name = decode(lib.DeftemplateName(pointer))
         if names is None or name in names:
-            found[name] = template_of(pointer)
+            templates[name] = template_of(pointer)
         pointer = lib.GetNextDeftemplate(env.env, pointer)
-    return found
+    return templates
 
 
 def _facts(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:

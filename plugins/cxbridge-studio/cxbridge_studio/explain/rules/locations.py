@@ -24,15 +24,15 @@ class SourceLine:
 
 def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
     """Return the position of a rule; the last one if several files define it."""
-    found = None
+    location = None
     for file in dict.fromkeys(files):
         try:
             text = Path(file).read_bytes().decode("utf-8", "surrogateescape")
         except OSError:
             continue
         line = rule_lines(text).get(rule) if rule in text else None
-        found = SourceLine(file, line) if line else found
-    return found
+        location = SourceLine(file, line) if line else location
+    return location
 
 
 def why_missing(rule: str, book: Rulebook) -> str:

@@ -28,7 +28,7 @@ class LostRule:
 
 def refused(book: Rulebook) -> dict[str, LostRule]:
     """Return the rules that CLIPS refused, by name."""
-    found: dict[str, LostRule] = {}
+    lost_rules: dict[str, LostRule] = {}
     read: dict[str, dict[str, str]] = {}
     for diagnostic in book.diagnostics:
         name = diagnostic.construct.removeprefix(_RULE)
@@ -39,8 +39,8 @@ def refused(book: Rulebook) -> dict[str, LostRule]:
         text = book.refused.get(name, "") or read[diagnostic.file].get(name, "")
         place = short_path(diagnostic.file) + ("" if diagnostic.line is None else f":{diagnostic.line}")
         reason = f"was refused when its file was loaded: {place}: {diagnostic.message} [{diagnostic.code}]"
-        found[name] = LostRule(name, text, reason)
-    return found
+        lost_rules[name] = LostRule(name, text, reason)
+    return lost_rules
 
 
 def unloaded(book: Rulebook) -> Iterator[LostRule]:
@@ -59,6 +59,6 @@ def _rules(path: Path) -> Iterator[tuple[str, str]]:
         text = path.read_bytes().decode("utf-8", "surrogateescape")
     except OSError:
         return
-    for found in definitions(text):
-        if found.kind == "defrule":
-            yield found.name, found.node.text
+    for definition in definitions(text):
+        if definition.kind == "defrule":
+            yield definition.name, definition.node.text

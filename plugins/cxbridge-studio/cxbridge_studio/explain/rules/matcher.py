@@ -28,16 +28,15 @@ from cxbridge_studio.explain.rules.diagnosis import Count
 from cxbridge_studio.explain.rules.isolated import IsolatedEnvironment
 from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot
 
-MOST_MATCHES: Final = 100_000
-"""The limit of counted matches."""
+MOST_MATCHES: Final = 100_000  # limit of counted matches
 
+# Function for `Matcher.value` that returns the fact with an index of the snapshot.
 FACT_FUNCTION: Final = "cx-why-fact"
-"""Function for :meth:`Matcher.value` that returns the fact with an index of the snapshot."""
 
 _PROBE = "cx-why-probe"
 _MISSING = re.compile(r"Missing function declaration for '([^']+)'")
+# A CLIPS error message, without its position in the network.
 _MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
-"""A CLIPS error message, without its position in the network."""
 
 
 class Matcher:
@@ -55,8 +54,7 @@ class Matcher:
         self._copies: dict[int, int] = {}
         self._globals = {name: self._here(value) for name, value in snapshot.globals.items()}
         self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
-        self.errors: list[str] = []
-        """Errors during matching, each message once."""
+        self.errors: list[str] = []  # errors during matching, each message once
         try:
             self._fill(snapshot)
         except BaseException:
@@ -172,10 +170,6 @@ class Matcher:
         )
 
     def value(self, expression: str) -> Value:
-        """Evaluate an expression.
-
-        :raises ClipsError: if the evaluation fails.
-        """
         return self._env.eval(expression)
 
     def _build(self, ces: Sequence[str], action: str) -> None:

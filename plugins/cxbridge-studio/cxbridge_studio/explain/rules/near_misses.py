@@ -14,14 +14,11 @@ from cxbridge_studio.explain.rules.diagnosis import Deviation, MatchFailure, Nea
 from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-MOST_PAIRS: Final = 20_000
-"""The limit of compared pairs of a partial match and a fact."""
+MOST_PAIRS: Final = 20_000  # limit of compared pairs of a partial match and a fact
 
-MOST_NEAR: Final = 3
-"""The limit of listed facts."""
+MOST_NEAR: Final = 3  # limit of listed facts
 
-_BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")
-"""A variable that takes any value: not a constraint."""
+_BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")  # a variable that takes any value: not a constraint
 
 _FACT = "cx-why-fact"
 
@@ -103,10 +100,10 @@ def _compare(
     """Record which pairs satisfy one slot, and return whether the slot can be compared."""
     ces = [*sample.texts, f"?{_FACT} <- {pattern.only(part, sample.prefix.binds)}"]
     try:
-        found = matcher.note(ces, [*sample.prefix.facts, _FACT], limit=10 * MOST_PAIRS)
+        matches = matcher.note(ces, [*sample.prefix.facts, _FACT], limit=10 * MOST_PAIRS)
     except ClipsError:
         return False
-    for *key, fact in found:
+    for *key, fact in matches:
         pair = (tuple(key), fact.index)
         if pair in satisfied:
             satisfied[pair].add(index)
@@ -143,6 +140,6 @@ class _Sample:
                 self.values.setdefault(tuple(row[:width]), dict(zip(bound, row[width:], strict=True)))
             self.cut = len(rows) > limit
         if self.cut and width:
-            wanted = " ".join(f'"{",".join(str(ref.index) for ref in key)}"' for key in self.values)
+            fact_keys = " ".join(f'"{",".join(str(ref.index) for ref in key)}"' for key in self.values)
             index = ' "," '.join(f"(fact-index ?{name})" for name in prefix.facts)
-            self.texts.append(f"(test (member$ (str-cat {index}) (create$ {wanted})))")
+            self.texts.append(f"(test (member$ (str-cat {index}) (create$ {fact_keys})))")

@@ -10,8 +10,7 @@ from cxbridge.events import FactChange
 from cxbridge.history.transitions import unquote
 from cxbridge_studio.explain.rules.snapshot import FactRow, FactTemplate
 
-_FIELDS = ""
-"""Key for the fields of an ordered fact."""
+_FIELDS = ""  # key for the fields of an ordered fact
 
 
 def rows_of(
@@ -36,7 +35,6 @@ def rows_of(
 
 
 def _slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tuple[Value, ...]] | None:
-    """Return the values of a fact by slot; None if the fact cannot be parsed."""
     if template is None or template.slots is not None:
         try:
             _, texts = parse_fact(change.text)

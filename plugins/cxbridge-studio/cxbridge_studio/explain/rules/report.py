@@ -14,8 +14,7 @@ from cxbridge_studio.explain.rules.locations import SourceLine, find_rule, why_m
 from cxbridge_studio.explain.rules.sandbox import diagnose_in_sandbox
 from cxbridge_studio.explain.rules.snapshot import Snapshot, Waiting
 
-MOST_BASES = 5
-"""The limit of listed complete matches."""
+MOST_BASES = 5  # limit of listed complete matches
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,19 +67,18 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
         snapshot = evidence.snapshot(rule)
     except NoFactsError as error:
         return replace(known, unknown=f"{error.message}: {error.hint}")
-    own, ahead = _on_agenda(rule, snapshot)
+    own_activations, ahead = _on_agenda(rule, snapshot)
     return replace(
         known,
         snapshot=snapshot,
         diagnosis=diagnose_in_sandbox(snapshot),
-        waiting=own,
+        waiting=own_activations,
         ahead=ahead,
         notes=tuple(evidence.notes),
     )
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> CxbridgeError:
-    """Return the error for an unknown name."""
     return CxbridgeError(f"there is no {kind} '{name}'", hint=did_you_mean(name, known) or None)
 
 
@@ -93,7 +91,6 @@ def _on_agenda(rule: str, snapshot: Snapshot) -> tuple[int | None, tuple[Waiting
 
 
 def plain(story: RuleExplanation) -> dict[str, Any]:
-    """Return the explanation as JSON values."""
     result: dict[str, Any] = {
         "headline": headline(story),
         "rule": story.rule,
@@ -125,38 +122,38 @@ def headline(story: RuleExplanation) -> str:
     """Return the answer in one line: whether the rule has fired, and the cause."""
     if story.missing:
         return f"rule {story.rule}: {story.missing}"
-    found = story.diagnosis
-    failing = found.failing if found is not None else 0
-    if found is None or not failing or found.failure is None:
+    diagnosis = story.diagnosis
+    failing = diagnosis.failing if diagnosis is not None else 0
+    if diagnosis is None or not failing or diagnosis.failure is None:
         return f"rule {story.rule}: {verdict(story)}"
     has = "has not fired" if not story.fired else "does not fire again"
-    near = next((miss.deviations for miss in found.failure.near if miss.deviations), ())
+    near = next((miss.deviations for miss in diagnosis.failure.near if miss.deviations), ())
     slots = [f"{each.slot} is {each.value}, not {each.wanted}" for each in near]
-    facts = found.failure.facts[:1] + found.failure.values[:1]
+    facts = diagnosis.failure.facts[:1] + diagnosis.failure.values[:1]
     details = "; ".join([*facts, *slots])
-    reason = found.failure.reason + (f": {details}" if details else "")
-    return f"rule {story.rule} {has}: CE {failing} {found.failure.text} has no match: {reason}"
+    reason = diagnosis.failure.reason + (f": {details}" if details else "")
+    return f"rule {story.rule} {has}: CE {failing} {diagnosis.failure.text} has no match: {reason}"
 
 
 def verdict(story: RuleExplanation) -> str:
     """Return in a sentence why the rule does not fire."""
-    found, snapshot = story.diagnosis, story.snapshot
+    diagnosis, snapshot = story.diagnosis, story.snapshot
     if story.unknown:
         return f"whether its condition matches is not known: {story.unknown}"
-    if found is None or snapshot is None:
+    if diagnosis is None or snapshot is None:
         return f"there is no such rule: {story.missing}"
-    if found.unknown:
-        return f"why it has not fired cannot be told in full: {found.unknown}"
-    if found.failing:
-        return f"its condition does not match: CE {found.failing} has no match" + (
-            " with those before it" if found.failing > 1 else ""
+    if diagnosis.unknown:
+        return f"why it has not fired cannot be told in full: {diagnosis.unknown}"
+    if diagnosis.failing:
+        return f"its condition does not match: CE {diagnosis.failing} has no match" + (
+            " with those before it" if diagnosis.failing > 1 else ""
         )
-    return _verdict_of_matches(story, found, snapshot)
+    return _verdict_of_matches(story, diagnosis, snapshot)
 
 
-def _verdict_of_matches(story: RuleExplanation, found: Diagnosis, snapshot: Snapshot) -> str:
+def _verdict_of_matches(story: RuleExplanation, diagnosis: Diagnosis, snapshot: Snapshot) -> str:
     """Return in a sentence why the complete matches do not make the rule fire."""
-    ways = _ways(found.matches)
+    ways = _ways(diagnosis.matches)
     if story.waiting:
         verb = "is" if story.waiting == 1 else "are"
         turn = "it is the next to fire" if story.ahead == () else "many others come first"
@@ -167,11 +164,11 @@ def _verdict_of_matches(story: RuleExplanation, found: Diagnosis, snapshot: Snap
         return f"{ways}, {story.waiting} of them {verb} on the agenda: {turn}{stopped}"
     if story.waiting is None and story.fired is None:
         return f"{ways}; whether it has fired for them was not recorded (level rules)"
-    done = {basis for _, basis in story.fired or ()}
-    left = [basis for basis in found.bases if basis not in done] if story.waiting is None else []
+    fired_bases = {basis for _, basis in story.fired or ()}
+    left = [basis for basis in diagnosis.bases if basis not in fired_bases] if story.waiting is None else []
     if left:
         return f"{ways}, and it had not fired for {len(left)} of them, first {left[0]}"
-    them = "it" if found.matches == Count(1) else "all of them"
+    them = "it" if diagnosis.matches == Count(1) else "all of them"
     return f"{ways}, and it has fired for {them}: it fires again when one of the facts is asserted anew"
 
 
@@ -182,19 +179,19 @@ def _ways(count: Count | None) -> str:
 def lines(story: RuleExplanation) -> Iterator[str]:
     """Yield the text of the report."""
     about = [str(story.place)] if story.place else []
-    found, snapshot = story.diagnosis, story.snapshot
+    diagnosis, snapshot = story.diagnosis, story.snapshot
     yield headline(story)
     yield ""
-    if found is not None and found.salience:
-        about.append(f"salience {found.salience}")
+    if diagnosis is not None and diagnosis.salience:
+        about.append(f"salience {diagnosis.salience}")
     yield f"rule {story.rule}{_bracketed(about)}"
     yield f"in {story.where}"
     yield ""
     if story.fired is not None and not story.missing:
         yield _fired(story.fired)
     yield _capital(f"{verdict(story)}.")
-    if found is not None and snapshot is not None:
-        yield from _details(story, found, snapshot)
+    if diagnosis is not None and snapshot is not None:
+        yield from _details(story, diagnosis, snapshot)
     for note in story.notes:
         yield f"note: {note}"
 
@@ -207,26 +204,26 @@ def _fired(fired: tuple[tuple[float, str], ...]) -> str:
     return f"It has fired {times} at {seconds:.3f} s{f' for {basis}' if basis else ''}."
 
 
-def _details(story: RuleExplanation, found: Diagnosis, snapshot: Snapshot) -> Iterator[str]:
-    if found.elements:
+def _details(story: RuleExplanation, diagnosis: Diagnosis, snapshot: Snapshot) -> Iterator[str]:
+    if diagnosis.elements:
         yield ""
-        yield from _table(found.elements, found.failing)
-    if found.unknown and snapshot.own_counts:
+        yield from _table(diagnosis.elements, diagnosis.failing)
+    if diagnosis.unknown and snapshot.own_counts:
         yield ""
         yield "CLIPS' own (matches), where patterns are counted through all groups:"
         yield from (f"  {line}" for line in snapshot.own_counts)
-    if found.failure is not None:
+    if diagnosis.failure is not None:
         yield ""
-        yield from _failure(found.failure, f"CE {found.failing}: ", "  ")
-    elif found.bases:
+        yield from _failure(diagnosis.failure, f"CE {diagnosis.failing}: ", "  ")
+    elif diagnosis.bases:
         yield ""
         yield "it matches for"
-        done = {basis: seconds for seconds, basis in story.fired or ()}
-        for basis in found.bases[:MOST_BASES]:
-            yield f"  {basis}{f'  fired at {done[basis]:.3f} s' if basis in done else ''}"
-        if len(found.bases) > MOST_BASES:
+        fired_at = {basis: seconds for seconds, basis in story.fired or ()}
+        for basis in diagnosis.bases[:MOST_BASES]:
+            yield f"  {basis}{f'  fired at {fired_at[basis]:.3f} s' if basis in fired_at else ''}"
+        if len(diagnosis.bases) > MOST_BASES:
             yield "  and more"
-    for error in found.errors[:MOST_BASES]:
+    for error in diagnosis.errors[:MOST_BASES]:
         yield f"CLIPS, on evaluating the condition: {error}"
 
 
@@ -240,7 +237,7 @@ def _table(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
         )
         for element in elements
     ]
-    widths = [max(len(title), *(len(row[place]) for row in rows)) for place, title in enumerate(_TITLES)]
+    widths = [max(len(title), *(len(row[column]) for row in rows)) for column, title in enumerate(_TITLES)]
     yield "  " + "  ".join(title.rjust(width) for title, width in zip(_TITLES, widths, strict=True))
     for row, element in zip(rows, elements, strict=True):
         mark = ">" if element.number == failing else " "

@@ -9,8 +9,8 @@ from typing import Final
 from cxbridge.clipstext.syntax import read
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 
+# Source names by the functions that replace them.
 _WRITTEN: Final = {MODIFY_FUNCTION: "modify", DUPLICATE_FUNCTION: "duplicate"}
-"""Source names by the functions that replace them."""
 
 _VALUES: Final = "create$"
 

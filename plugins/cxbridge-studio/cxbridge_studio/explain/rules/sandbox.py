@@ -20,11 +20,9 @@ from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
 from cxbridge_studio.explain.rules.diagnosis import Diagnosis
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-LIMIT_S: Final = 25.0
-"""The time limit of a diagnosis, in seconds."""
+LIMIT_S: Final = 25.0  # time limit of a diagnosis, in seconds
 
-MEMORY: Final = 2 << 30
-"""The limit of the child's address space, in bytes."""
+MEMORY: Final = 2 << 30  # limit of the child's address space, in bytes
 
 
 def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Diagnosis:

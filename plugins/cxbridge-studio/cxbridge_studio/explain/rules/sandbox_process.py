@@ -16,8 +16,8 @@ from typing import Final
 
 from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
 
+# The limit of CPU time in seconds, in case the parent dies and cannot kill the process.
 CPU_S: Final = 30
-"""The limit of CPU time in seconds, in case the parent dies and cannot kill the process."""
 
 
 def _drop_rights(memory: int) -> None:
@@ -49,12 +49,14 @@ def main(memory: int) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     _drop_rights(memory)
     try:
-        found = diagnose(snapshot)
+        diagnosis = diagnose(snapshot)
     except MemoryError:
-        found = undiagnosed(snapshot, "matching its condition takes too much memory")
+        diagnosis = undiagnosed(snapshot, "matching its condition takes too much memory")
     except Exception as error:  # noqa: BLE001 - the snapshot may have any content
-        found = undiagnosed(snapshot, f"its condition cannot be looked at: {type(error).__name__}: {error}")
-    json.dump(asdict(found), answers)
+        diagnosis = undiagnosed(
+            snapshot, f"its condition cannot be looked at: {type(error).__name__}: {error}"
+        )
+    json.dump(asdict(diagnosis), answers)
     answers.flush()
     os._exit(0)  # Skip CLIPS' cleanup: the memory is freed with the process.
 

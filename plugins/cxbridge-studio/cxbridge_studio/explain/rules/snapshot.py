@@ -17,12 +17,11 @@ from cxbridge.executive.host.loading import Diagnostic
 
 __all__ = ["MAX_FACTS", "FactRef", "FactRow", "FactTemplate", "Rulebook", "Snapshot", "Waiting"]
 
+# The limit of copied facts; beyond it, only CLIPS' own counts are available.
 MAX_FACTS: Final = 50_000
-"""The limit of copied facts; beyond it, only CLIPS' own counts are available."""
 
 _LONGEST: Final = 200
-_NAMES: Final = ("id", "name")
-"""Slots that identify a fact."""
+_NAMES: Final = ("id", "name")  # slots that identify a fact
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,15 +73,17 @@ class Snapshot:
                 return int(number)
         return None
 
-    def fact_text(self, row: FactRow, wanted: Collection[str] = ()) -> str:
+    def fact_text(self, row: FactRow, slot_names: Collection[str] = ()) -> str:
         """Return a fact with its index as text.
 
-        :param wanted: slots to show besides the identifying slots; empty for all.
+        :param slot_names: slots to show besides the identifying slots; empty for all.
         """
         template = self.templates[row.template]
         slots = template.slots_of(row)
         shown = {
-            name: value for name, value in slots.items() if not wanted or name in (*wanted, *_NAMES, IMPLIED)
+            name: value
+            for name, value in slots.items()
+            if not slot_names or name in (*slot_names, *_NAMES, IMPLIED)
         }
         text = fact_text(row.template, shown)
         if len(shown) < len(slots):
@@ -92,7 +93,6 @@ class Snapshot:
         return f"f-{row.index} {text}"
 
     def value_text(self, row: FactRow, slot: str, position: int) -> str:
-        """Return the value of a slot, or of a field of an ordered fact, as text."""
         template = self.templates[row.template]
         if template.slots is None:
             fields = row.values[0]
