@@ -1,1 +1,1 @@
-"""ROS 2 without a ROS installation: definitions of messages, their CDR and type hashes (docs/ros2.md)."""
+"""ROS 2 without a ROS installation: message definitions, CDR and type hashes; see docs/ros2.md."""

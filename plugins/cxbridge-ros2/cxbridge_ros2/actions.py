@@ -1,4 +1,4 @@
-"""Actions: goals that take time, with feedback, and can be cancelled; by services and topics of a node."""
+"""Clients and servers of ROS 2 actions, made from the services and topics of a node."""
 
 from __future__ import annotations
 
@@ -31,17 +31,16 @@ class GoalStatus(IntEnum):
     ABORTED = 6
 
     @classmethod
-    def _missing_(cls, value: object) -> GoalStatus:  # noqa: ARG003  a peer may send any number
+    def _missing_(cls, value: object) -> GoalStatus:  # noqa: ARG003 - a peer may send any number
         return cls.UNKNOWN
 
     @property
     def is_final(self) -> bool:
-        """Whether the goal has ended."""
         return self >= GoalStatus.SUCCEEDED
 
 
 class CancelCode(IntEnum):
-    """The answer of a server to a request to cancel a goal: action_msgs/srv/CancelGoal."""
+    """The response to a cancel request: action_msgs/srv/CancelGoal."""
 
     NONE = 0
     REJECTED = 1
@@ -49,38 +48,37 @@ class CancelCode(IntEnum):
     GOAL_TERMINATED = 3
 
     @classmethod
-    def _missing_(cls, value: object) -> CancelCode:  # noqa: ARG003  a peer may send any number
+    def _missing_(cls, value: object) -> CancelCode:  # noqa: ARG003 - a peer may send any number
         return cls.REJECTED
 
 
 class GoalObserver:
-    """Gets the events of a goal that was sent, in order. Override the methods that you need."""
+    """Callbacks for the events of a sent goal, in order, with empty defaults."""
 
     def answered(self, sent: SentGoal) -> None:
-        """Note that the server has accepted or rejected the goal."""
+        """Handle the acceptance or rejection of the goal."""
 
-    def feedback(self, sent: SentGoal, feedback: Message) -> None:
-        """Note feedback."""
+    def feedback(self, sent: SentGoal, feedback: Message) -> None: ...
 
     def ended(self, sent: SentGoal) -> None:
-        """Note that the goal has ended and has a result."""
+        """Handle the end of the goal; its result is set."""
 
     def cancel_answered(self, sent: SentGoal, response: Message) -> None:
-        """Note the server's answer to a request to cancel the goal."""
+        """Handle the response to a cancel request."""
 
 
 class SentGoal:
-    """A goal that was sent to a server. Its attributes change while the node is polled.
+    """A goal that was sent to a server. Polling the node updates its attributes.
 
-    :ivar is_accepted: None as long as the server has not answered.
+    :ivar is_accepted: None before the server's response.
     :ivar status: the last known status.
-    :ivar feedback: the last feedback; None: none has come.
-    :ivar result: the result message; None: the goal has not ended.
-    :ivar reason: why there is no result of the server's, where the transport knows; else empty.
-    :ivar is_cancelled: whether the server was asked to cancel it.
-    :ivar refused_cancel: why the server does not cancel it; None: it does, or was not asked.
-    :ivar servers: those that there were when the client looked last.
-    :ivar stamp: when the server accepted the goal, in seconds; 0.0 before.
+    :ivar feedback: the last feedback, or None.
+    :ivar result: the result message; None before the end.
+    :ivar reason: why the result is missing, if the transport knows; else empty.
+    :ivar is_cancelled: whether a cancel request was sent.
+    :ivar refused_cancel: the reason of a refused cancel request, or None.
+    :ivar servers: the servers at the last look.
+    :ivar stamp: seconds of the acceptance; 0.0 before.
     """
 
     def __init__(self, client: ActionClient, number: bytes, observer: GoalObserver) -> None:
@@ -99,20 +97,19 @@ class SentGoal:
 
     @property
     def is_over(self) -> bool:
-        """Whether the goal is over: rejected, or with a result."""
+        """Whether the goal was rejected or has a result."""
         return self.is_accepted is False or self.result is not None
 
     def cancel(self) -> None:
-        """Ask the server to cancel it."""
         self._client.cancel(self)
 
 
 class ActionClient(Closing):
-    """Sends goals to the server of an action.
+    """Client of an action.
 
-    :param name: the action's, e.g. ``/navigate_to_pose``.
-    :param action_type: e.g. ``nav2_msgs/action/NavigateToPose``.
-    :raises Ros2Error: for a name or a type that there is not.
+    :param name: such as ``/navigate_to_pose``.
+    :param action_type: such as ``nav2_msgs/action/NavigateToPose``.
+    :raises Ros2Error: if the name or type is invalid.
     """
 
     def __init__(self, node: Node, name: str, action_type: str) -> None:
@@ -126,12 +123,12 @@ class ActionClient(Closing):
                 f"{name}/_action/feedback",
                 str(kind.derived("FeedbackMessage")),
                 self._take_feedback,
-                needs=Right.LOOK,  # answers to our goals
+                needs=Right.LOOK,  # events of our own goals need no further right
             ),
             node.subscribe(
                 f"{name}/_action/status",
                 _STATUS_TYPE,
-                self._changed,
+                self._take_status,
                 PROFILES["action_status"],
                 needs=Right.LOOK,
             ),
@@ -139,11 +136,10 @@ class ActionClient(Closing):
 
     @property
     def is_served(self) -> bool:
-        """Whether there is a server now."""
         return all(each.is_served for each in self._clients)
 
     def why_unserved(self) -> str:
-        """Return why there is no server, as far as the transport knows; empty when it does not."""
+        """Return why there is no server, if the transport knows; else empty."""
         return self._send.why_unserved()
 
     @property
@@ -153,8 +149,8 @@ class ActionClient(Closing):
     def send(self, goal: Mapping[str, Any], observer: GoalObserver | None = None) -> SentGoal:
         """Send a goal.
 
-        :param observer: gets what happens to the goal.
-        :raises Ros2Error: when it is none of the action's type.
+        :param observer: handles the events of the goal.
+        :raises Ros2Error: if the goal has another type.
         """
         number = uuid.uuid4().bytes
         sent = SentGoal(self, number, observer or GoalObserver())
@@ -169,14 +165,14 @@ class ActionClient(Closing):
             sent.stamp = _nanoseconds(response["stamp"]) / 1e9
             sent.status = max(sent.status, GoalStatus.ACCEPTED)
             sent.observer.answered(sent)
-            self._want_result(sent)
-            if sent.is_cancelled:  # the server may have refused it: it did not know the goal then
+            self._request_result(sent)
+            if sent.is_cancelled:  # an earlier cancel request may have been refused for an unknown goal
                 self.cancel(sent)
 
         def failed(reason: str) -> None:
             self._give_up(sent, GoalStatus.ABORTED, reason)
 
-        self._goals[number] = sent  # feedback may come before the answer
+        self._goals[number] = sent  # Feedback may arrive before the response.
         try:
             self._send.call({"goal_id": {"uuid": number}, "goal": goal}, answered, failed)
         except Exception:
@@ -185,23 +181,21 @@ class ActionClient(Closing):
         return sent
 
     def look(self, sent: SentGoal) -> None:
-        """See whether there is another server than before: one that was restarted knows nothing of a goal.
-
-        Then the goal ends with the status UNKNOWN.
-        """
-        now = self._get.servers
-        if now - sent.servers and sent.is_accepted:
-            self._want_result(sent)
-        elif now and sent.servers.isdisjoint(now) and sent.is_accepted is None:
-            self._give_up(sent, GoalStatus.UNKNOWN, "")  # those that could have accepted it are gone
-        sent.servers |= now
+        """End the goal with status UNKNOWN if its server has restarted and forgotten it."""
+        present_servers = self._get.servers
+        if present_servers - sent.servers and sent.is_accepted:
+            self._request_result(sent)
+        elif present_servers and sent.servers.isdisjoint(present_servers) and sent.is_accepted is None:
+            self._give_up(sent, GoalStatus.UNKNOWN, "")  # the servers that could have accepted it are gone
+        sent.servers |= present_servers
 
     def _give_up(self, sent: SentGoal, status: GoalStatus, reason: str) -> None:
         if self._goals.pop(sent.number, None) is not None:
             sent.status, sent.result, sent.reason = status, {}, reason
             sent.observer.ended(sent)
 
-    def _want_result(self, sent: SentGoal) -> None:
+    # The request is sent at once: the server holds the response until the goal ends.
+    def _request_result(self, sent: SentGoal) -> None:
         def ended(response: Message) -> None:
             if self._goals.pop(sent.number, None) is not None:
                 sent.status = GoalStatus(response["status"])
@@ -214,7 +208,7 @@ class ActionClient(Closing):
         self._get.call({"goal_id": {"uuid": sent.number}}, ended, failed)
 
     def cancel(self, sent: SentGoal) -> None:
-        """Ask the server to cancel a goal; again when it has accepted it, if that is not known yet."""
+        """Send a cancel request; if the goal is not accepted yet, send it again after the acceptance."""
         sent.is_cancelled = True
 
         def answered(response: Message) -> None:
@@ -225,19 +219,18 @@ class ActionClient(Closing):
         self._cancel.call({"goal_info": {"goal_id": {"uuid": sent.number}}}, answered)
 
     def cancel_until(self, seconds: float, done: Callable[[Message], None]) -> None:
-        """Ask the server to cancel the goals that it accepted until a time; 0.0: all goals.
+        """Request to cancel the goals accepted until a time in seconds; 0.0 means all goals.
 
-        :param done: gets the response.
+        :param done: called with the response.
         """
         whole, rest = divmod(round(seconds * 1e9), 1_000_000_000)
         self._cancel.call({"goal_info": {"stamp": {"sec": whole, "nanosec": rest}}}, done)
 
     def forget(self, sent: SentGoal) -> None:
-        """Wait for a goal no more: its server is gone."""
+        """Stop waiting for a goal whose server is gone."""
         self._goals.pop(sent.number, None)
 
     def close(self) -> None:
-        """Send nothing more."""
         for each in self._clients:
             each.close()
         for end in self._ends:
@@ -249,7 +242,7 @@ class ActionClient(Closing):
             sent.feedback = message["feedback"]
             sent.observer.feedback(sent, message["feedback"])
 
-    def _changed(self, message: Message) -> None:
+    def _take_status(self, message: Message) -> None:
         for each in message["status_list"]:
             sent = self._goals.get(each["goal_info"]["goal_id"]["uuid"])
             if sent is not None and not sent.status.is_final:
@@ -257,7 +250,7 @@ class ActionClient(Closing):
 
 
 class GoalResponse(IntEnum):
-    """The decision of a server about a new goal."""
+    """The server's decision about a new goal."""
 
     REJECT = 1
     ACCEPT_AND_EXECUTE = 2
@@ -265,9 +258,8 @@ class GoalResponse(IntEnum):
 
 
 class ServedGoal:
-    """A goal that a server has got.
+    """A goal at the server.
 
-    :ivar goal: the goal message.
     :ivar wants_cancel: whether a client has requested to cancel the goal.
     """
 
@@ -280,42 +272,40 @@ class ServedGoal:
         self.wants_cancel = False
 
     def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
-        """Publish feedback."""
         self._server.publish_feedback(self, feedback)
 
     def execute(self) -> None:
-        """Note that a goal is executed whose execution was deferred."""
         self._server.change(self, GoalStatus.EXECUTING)
 
     def finish(self, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        """End the goal, and send the result to the clients that request it.
+        """End the goal and send the result to the clients that requested it.
 
-        :raises Ros2Error: when the result is not of the action's type; then the goal continues.
+        :raises Ros2Error: if the result has another type; the goal continues then.
         """
         self._server.finish(self, status, result)
 
 
 class GoalHandler:
-    """Executes the goals of a server. Override the methods that you need."""
+    """Callbacks of a goal server, with defaults that accept each goal."""
 
     def respond(self, served: ServedGoal) -> GoalResponse:  # noqa: ARG002
-        """Return what becomes of a goal that comes; its sender does not know yet."""
+        """Decide about a new goal, whose client has no response yet."""
         return GoalResponse.ACCEPT_AND_EXECUTE
 
     def begin(self, served: ServedGoal) -> None:
-        """Take a goal that was accepted."""
+        """Start an accepted goal."""
 
     def may_cancel(self, served: ServedGoal) -> bool:  # noqa: ARG002
-        """Return whether a goal may be cancelled, when a client wants that."""
+        """Return whether a goal may be cancelled on a client's request."""
         return True
 
 
 class GoalServer(Closing):
-    """Takes the goals of an action; its handler executes them.
+    """Server of an action; its handler executes the goals.
 
-    :param clock: for the goals' stamps.
-    :param keep: results that are kept, for clients that ask late.
-    :param needs: the right that a goal needs.
+    :param clock: for the stamps of goals.
+    :param keep: the number of results kept for late requests.
+    :param needs: the right to send a goal.
     """
 
     def __init__(
@@ -333,7 +323,7 @@ class GoalServer(Closing):
         self._handler, self._clock, self._keep = handler, clock, keep
         self._goals: dict[bytes, ServedGoal] = {}
         self._results: dict[bytes, Mapping[str, Any]] = {}
-        self._asked: dict[bytes, list[Callable[[Mapping[str, Any]], None]]] = {}
+        self._result_requests: dict[bytes, list[Callable[[Mapping[str, Any]], None]]] = {}
         self._feedback = node.publisher(f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")))
         self._status = node.publisher(f"{name}/_action/status", _STATUS_TYPE, PROFILES["action_status"])
         self._ends = [
@@ -341,7 +331,7 @@ class GoalServer(Closing):
             node.serve_later(
                 f"{name}/_action/get_result",
                 str(kind.derived("GetResult")),
-                self._wanted,
+                self._get_result,
                 needs=right_of_frame("ros2-action", "get_result"),
             ),
             node.serve(
@@ -355,25 +345,22 @@ class GoalServer(Closing):
 
     @property
     def running(self) -> list[ServedGoal]:
-        """The goals that have not ended."""
         return [served for number, served in self._goals.items() if number not in self._results]
 
     def publish_feedback(self, served: ServedGoal, feedback: Mapping[str, Any]) -> None:
-        """Publish feedback on a goal."""
         self._feedback.publish({"goal_id": {"uuid": served.number}, "feedback": feedback})
 
     def change(self, served: ServedGoal, status: GoalStatus) -> None:
-        """Publish another status of a goal."""
         served.status = status
         self._publish_status()
 
     def finish(self, served: ServedGoal, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        """End a goal, and answer the requests for its result."""
+        """End a goal and answer the requests for its result."""
         number = served.number
         response = {"status": status, "result": result}
-        for answer in self._asked.get(number, ()):
+        for answer in self._result_requests.get(number, ()):
             answer(response)
-        self._asked.pop(number, None)
+        self._result_requests.pop(number, None)
         self._results[number] = response
         self.change(served, status)
         while len(self._results) > self._keep:
@@ -381,7 +368,6 @@ class GoalServer(Closing):
             del self._results[old], self._goals[old]
 
     def close(self) -> None:
-        """Abort all goals, and serve no more."""
         for served in self.running:
             self.finish(served, GoalStatus.ABORTED, {})
         for end in self._ends:
@@ -403,20 +389,20 @@ class GoalServer(Closing):
         return {"accepted": True, "stamp": served.stamp}
 
     def _cancelled(self, request: Message) -> Mapping[str, Any]:
-        wanted = request["goal_info"]["goal_id"]["uuid"]
-        known = self._goals.get(wanted)
+        goal_number = request["goal_info"]["goal_id"]["uuid"]
+        known = self._goals.get(goal_number)
         if known is not None and known.status.is_final:
             return {"return_code": CancelCode.GOAL_TERMINATED}
-        if known is None and any(wanted):
+        if known is None and any(goal_number):
             return {"return_code": CancelCode.UNKNOWN_GOAL_ID}
         stamp = _nanoseconds(request["goal_info"]["stamp"])
-        # no id: all goals, or those until the stamp
-        meant = (
+        # without an id: all goals, or those accepted until the stamp
+        matching = (
             [known]
             if known
             else [each for each in self.running if not stamp or _nanoseconds(each.stamp) <= stamp]
         )
-        chosen = [each for each in meant if self._handler.may_cancel(each)]
+        chosen = [each for each in matching if self._handler.may_cancel(each)]
         for each in chosen:
             each.wants_cancel, each.status = True, GoalStatus.CANCELING
         self._publish_status()
@@ -425,12 +411,12 @@ class GoalServer(Closing):
             "goals_canceling": [{"goal_id": {"uuid": each.number}, "stamp": each.stamp} for each in chosen],
         }
 
-    def _wanted(self, request: Message, answer: Callable[[Mapping[str, Any]], None]) -> None:
+    def _get_result(self, request: Message, answer: Callable[[Mapping[str, Any]], None]) -> None:
         number = request["goal_id"]["uuid"]
         if number in self._results:
             answer(self._results[number])
         elif number in self._goals:
-            self._asked.setdefault(number, []).append(answer)
+            self._result_requests.setdefault(number, []).append(answer)
         else:
             answer({"status": GoalStatus.UNKNOWN})
 
@@ -452,13 +438,13 @@ class GoalServer(Closing):
         return {"sec": seconds, "nanosec": micros * 1000}
 
 
+# A goal's execution. Each step may yield feedback, and the return value is the result. It raises
+# `AbortedError` on failure and checks `ServedGoal.wants_cancel`.
 Execution = Generator[Mapping[str, Any] | None, None, Mapping[str, Any]]
-"""Steps of a goal's execution: each may yield feedback. Its return value is the result; it ends with
-:class:`AbortedError` when it fails, and sees :attr:`ServedGoal.wants_cancel`."""
 
 
 class AbortedError(Exception):
-    """A goal cannot be reached.
+    """The goal has failed.
 
     :param result: the result message for the client.
     """
@@ -469,13 +455,13 @@ class AbortedError(Exception):
 
 
 class ActionServer(Closing, GoalHandler):
-    """Executes the goals of an action, a step each time that :meth:`step` is called.
+    """Server that executes one step of each goal per call of :meth:`step`.
 
-    :param execute: begins to execute a goal.
-    :param accept: whether a goal is accepted; all are by default.
-    :param clock: for the goals' stamps.
-    :param keep: results that are kept, for clients that ask late.
-    :param needs: the right that a goal needs.
+    :param execute: starts the execution of a goal.
+    :param accept: decides about a new goal; by default all are accepted.
+    :param clock: for the stamps of goals.
+    :param keep: the number of results kept for late requests.
+    :param needs: the right to send a goal.
     """
 
     def __init__(
@@ -496,11 +482,9 @@ class ActionServer(Closing, GoalHandler):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a goal is being executed."""
         return bool(self._running)
 
     def step(self) -> None:
-        """Execute a step of each goal."""
         for number, (served, steps) in list(self._running.items()):
             try:
                 feedback = next(steps)
@@ -514,17 +498,15 @@ class ActionServer(Closing, GoalHandler):
                     served.publish_feedback(feedback)
 
     def close(self) -> None:
-        """Abort all goals, and serve no more."""
+        """Abort all goals and close the server."""
         for number in list(self._running):
             self._ended(number, GoalStatus.ABORTED, {})
         self._server.close()
 
     def respond(self, served: ServedGoal) -> GoalResponse:
-        """Accept a goal, unless it is refused."""
         return GoalResponse.ACCEPT_AND_EXECUTE if self._accept(served.goal) else GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
-        """Execute a goal, from the next step on."""
         self._running[served.number] = (served, self._execute(served))
 
     def _ended(self, number: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:

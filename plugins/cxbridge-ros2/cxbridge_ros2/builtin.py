@@ -1,7 +1,7 @@
-"""Definitions that are known without their packages: rosbags lacks them, and users need not have them.
+"""Built-in definitions that rosbags lacks, so that users need not have their packages.
 
-Constants are neither part of messages on the wire nor of type hashes: those of the hubs are enums in
-:mod:`cxbridge_ros2.hub.words`.
+Constants of the hub messages are left out: they are neither on the wire nor in type hashes.
+:mod:`cxbridge_ros2.hub.words` has them as enums.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import Final
 
 CANCEL_GOAL: Final = "action_msgs/srv/CancelGoal"
 
+# Text of each definition by type.
 BUILT_IN: Final = {
     CANCEL_GOAL: """int8 ERROR_NONE=0
 int8 ERROR_REJECTED=1
@@ -98,4 +99,3 @@ string action_name
 string node_name
 """,
 }
-"""The text of each definition by its type."""

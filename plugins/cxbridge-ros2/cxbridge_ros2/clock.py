@@ -1,4 +1,4 @@
-"""The clock of a run that follows the topic /clock: ``--clock ros2``."""
+"""The clock of ``--clock ros2``, which follows the topic /clock."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ _TREE = "/ros2/clock"
 def make_clock(config: Configuration, folder: Path) -> Clock:
     """Make a clock that follows the simulated time of ROS 2.
 
-    :param folder: of the configuration, the base of relative folders.
-    :raises ConfigError: when a setting is invalid.
+    :param folder: the folder of the configuration, base of relative paths.
     """
     _, settings = node_settings(config, _TREE, (), folder, "the clock of ROS 2")
 

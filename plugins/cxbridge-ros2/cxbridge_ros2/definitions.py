@@ -1,11 +1,10 @@
-"""Definitions of messages, services and actions: .msg, .srv and .action files as ROS packages have them.
+"""Definitions of messages, services and actions, from .msg, .srv, .action and .idl files.
 
-Definitions come from the folders that the user names, then from a sourced ROS environment
-(``AMENT_PREFIX_PATH``), then from the well-known types of a ROS distribution, which rosbags brings. Files are
-read when one of their types is requested.
+Sources in order: the user's folders, a sourced ROS environment (``AMENT_PREFIX_PATH``), and the well-known
+types of a ROS distribution from rosbags. A file is read when a type of it is requested.
 
-rosbags parses messages, makes classes of them, writes and reads CDR, and computes type hashes (REP 2016). It
-does not know services and actions; what ROS makes of these is made here.
+rosbags parses messages, reads and writes CDR, and computes type hashes (REP 2016). It does not support
+services and actions; this module derives their messages.
 """
 
 from __future__ import annotations
@@ -28,13 +27,12 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.builtin import BUILT_IN
 from cxbridge_ros2.names import KINDS, TypeName, parse_type
 
-FieldType = tuple[Any, ...]
-"""A field's type as rosbags has it: a kind of node, and what that kind needs."""
+FieldType = tuple[Any, ...]  # a field's type in rosbags: a kind of node and its details
 
 Fields = list[tuple[str, FieldType]]
 
+# ROS distributions with well-known types in rosbags.
 DISTRIBUTIONS: Final = ("humble", "iron", "jazzy", "kilted", "lyrical")
-"""ROS distributions whose well-known types are known without a ROS installation."""
 
 DEFAULT_DISTRIBUTION: Final = "jazzy"
 
@@ -44,10 +42,10 @@ _EVENT_INFO: Final = parse_type("service_msgs/msg/ServiceEventInfo")
 _SEPARATOR: Final = "---"
 _SECTIONS: Final = {"msg": 1, "srv": 2, "action": 3}
 
+# A field with a default value.
 _DEFAULT: Final = re.compile(r"[a-zA-Z][^\s#]*[ \t]+([a-zA-Z]\w*)[ \t]+([^\s=#].*)")
-"""A field with a default: type, name, value."""
 
-# of the well-known types: rosbags leaves defaults out
+# defaults of well-known types, which rosbags leaves out
 _DEFAULTS: Final[dict[str, dict[str, Any]]] = {
     "geometry_msgs/msg/Quaternion": {"w": 1.0},
     "type_description_interfaces/srv/GetTypeDescription_Request": {"include_type_sources": True},
@@ -55,13 +53,13 @@ _DEFAULTS: Final[dict[str, dict[str, Any]]] = {
 
 
 class Definitions:
-    """The types that are known.
+    """The known types.
 
-    :param folders: packages, or folders that have packages in them.
-    :param distribution: whose well-known types are known; None: none are.
-    :param texts: more definitions, by their types; those in folders come first.
-    :param environment: where ``AMENT_PREFIX_PATH`` is looked up; that of the process by default.
-    :raises Ros2Error: when there is no such folder or distribution.
+    :param folders: packages, or folders with packages.
+    :param distribution: the distribution of the well-known types; None for none.
+    :param texts: further definitions by type, with less priority than files.
+    :param environment: the environment with ``AMENT_PREFIX_PATH``; by default that of the process.
+    :raises Ros2Error: if a folder or the distribution does not exist.
     """
 
     def __init__(
@@ -73,7 +71,7 @@ class Definitions:
     ) -> None:
         self._texts = {**BUILT_IN, **(texts or {})}
         self._store: Any = get_typestore(_store_of(distribution))
-        # ROS' char is IDL's uint8, for the hash too
+        # The type char of ROS is uint8 in IDL, also for the hash.
         for name, (constants, fields) in self._store.fielddefs.items():
             self._store.fielddefs[name] = (constants, [(each, _plain(kind)) for each, kind in fields])
         self._files: dict[str, Path] = {}
@@ -86,34 +84,34 @@ class Definitions:
             *reversed([Path(each) for each in folders]),
         ):
             self._files.update(_files_in(folder))
-        for each in self._files:  # they come before the well-known ones, which may differ
+        for each in self._files:  # files override well-known types, which may differ
             self._store.fielddefs.pop(each, None)
             self._store.types.pop(each, None)
         self._read: set[str] = set()
+        # Whether types have hashes and services have events: since ROS 2 Iron.
         self.has_hashes = str(_EVENT_INFO) in {*self._store.fielddefs, *self._files}
-        """Whether types have hashes, and services events: from ROS 2 Iron on."""
         self._defaults = dict(_DEFAULTS)
 
     # --- known types --------------------------------------------------------------------------------------
 
     def names(self) -> list[str]:
-        """Return the names of all types that can be asked for."""
+        """Return the names of all available types."""
         well_known = (name for name in self._store.fielddefs if _is_whole(name))
         return sorted({*well_known, *self._files, *self._texts})
 
     def fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
-        """Return the fields of a message, in their order.
+        """Return the fields of a message in order.
 
-        :raises Ros2Error: when there is no such type, or its file is broken.
+        :raises Ros2Error: if the type is unknown, or its file is broken.
         """
         self._need(name)
         found: Sequence[tuple[str, FieldType]] = self._store.fielddefs[str(name)][1]
         return found
 
     def lacking(self, name: TypeName, path: str) -> tuple[str, list[str]] | None:
-        """Return the first part of a path with dots that a message lacks, and the fields there; None: none.
+        """Return the first part of a dotted path that a message lacks, and the fields there; or None.
 
-        :raises Ros2Error: when there is no such type, or its file is broken.
+        :raises Ros2Error: if the type is unknown, or its file is broken.
         """
         for part in path.split("."):
             fields = dict(self.fields(name))
@@ -126,39 +124,36 @@ class Definitions:
         return None
 
     def defaults(self, name: TypeName) -> Mapping[str, Any]:
-        """Return the default values of fields, where they are not zero."""
+        """Return the defaults of fields that are not zero."""
         return self._defaults.get(str(name), {})
 
     def type_hash(self, name: TypeName) -> str:
         """Return the hash of a type: ``RIHS01_`` and 64 hexadecimal digits.
 
-        :param name: of a message, a service, an action, or of a part of these.
-        :raises Ros2Error: when there is no such type.
+        :param name: a message, a service, an action, or a part of these.
         """
         self._need(name)
         return str(self._store.hash_rihs01(str(name)))
 
     @property
     def store(self) -> Any:
-        """Rosbags' store of all types that were asked for so far."""
+        """The type store of rosbags."""
         return self._store
 
     def embed(self, name: str, text: str) -> None:
-        """Take the definition of a type, and of those in it, that a recording brings along.
+        """Register a type from a recording, with its nested types. Known types stay unchanged.
 
-        Known types do not change.
-
-        :raises Ros2Error: when the text is not a definition.
+        :raises Ros2Error: if the text is not a definition.
         """
         if name in self._store.fielddefs:
             return
         try:
-            found = get_types_from_msg(text, name)
+            definitions = get_types_from_msg(text, name)
         except (TypesysError, ValueError) as error:
             raise Ros2Error(f"{name}: {' '.join(str(error).split())}") from None
         new: dict[str, tuple[list[Any], Fields]] = {
             key: ([], [(each, _plain(kind)) for each, kind in fields])
-            for key, (_, fields) in found.items()
+            for key, (_, fields) in definitions.items()
             if key not in self._store.fielddefs
         }
         self._store.register(new)
@@ -167,7 +162,7 @@ class Definitions:
     # --- reading ------------------------------------------------------------------------------------------
 
     def _need(self, name: TypeName) -> None:
-        """Have a type in the store, and all that it consists of."""
+        """Load a type and its nested types into the store."""
         whole = _whole(name)
         for each in {str(name), str(whole)}:
             if each in self._read:
@@ -184,21 +179,21 @@ class Definitions:
             )
 
     def _define(self, name: TypeName) -> None:
-        """Put a type and what ROS makes of it into the store."""
-        made = dict(self._made_of(name))
+        """Load a type into the store, with the messages derived from it."""
+        generated = dict(self._made_of(name))
         self._read.add(str(name))
         try:
-            self._store.register({key: ([], value) for key, value in made.items()})
+            self._store.register({key: ([], value) for key, value in generated.items()})
         except TypesysError as error:
             raise Ros2Error(f"{name}: {error}", file=self._files.get(str(name))) from None
-        for fields in made.values():
-            self._need_nested(fields, made)
+        for fields in generated.values():
+            self._need_nested(fields, generated)
 
-    def _need_nested(self, fields: Fields, made: Collection[str] = ()) -> None:
-        """Have the types of fields in the store, save those that are just made."""
+    def _need_nested(self, fields: Fields, type_names: Collection[str] = ()) -> None:
+        """Load the nested types of fields, except those just made."""
         for _, kind in fields:
             nested = _nested(kind)
-            if nested is not None and nested not in made:
+            if nested is not None and nested not in type_names:
                 self._need(parse_type(nested))
 
     def _made_of(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
@@ -213,7 +208,7 @@ class Definitions:
             yield from _action(name, parts, self.has_hashes)
 
     def _parts(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
-        """Return the fields of each section of a definition, and their defaults."""
+        """Return the fields and the defaults of each section of a definition."""
         file = self._files.get(str(name))
         try:
             text = self._texts[str(name)] if file is None else file.read_text("utf-8")
@@ -251,30 +246,30 @@ def _store_of(distribution: str | None) -> Stores:
 
 
 def _files_in(folder: Path) -> dict[str, Path]:
-    """Return the definitions of all packages in a folder, by the names of their types."""
+    """Return the definition files of all packages in a folder, by type."""
     if not folder.is_dir():
         raise Ros2Error("there is no such folder with ROS packages", file=folder)
-    found: dict[str, Path] = {}
-    for place, folders, files in walk(folder):
+    definition_files: dict[str, Path] = {}
+    for directory_name, folders, files in walk(folder):
         folders.sort()
-        here = Path(place)
-        if here.name not in KINDS:
+        directory = Path(directory_name)
+        if directory.name not in KINDS:
             continue
-        package = _package_of(here.parent)
+        package = _package_of(directory.parent)
         for file in sorted(files):
-            path = here / file
-            if path.suffix in (f".{here.name}", ".idl"):
-                # an installed package has both; the original file says more
-                name = f"{package}/{here.name}/{path.stem}"
-                if path.suffix != ".idl" or name not in found:
-                    found[name] = path
-    return {name: path for name, path in found.items() if path.suffix != ".idl" or "/msg/" in name}
+            path = directory / file
+            if path.suffix in (f".{directory.name}", ".idl"):
+                # An installed package has both files; only the original has defaults.
+                name = f"{package}/{directory.name}/{path.stem}"
+                if path.suffix != ".idl" or name not in definition_files:
+                    definition_files[name] = path
+    return {name: path for name, path in definition_files.items() if path.suffix != ".idl" or "/msg/" in name}
 
 
 def _package_of(folder: Path) -> str:
-    """Return the name of the package in a folder."""
+    """Return the name of a package from its package.xml, or the folder's name."""
     try:
-        name = ET.parse(folder / "package.xml").getroot().findtext("name")  # noqa: S314  the user's own
+        name = ET.parse(folder / "package.xml").getroot().findtext("name")  # noqa: S314 - the user's own file
     except (OSError, ET.ParseError):
         name = None
     return (name or folder.name).strip()
@@ -292,27 +287,25 @@ def _split(text: str) -> list[tuple[int, str]]:
 
 
 def _parse(text: str, name: TypeName, file: Path | None, line: int) -> Fields:
-    """Return the fields of a section."""
-    # nested types without a package are messages of the same one
+    # nested types without a package belong to the same package
     as_message = f"{name.package}/msg/{name.name}"
     try:
         ((_, fields),) = get_types_from_msg(text, as_message).values()
     except (TypesysError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise Ros2Error(f"{name}: {reason}", file=file, line=line if file else None) from None
-    found = [(each, _plain(kind)) for each, kind in fields]
-    for field, kind in found:
+    plain_fields = [(each, _plain(kind)) for each, kind in fields]
+    for field, kind in plain_fields:
         if _nested(kind) in (f"{name.package}/msg/wstring", f"{name.package}/msg/wchar"):
             raise Ros2Error(
                 f"{name}: the field '{field}' is a wide string, which is not supported", file=file
             )
-    return found
+    return plain_fields
 
 
 def _defaults_in(text: str) -> dict[str, Any]:
-    """Return the defaults of the fields of a section."""
-    found = (_DEFAULT.match(line.strip()) for line in text.splitlines())
-    return {each[1]: yaml.safe_load(each[2]) for each in found if each}
+    matches = (_DEFAULT.match(line.strip()) for line in text.splitlines())
+    return {each[1]: yaml.safe_load(each[2]) for each in matches if each}
 
 
 def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
@@ -323,13 +316,13 @@ def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
         raise Ros2Error(f"{name}: {' '.join(str(error).split())}", file=file) from None
 
 
-# --- what ROS makes of services and actions ----------------------------------------------------------------
+# --- messages derived from services and actions
 
 
 def _service(
     name: TypeName, request: Fields, response: Fields, has_event: bool
 ) -> Iterator[tuple[str, Fields]]:
-    """Yield a service's messages: request, response, event, and what its hash is made of."""
+    """Yield a service's messages: request, response, event, and the type for its hash."""
     parts = {each: name.derived(each) for each in ("Request", "Response", "Event")}
     yield str(parts["Request"]), request
     yield str(parts["Response"]), response
@@ -347,7 +340,7 @@ def _service(
 
 
 def _action(name: TypeName, parts: list[Fields], has_events: bool) -> Iterator[tuple[str, Fields]]:
-    """Yield an action's messages: its own three, and those of its services and topics."""
+    """Yield an action's messages: goal, result, feedback, and those of its services and topics."""
     goal, result, feedback = (name.derived(each) for each in ("Goal", "Result", "Feedback"))
     for part, fields in zip((goal, result, feedback), parts, strict=True):
         yield str(part), fields
@@ -391,7 +384,6 @@ def _plain(kind: FieldType) -> FieldType:
 
 
 def _nested(kind: FieldType) -> str | None:
-    """Return the name of the type that a field has in it; None when it has a base type."""
     node, rest = kind
     if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return _nested(rest[0])
@@ -406,13 +398,13 @@ _MADE: Final = (
 
 
 def _parts_of(name: TypeName) -> list[TypeName]:
-    """Return the names of the messages whose fields are written down for a type."""
+    """Return the names of the messages that a definition contains."""
     parts = {"msg": (), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}[name.kind]
     return [name.derived(part) for part in parts] or [name]
 
 
 def _whole(name: TypeName) -> TypeName:
-    """Return the service or action that a type is a part of; the type itself when it is none."""
+    """Return the service or action that a type is a part of, or the type itself."""
     if name.kind != "msg":
         for part in _MADE:
             if name.name.endswith(f"_{part}"):
@@ -421,5 +413,5 @@ def _whole(name: TypeName) -> TypeName:
 
 
 def _is_whole(name: str) -> bool:
-    found = parse_type(name)
-    return _whole(found) == found
+    type_name = parse_type(name)
+    return _whole(type_name) == type_name

@@ -1,4 +1,4 @@
-"""What executors of skills that are nodes of ROS 2 have in common: their settings, and how they join."""
+"""The common part of skill executors that are nodes of ROS 2: settings, and joining the domain."""
 
 from __future__ import annotations
 
@@ -23,32 +23,31 @@ from cxbridge_ros2.topics import check_topic
 from cxbridge_ros2.transports import TRANSPORTS, has_rclpy
 from cxbridge_ros2.transports.environment import default_reach
 
+# Settings of a node.
 OF_NODE: Final = ("packages", "distribution", "transport", "url", "domain", "reach", "namespace")
-"""The settings of a node."""
 
-TIMEOUT_S: Final = 600.0
-"""Seconds that a skill may take."""
+TIMEOUT_S: Final = 600.0  # default limit of a skill in seconds
 
+# Settings that only some transports have.
 _ONLY: Final = {"domain": ("dds", "rclpy", "zenoh"), "reach": ("dds",), "url": ("rosbridge", "zenoh")}
-"""The transports that settings go with that not all have."""
 
+# Default discovery range of the transports that use the environment's range.
 _UNSET_REACH: Final = {"dds": "localhost", "rclpy": "subnet"}
-"""How far the transports that the environment's range applies to look for nodes without it."""
 
 S = TypeVar("S")
 T = TypeVar("T")
 
 
 class NodeSettings(Struct, frozen=True):
-    """Where a node of ours is, and the types that it knows.
+    """The settings of a node.
 
     :param packages: folders with ROS packages.
-    :param distribution: whose well-known types are known.
+    :param distribution: the distribution of the well-known types.
     :param transport: a key of :data:`TRANSPORTS`.
-    :param url: where the bridge or the router is; empty: where it is by default.
-    :param domain: the number of the domain; None: that of the environment.
-    :param reach: how far discovery goes; None: that of the environment.
-    :param namespace: the prefix of all names; empty: none.
+    :param url: the address of the bridge or router; empty for the default.
+    :param domain: the domain number; None for the environment's.
+    :param reach: the discovery range; None for the environment's.
+    :param namespace: the prefix of all names; may be empty.
     """
 
     packages: tuple[Path, ...]
@@ -61,11 +60,10 @@ class NodeSettings(Struct, frozen=True):
 
     @classmethod
     def of(cls, settings: Mapping[str, Any], folder: Path, whose: str) -> NodeSettings:
-        """Read the settings of a configuration.
+        """Read the settings from a configuration.
 
-        :param folder: the base of relative folders.
+        :param folder: the base of relative paths.
         :param whose: the configured component, for errors.
-        :raises CxbridgeError: when they are invalid.
         """
         packages = settings.get("packages", [])
         domain = typed(settings, "domain", -1, whose)
@@ -93,27 +91,22 @@ class NodeSettings(Struct, frozen=True):
 
     @property
     def stays_here(self) -> bool:
-        """Whether only nodes of this machine reach the node: over DDS with discovery on this host."""
+        """Whether only nodes on this machine can reach the node: over DDS with local discovery."""
         unset = _UNSET_REACH.get(self.transport)
         if unset is None or os.environ.get("CYCLONEDDS_URI"):
             return False
         return (self.reach or default_reach(unset)) in ("localhost", "off")
 
     def definitions(self, texts: Mapping[str, str] | None = None) -> Definitions:
-        """Read which types there are.
-
-        :param texts: more definitions, by their types.
-        :raises Ros2Error: when a folder does not exist.
-        """
         return Definitions(self.packages, self.distribution, texts=texts)
 
     def join(self, name: str, definitions: Definitions, report: Report | None, rights: Rights) -> Node:
         """Join the domain.
 
-        :param name: of the node; what ROS does not take in names is replaced.
-        :param report: gets complaints about other nodes; None: they become Python warnings.
-        :param rights: what other nodes may do over it.
-        :raises Ros2Error: when that is not possible.
+        :param name: the name of the node; invalid characters are replaced.
+        :param report: called with complaints about other nodes; None turns them into Python warnings.
+        :param rights: the rights of other nodes.
+        :raises Ros2Error: if the domain cannot be joined.
         """
         make = resolve_name(TRANSPORTS[self.transport])
         domain = Domain(self.domain, self.url, self.reach)
@@ -123,19 +116,19 @@ class NodeSettings(Struct, frozen=True):
 
 
 def _default_transport(settings: Mapping[str, Any]) -> str:
-    """Return rclpy where a ROS 2 is sourced, for its RMW and its types; DDS elsewhere."""
+    """Return rclpy in a sourced ROS 2, for its RMW and types; otherwise DDS."""
     wants_another = any(key in settings and "rclpy" not in only for key, only in _ONLY.items())
     return "dds" if wants_another or not has_rclpy() else "rclpy"
 
 
 def _default_distribution() -> str:
-    """Return the distribution of the sourced environment, if it is a known one; else a common one."""
+    """Return the distribution of the sourced environment if it is known, else the default."""
     sourced = os.environ.get("ROS_DISTRO", "")
     return sourced if sourced in DISTRIBUTIONS else DEFAULT_DISTRIBUTION
 
 
 class RosExecutor(SkillExecutor):
-    """Executes skills as a node of ROS 2. Settings may be mappings in mappings."""
+    """Executes skills as a node of ROS 2. Settings may be nested mappings."""
 
     known_settings: ClassVar[tuple[str, ...]] = (*OF_NODE, "skills")
 
@@ -158,23 +151,21 @@ class RosExecutor(SkillExecutor):
         return node
 
     def idle(self) -> None:
-        """Handle incoming messages."""
         self.poll()
 
     def poll(self) -> None:
-        """Handle incoming messages."""
         if self._node is not None:
             self._node.poll()
 
     def close(self) -> None:
-        """Leave the domain."""
         if self._node is not None:
             self._node.close()
 
     def within(self, seconds: float, name: str, steps: Generator[S, None, Any]) -> Generator[S, None, Any]:
-        """Yield the steps of a generator and return its value, unless it takes too long.
+        """Yield the steps of a generator and return its value.
 
-        :param name: what takes that long.
+        :param name: the subject of the error after the limit.
+        :raises SkillFailedError: after the limit.
         """
         deadline_us = self.clock.now_us() + round(seconds * MICROSECONDS)
         try:
@@ -191,10 +182,10 @@ class RosExecutor(SkillExecutor):
 
 
 def typed(settings: Mapping[str, Any], name: str, default: T, whose: str) -> T:
-    """Return a setting, which has the type of its default.
+    """Return a setting of the same type as its default.
 
     :param whose: the configured component, for the error.
-    :raises ConfigError: when it has another type.
+    :raises ConfigError: if the setting has another type.
     """
     value = settings.get(name, default)
     if not isinstance(value, type(default)) or isinstance(value, bool) != isinstance(default, bool):
@@ -203,9 +194,9 @@ def typed(settings: Mapping[str, Any], name: str, default: T, whose: str) -> T:
 
 
 def seconds_of(skill: str, key: str, value: Any) -> float:
-    """Return a number of seconds that a skill is configured with.
+    """Return a skill's setting in seconds.
 
-    :raises ConfigError: when it is none.
+    :raises ConfigError: if the value is not a positive number.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
         raise ConfigError(f"the {key} of the skill {skill} is a number of seconds, not {value!r}")
@@ -213,18 +204,18 @@ def seconds_of(skill: str, key: str, value: Any) -> float:
 
 
 def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings as mappings in mappings; a configuration gives them by path: ``skills/goto/name``.
+    """Return settings by path (``skills/goto/name``) as nested mappings.
 
-    :raises ConfigError: when something is both a value and a mapping.
+    :raises ConfigError: if a path is both a value and a mapping.
     """
-    found: dict[str, Any] = {}
+    tree: dict[str, Any] = {}
     for path, value in settings.items():
         *parents, last = path.split("/")
-        place = found
+        mapping = tree
         for parent in parents:
-            inner = place.setdefault(parent, {})
+            inner = mapping.setdefault(parent, {})
             if not isinstance(inner, dict):
                 raise ConfigError(f"'{path}' is in something that is not a mapping")
-            place = inner
-        place[last] = value
-    return found
+            mapping = inner
+        mapping[last] = value
+    return tree

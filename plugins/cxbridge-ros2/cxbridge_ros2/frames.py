@@ -1,4 +1,4 @@
-"""Our coordinate frames for the nodes of ROS 2: TransformInterfaces go to /tf and /tf_static."""
+"""Publishes the blackboard's coordinate frames: TransformInterfaces go to /tf and /tf_static."""
 
 from __future__ import annotations
 
@@ -16,15 +16,14 @@ from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
 
 TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
-FROM_ROS: Final = "/tf/ros2/"
-"""The prefix of the ids of frames from ROS: they are not sent back."""
+FROM_ROS: Final = "/tf/ros2/"  # id prefix of frames from ROS, which are not sent back
 
 _TYPE: Final = "TransformInterface"
 _NANOSECONDS: Final = 1000
 
 
 def stamp(time_us: int) -> Message:
-    """Return a time as messages have it; larger times are cut."""
+    """Return a time as a message, limited to the range of its 32 bits."""
     seconds, micros = split_us(max(0, min(time_us, 2**31 * 10**6 - 1)))
     return {"sec": seconds, "nanosec": micros * _NANOSECONDS}
 
@@ -57,10 +56,7 @@ def stamped_transform(message: Message) -> StampedTransform:
 
 
 class FrameSender(Closing):
-    """Sends the frames of a blackboard, those that exist and those to come.
-
-    :raises CxbridgeError: when the board or ROS does not take something.
-    """
+    """Sends the existing and future frames of a blackboard."""
 
     def __init__(self, node: Node, board: BlackBoard) -> None:
         self._moving = node.publisher("/tf", TRANSFORMS, PROFILES["tf"])
@@ -71,7 +67,6 @@ class FrameSender(Closing):
             self._take(self._feed.now(instance))
 
     def loop(self) -> None:
-        """Send new writes."""
         while (change := self._feed.next(Deadline(0))) is not None:
             self._take(change)
 
@@ -83,12 +78,11 @@ class FrameSender(Closing):
         if not values["static_transform"]:
             self._moving.publish({"transforms": [message]})
         elif self._static_frames.get(uid) != message:
-            # all of them each time: who comes late gets the last message only
+            # Send all static frames: a late subscription gets only the last message.
             self._static_frames[uid] = message
             self._static.publish({"transforms": list(self._static_frames.values())})
 
     def close(self) -> None:
-        """Send nothing more."""
         self._feed.close()
         self._moving.close()
         self._static.close()

@@ -1,4 +1,4 @@
-"""Managed nodes: clients configure, activate, deactivate, clean up and shut down a node (lifecycle_msgs)."""
+"""Managed nodes, whose clients configure, activate, deactivate, clean up and shut down (lifecycle_msgs)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NANOSECONDS: Final = 1000
 
 
 class LifecycleState(IntEnum):
-    """lifecycle_msgs/msg/State: the first four are primary states, the rest are transition states."""
+    """lifecycle_msgs/msg/State: five primary states, then the transition states."""
 
     UNKNOWN = 0
     UNCONFIGURED = 1
@@ -34,12 +34,11 @@ class LifecycleState(IntEnum):
 
     @property
     def label(self) -> str:
-        """Its name in messages."""
         return self.name.lower()
 
 
 class TransitionOutcome(IntEnum):
-    """The result of a transition: its offset from the transition's number."""
+    """The result of a transition, as offset from the transition's number."""
 
     SUCCESS = 0
     FAILURE = 1
@@ -52,12 +51,12 @@ _LABELS: Final = {
     TransitionOutcome.ERROR: "transition_error",
 }
 
+# names of the transitions that a node implements
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = "configure", "cleanup", "activate", "deactivate"
 SHUTDOWN: Final = "shutdown"
 ERROR: Final = "error"
-"""The names of the transitions that a node implements."""
 
-# number, name, from, while it is done, to
+# number, name, start state, transition state, goal state
 _ORDERS: Final = (
     (1, CONFIGURE, LifecycleState.UNCONFIGURED, LifecycleState.CONFIGURING, LifecycleState.INACTIVE),
     (2, CLEANUP, LifecycleState.INACTIVE, LifecycleState.CLEANINGUP, LifecycleState.UNCONFIGURED),
@@ -67,6 +66,7 @@ _ORDERS: Final = (
     (6, SHUTDOWN, LifecycleState.INACTIVE, LifecycleState.SHUTTINGDOWN, LifecycleState.FINALIZED),
     (7, SHUTDOWN, LifecycleState.ACTIVE, LifecycleState.SHUTTINGDOWN, LifecycleState.FINALIZED),
 )
+# Number of the successful transition out of each transition state.
 _ENDS: Final = {
     LifecycleState.CONFIGURING: 10,
     LifecycleState.CLEANINGUP: 20,
@@ -75,10 +75,9 @@ _ENDS: Final = {
     LifecycleState.SHUTTINGDOWN: 50,
     LifecycleState.ERRORPROCESSING: 60,
 }
-"""The number of the transition out of a state that a node passes through, when all went well."""
 
+# Carries out a transition and returns its success. An exception is an error.
 Work = Callable[[], bool]
-"""Carries out a transition; returns whether it succeeded. An exception is an error."""
 
 
 def _nothing() -> bool:
@@ -86,13 +85,13 @@ def _nothing() -> bool:
 
 
 class Lifecycle(Closing):
-    """The lifecycle of a node, with its services and its topic.
+    """The lifecycle of a node, with its services and topic.
 
-    :param name: the node's, without the slash.
-    :param work: the functions of the transitions by name; a missing function does nothing.
-        :data:`ERROR` is done after an exception; the node is finalized unless that returns True.
-    :param report: gets a line about each exception.
-    :param state: where it begins.
+    :param name: the node's name without the slash.
+    :param work: functions by transition; a missing function does nothing. :data:`ERROR` is called after an
+        exception, and the node is finalized unless it returns True.
+    :param report: called with a line about each exception.
+    :param state: the initial state.
     """
 
     def __init__(
@@ -127,44 +126,46 @@ class Lifecycle(Closing):
         )
 
     def change(self, name: str) -> bool:
-        """Carry out a transition, as on a client's request; return whether it succeeded."""
+        """Carry out a transition as on a client's request, and return its success."""
         order = next((each for each in _ORDERS if each[1] == name and each[2] is self.state), None)
         if order is None:
             return False
         number, _, start, during, goal = order
         self._move(number, name, during)
-        outcome = self._do(name)
-        back = LifecycleState.FINALIZED if during is LifecycleState.SHUTTINGDOWN else start
-        self._end(
+        outcome = self._carry_out(name)
+        fallback = LifecycleState.FINALIZED if during is LifecycleState.SHUTTINGDOWN else start
+        self._leave_transition(
             {
                 TransitionOutcome.SUCCESS: goal,
-                TransitionOutcome.FAILURE: back,
+                TransitionOutcome.FAILURE: fallback,
                 TransitionOutcome.ERROR: LifecycleState.ERRORPROCESSING,
             },
             outcome,
         )
         if outcome is TransitionOutcome.ERROR:
-            recovered = self._do(ERROR) if ERROR in self._work else TransitionOutcome.FAILURE
-            self._end({TransitionOutcome.SUCCESS: LifecycleState.UNCONFIGURED}, recovered)
+            recovered = self._carry_out(ERROR) if ERROR in self._work else TransitionOutcome.FAILURE
+            self._leave_transition({TransitionOutcome.SUCCESS: LifecycleState.UNCONFIGURED}, recovered)
         return outcome is TransitionOutcome.SUCCESS
 
-    def _end(self, goals: Mapping[TransitionOutcome, LifecycleState], outcome: TransitionOutcome) -> None:
+    def _leave_transition(
+        self, goals: Mapping[TransitionOutcome, LifecycleState], outcome: TransitionOutcome
+    ) -> None:
         number = _ENDS[self.state] + outcome
         self._move(number, _LABELS[outcome], goals.get(outcome, LifecycleState.FINALIZED))
 
     def follow(self, state: LifecycleState) -> None:
-        """Report a transition that another way in (not lifecycle_msgs) has carried out already."""
+        """Report a transition that was carried out in another way than over lifecycle_msgs."""
         order = next((each for each in _ORDERS if each[2] is self.state and each[4] is state), None)
         if order is not None:
             self._move(order[0], order[1], order[3])
-            self._end({TransitionOutcome.SUCCESS: state}, TransitionOutcome.SUCCESS)
+            self._leave_transition({TransitionOutcome.SUCCESS: state}, TransitionOutcome.SUCCESS)
 
-    def _do(self, name: str) -> TransitionOutcome:
+    def _carry_out(self, name: str) -> TransitionOutcome:
         try:
             return (
                 TransitionOutcome.SUCCESS if self._work.get(name, _nothing)() else TransitionOutcome.FAILURE
             )
-        except Exception as error:  # noqa: BLE001 - whatever a node's work raises is an error of its transition
+        except Exception as error:  # noqa: BLE001 - any exception is an error of the transition
             self._report(f"{name} has failed: {error}")
             return TransitionOutcome.ERROR
 
@@ -182,8 +183,10 @@ class Lifecycle(Closing):
     # --- services -----------------------------------------------------------------------------------------
 
     def _change(self, request: Message) -> Mapping[str, Any]:
-        wanted = request["transition"]
-        name = wanted["label"] or next((order[1] for order in _ORDERS if order[0] == wanted["id"]), "")
+        transition = request["transition"]
+        name = transition["label"] or next(
+            (order[1] for order in _ORDERS if order[0] == transition["id"]), ""
+        )
         return {"success": self.change(name)}
 
     def _get_state(self, _request: Message) -> Mapping[str, Any]:
@@ -199,7 +202,6 @@ class Lifecycle(Closing):
         return {"available_transitions": [*map(_order, _ORDERS), *_ends()]}
 
     def close(self) -> None:
-        """Answer no more."""
         for end in self._ends:
             end()
         self._events.close()
@@ -219,17 +221,17 @@ def _order(order: tuple[int, str, LifecycleState, LifecycleState, LifecycleState
 
 
 def _ends() -> Iterator[Mapping[str, Any]]:
-    """Yield the transitions that follow by themselves."""
-    ways = {during: (goal, start) for _, _, start, during, goal in _ORDERS}
-    ways[LifecycleState.SHUTTINGDOWN] = (LifecycleState.FINALIZED, LifecycleState.FINALIZED)
-    ways[LifecycleState.ERRORPROCESSING] = (LifecycleState.UNCONFIGURED, LifecycleState.FINALIZED)
-    for during, (goal, back) in ways.items():
-        wrong = (
+    """Yield the transitions that follow automatically."""
+    outcomes = {during: (goal, start) for _, _, start, during, goal in _ORDERS}
+    outcomes[LifecycleState.SHUTTINGDOWN] = (LifecycleState.FINALIZED, LifecycleState.FINALIZED)
+    outcomes[LifecycleState.ERRORPROCESSING] = (LifecycleState.UNCONFIGURED, LifecycleState.FINALIZED)
+    for during, (goal, fallback) in outcomes.items():
+        error_state = (
             LifecycleState.FINALIZED
             if during is LifecycleState.ERRORPROCESSING
             else LifecycleState.ERRORPROCESSING
         )
-        for outcome, end in zip(TransitionOutcome, (goal, back, wrong), strict=True):
+        for outcome, end in zip(TransitionOutcome, (goal, fallback, error_state), strict=True):
             yield {
                 "transition": {"id": _ENDS[during] + outcome, "label": _LABELS[outcome]},
                 "start_state": _state(during),

@@ -1,8 +1,7 @@
-"""Messages as plain Python values, to and from CDR.
+"""Messages as plain Python values, and their CDR.
 
-A message is a mapping by field names, as in JSON or YAML; nested messages are mappings, arrays are lists, and
-arrays of bytes (``uint8[]``, ``byte[]``, ``char[]``) are ``bytes``. Fields that are left out have their
-defaults, as in ROS.
+A message is a dict by field, as in JSON; nested messages are dicts, arrays are lists, and byte arrays
+(``uint8[]``, ``byte[]``, ``char[]``) are ``bytes``. Missing fields have their defaults, as in ROS.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from cxbridge_ros2.definitions import Definitions, FieldType
 from cxbridge_ros2.names import TypeName, parse_type
 
 Message = dict[str, Any]
-"""A message as plain values."""
 
 _ENDIANNESS: Final = (b"\0\0", b"\0\1")
 _HEADER: Final = 4
@@ -39,41 +37,37 @@ _DTYPES: Final = {
 
 
 class Codec:
-    """Writes and reads messages of the types of some definitions."""
+    """Encodes and decodes the messages of a set of definitions."""
 
     def __init__(self, definitions: Definitions) -> None:
         self._definitions = definitions
         self._store = definitions.store
 
     def encode(self, name: TypeName, message: Mapping[str, Any]) -> bytes:
-        """Return a message as CDR, little endian, with its four-byte header.
-
-        :raises Ros2Error: for a field that the type does not have, or a value that does not fit; it names the
-            type and the field.
-        """
-        made = self._make(name, message, str(name))
-        return bytes(self._store.serialize_cdr(made, str(name)))
+        """Return a message as little-endian CDR with its four-byte header."""
+        instance = self._make(name, message, str(name))
+        return bytes(self._store.serialize_cdr(instance, str(name)))
 
     def decode(self, name: TypeName, data: bytes | memoryview) -> Message:
-        """Return the message of CDR bytes. Bytes after its end are ignored: some RMWs send too many.
+        """Return the message in CDR bytes. Extra bytes at the end are ignored, since some RMWs send them.
 
-        :raises Ros2Error: when the bytes are no message of this type.
+        :raises Ros2Error: if the bytes are not a message of this type.
         """
         self._definitions.fields(name)
         try:
-            made = self._read(name, data)
-        except Exception:  # noqa: BLE001  generated code fails in many ways for bytes that are none
+            instance = self._read(name, data)
+        except Exception:  # noqa: BLE001 - generated code raises many kinds of errors
             raise Ros2Error(f"{len(data)} bytes are not a {name}") from None
-        return self._plain(name, made)
+        return self._plain(name, instance)
 
     def _read(self, name: TypeName, data: bytes | memoryview) -> Any:
-        """Read a message as rosbags does, which takes no more than three bytes after it."""
+        """Deserialise a message; rosbags' own function rejects more than three extra bytes."""
         if bytes(data[:2]) not in _ENDIANNESS:
             raise ValueError("no plain CDR")
         definition = self._store.get_msgdef(str(name))
         read = definition.deserialize_cdr_le if data[1] else definition.deserialize_cdr_be
-        made, _end = read(data[_HEADER:], 0, definition.cls, self._store)
-        return made
+        instance, _end = read(data[_HEADER:], 0, definition.cls, self._store)
+        return instance
 
     # --- to ROS -------------------------------------------------------------------------------------------
 
@@ -85,20 +79,22 @@ class Codec:
             if key not in fields or key == _PLACEHOLDER:
                 hint = did_you_mean(str(key), [each for each in fields if each != _PLACEHOLDER], "")
                 raise Ros2Error(f"{path}: {name} has no field '{key}'", hint=hint or None)
-        given = {**self._definitions.defaults(name), **message}
+        field_values = {**self._definitions.defaults(name), **message}
         values = [
-            self._value(kind, given[field], f"{path}.{field}") if field in given else self._zero(kind)
+            self._value(kind, field_values[field], f"{path}.{field}")
+            if field in field_values
+            else self._zero(kind)
             for field, kind in fields.items()
         ]
         return self._store.types[str(name)](*values)
 
-    def _value(self, kind: FieldType, given: Any, path: str) -> Any:
+    def _value(self, kind: FieldType, value: Any, path: str) -> Any:
         node, rest = kind
         if node == Nodetype.NAME:
-            return self._make(parse_type(rest), given, path)
+            return self._make(parse_type(rest), value, path)
         if node == Nodetype.BASE:
-            return _base(rest, given, path)
-        return self._list(node, rest[0], rest[1], given, path)
+            return _base(rest, value, path)
+        return self._list(node, rest[0], rest[1], value, path)
 
     def _list(self, node: Nodetype, of: FieldType, count: int, given: Any, path: str) -> Any:
         if isinstance(given, str | Mapping) or not isinstance(
@@ -132,9 +128,9 @@ class Codec:
 
     # --- from ROS -----------------------------------------------------------------------------------------
 
-    def _plain(self, name: TypeName, made: Any) -> Message:
+    def _plain(self, name: TypeName, instance: Any) -> Message:
         return {
-            field: self._unmade(kind, getattr(made, field if hasattr(made, field) else f"{field}_"))
+            field: self._unmade(kind, getattr(instance, field if hasattr(instance, field) else f"{field}_"))
             for field, kind in self._definitions.fields(name)
             if field != _PLACEHOLDER
         }
@@ -154,27 +150,27 @@ class Codec:
         return value.tolist() if isinstance(value, np.ndarray) else list(value)
 
 
-def _base(kind: tuple[str, int], given: Any, path: str) -> Any:
-    """Return a value as a field of a base type takes it."""
+def _base(kind: tuple[str, int], value: Any, path: str) -> Any:
+    """Return a checked value for a field of a base type."""
     name, bound = kind
-    return _CHECKS[name](given, path, name, bound)
+    return _CHECKS[name](value, path, name, bound)
 
 
-def _integer(given: Any, path: str, name: str, _bound: int) -> int:
+def _integer(value: Any, path: str, name: str, _bound: int) -> int:
     low, high = _INTEGERS[name]
-    whole = int(given) if isinstance(given, float) and given.is_integer() else given
+    whole = int(value) if isinstance(value, float) and value.is_integer() else value
     if isinstance(whole, np.integer):
         whole = int(whole)
     if isinstance(whole, bool) or not isinstance(whole, int):
-        raise Ros2Error(f"{path}: a whole number is wanted ({name}), not {given!r}")
+        raise Ros2Error(f"{path}: a whole number is wanted ({name}), not {value!r}")
     if not low <= whole <= high:
         raise Ros2Error(f"{path}: {whole} does not fit into {name} ({low} to {high})")
     return whole
 
 
-def _byte(given: Any, path: str, name: str, bound: int) -> int:
-    whole = _integer(given, path, name, bound)
-    return whole - 256 if whole > 127 else whole  # noqa: PLR2004  rosbags writes a byte with a sign
+def _byte(value: Any, path: str, name: str, bound: int) -> int:
+    whole = _integer(value, path, name, bound)
+    return whole - 256 if whole > 127 else whole  # noqa: PLR2004 - rosbags writes a byte with a sign
 
 
 def _float(given: Any, path: str, name: str, _bound: int) -> float:
@@ -186,24 +182,24 @@ def _float(given: Any, path: str, name: str, _bound: int) -> float:
     return value
 
 
-def _boolean(given: Any, path: str, _name: str, _bound: int) -> bool:
-    if not isinstance(given, bool | np.bool_):
-        raise Ros2Error(f"{path}: true or false is wanted, not {given!r}")
-    return bool(given)
+def _boolean(value: Any, path: str, _name: str, _bound: int) -> bool:
+    if not isinstance(value, bool | np.bool_):
+        raise Ros2Error(f"{path}: true or false is wanted, not {value!r}")
+    return bool(value)
 
 
-def _string(given: Any, path: str, _name: str, bound: int) -> str:
-    if not isinstance(given, str):
-        raise Ros2Error(f"{path}: a string is wanted, not {given!r}")
-    if "\0" in given:
+def _string(value: Any, path: str, _name: str, bound: int) -> str:
+    if not isinstance(value, str):
+        raise Ros2Error(f"{path}: a string is wanted, not {value!r}")
+    if "\0" in value:
         raise Ros2Error(f"{path}: a string has no NUL in it")
     try:
-        size = len(given.encode())
+        size = len(value.encode())
     except UnicodeEncodeError:
-        raise Ros2Error(f"{path}: {given!r} is no Unicode text") from None
+        raise Ros2Error(f"{path}: {value!r} is no Unicode text") from None
     if bound and size > bound:
         raise Ros2Error(f"{path}: at most {bound} bytes are possible, not {size}")
-    return given
+    return value
 
 
 _Check: TypeAlias = Callable[[Any, str, str, int], Any]

@@ -1,4 +1,4 @@
-"""Names of ROS 2, and names of types on the wire."""
+"""Type names of ROS 2, and type names on the wire."""
 
 from __future__ import annotations
 
@@ -9,18 +9,16 @@ from msgspec import Struct
 
 from cxbridge.errors import Ros2Error
 
+# Folders of definitions in a package, and the middle part of a type's name.
 KINDS: Final = ("msg", "srv", "action")
-"""The folders of a package that hold definitions, and the middle part of a type's name."""
 
 _TYPE: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Za-z][A-Za-z0-9_]*)")
 
 
 class TypeName(Struct, frozen=True, order=True):
-    """The name of a type, e.g. ``geometry_msgs/msg/PoseStamped``.
+    """The name of a type, such as ``geometry_msgs/msg/PoseStamped``.
 
-    :param package: e.g. ``geometry_msgs``.
     :param kind: ``msg``, ``srv`` or ``action``.
-    :param name: e.g. ``PoseStamped``.
     """
 
     package: str
@@ -31,25 +29,25 @@ class TypeName(Struct, frozen=True, order=True):
         return f"{self.package}/{self.kind}/{self.name}"
 
     def derived(self, suffix: str) -> TypeName:
-        """Return the name of a type that is made of this one, e.g. that of a service's request."""
+        """Return the name of a derived type, such as a service's request."""
         return TypeName(self.package, self.kind, f"{self.name}_{suffix}")
 
     @property
     def dds(self) -> str:
-        """The name on the wire, e.g. ``geometry_msgs::msg::dds_::PoseStamped_``."""
+        """The name on the wire, such as ``geometry_msgs::msg::dds_::PoseStamped_``."""
         return f"{self.package}::{self.kind}::dds_::{self.name}_"
 
 
 def parse_type(text: str, kind: str = "msg") -> TypeName:
-    """Return a type's name.
+    """Parse a type's name.
 
-    :param kind: the kind of a name with two parts only: ``std_msgs/String``.
-    :raises Ros2Error: when it is not the name of a type.
+    :param kind: the kind for names with two parts: ``std_msgs/String``.
+    :raises Ros2Error: if the text is not a type name.
     """
-    found = _TYPE.fullmatch(text)
-    if found is None:
+    match = _TYPE.fullmatch(text)
+    if match is None:
         raise Ros2Error(
             f"'{text}' is no name of a ROS 2 type",
             hint="write PACKAGE/msg/NAME, PACKAGE/srv/NAME or PACKAGE/action/NAME",
         )
-    return TypeName(found[1], found[2] or kind, found[3])
+    return TypeName(match[1], match[2] or kind, match[3])

@@ -1,7 +1,7 @@
-"""A node of ROS 2: what every transport offers. Actions are built on it (:mod:`cxbridge_ros2.actions`).
+"""The interface of a ROS 2 node, for every transport. :mod:`cxbridge_ros2.actions` builds on it.
 
-A node does nothing by itself. :meth:`Node.poll` takes incoming messages, and calls the callbacks in the
-thread that polls.
+A node does nothing by itself. :meth:`Node.poll` receives messages and calls the callbacks in the polling
+thread.
 """
 
 from __future__ import annotations
@@ -20,26 +20,22 @@ from cxbridge.rights import EVERYTHING, Right, Rights
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.qos import PROFILES, QosProfile
 
-Receive = Callable[[Message], None]
-"""Gets a message."""
+Receive = Callable[[Message], None]  # handles a message
 
+# Handles a complaint about another node: a broken message, or a mismatch of type or QoS.
 Report = Callable[[str], None]
-"""Gets complaints about other nodes: a broken message, a type or a quality of service that does not fit."""
 
-Failed = Callable[[str], None]
-"""Gets the reason why a call has no response."""
+Failed = Callable[[str], None]  # called with the reason why a call has no response
 
-Answer = Callable[[Message], Mapping[str, Any]]
-"""Gets a request, and returns the response."""
+Answer = Callable[[Message], Mapping[str, Any]]  # handles a request and returns the response
 
-Reply = Callable[[Mapping[str, Any]], None]
-"""Sends the response to a request, once."""
+Reply = Callable[[Mapping[str, Any]], None]  # sends the response to a request; called once
 
+# Handles a request, and calls the reply function at once or later.
 AnswerLater = Callable[[Message, Reply], None]
-"""Gets a request, and what sends the response, now or later."""
 
+# Returns the response to a refused request; called with the request and the reason.
 Refuse = Callable[[Message, str], Mapping[str, Any]]
-"""Gets a request that clients may not send and the reason, and returns the response."""
 
 
 class Domain(Struct, frozen=True):
@@ -56,12 +52,12 @@ class Domain(Struct, frozen=True):
 
 
 def _empty(_request: Message, _reason: str) -> Mapping[str, Any]:
-    """Return the response whose fields have their defaults: false, 0, empty."""
+    """Return a response with default fields: false, 0, empty."""
     return {}
 
 
 class Ros2Warning(UserWarning):
-    """Something is wrong with another node."""
+    """A problem of another node."""
 
 
 def _warn(text: str) -> None:
@@ -69,65 +65,58 @@ def _warn(text: str) -> None:
 
 
 class Publisher(ABC):
-    """Sends messages to a topic."""
-
     @abstractmethod
     def publish(self, message: Mapping[str, Any]) -> None:
         """Send a message.
 
-        :raises Ros2Error: when it is none of the topic's type.
+        :raises Ros2Error: if the message has another type.
         """
 
     @property
     @abstractmethod
     def subscriptions(self) -> int:
-        """How many subscriptions there are now, as far as the transport knows."""
+        """The current number of subscriptions, as far as the transport knows."""
 
     @abstractmethod
-    def close(self) -> None:
-        """Publish nothing more."""
+    def close(self) -> None: ...
 
 
 class Client(ABC):
-    """Calls a service."""
-
     @abstractmethod
     def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
-        """Send a request; ``done`` gets the response. Return the request's number.
+        """Send a request and return its number; ``done`` is called with the response.
 
-        :param failed: gets the reason why there will be none, where the transport knows.
-        :raises Ros2Error: when it is none of the service's type.
+        :param failed: called with the reason if there is no response and the transport knows it.
+        :raises Ros2Error: if the request has another type.
         """
 
     @abstractmethod
     def forget(self, number: int) -> None:
-        """Wait for the response to a request no more."""
+        """Stop waiting for a response."""
 
     @property
     @abstractmethod
     def servers(self) -> frozenset[int]:
-        """The servers that exist now, each by a unique number."""
+        """The current servers, each with a unique number."""
 
     @property
     def is_served(self) -> bool:
-        """Whether there is a server now."""
         return bool(self.servers)
 
     def why_unserved(self) -> str:
-        """Return why there is no server, as far as the transport knows; empty when it does not."""
+        """Return why there is no server, if the transport knows; else empty."""
         return ""
 
     @abstractmethod
-    def close(self) -> None:
-        """Call nothing more."""
+    def close(self) -> None: ...
 
 
 class Node(Closing):
-    """A node. Names of topics and services are whole: ``/robot1/odom``.
+    """A node. Names of topics and services are absolute: ``/robot1/odom``.
 
-    :param report: gets complaints about other nodes, each kind at most once a minute; by default it is a
-        warning of Python, a :class:`Ros2Warning`.
-    :ivar rights: what clients may do over this node; a node of a program or of a terminal has everything.
+    :param report: called with complaints about other nodes, each kind at most once a minute; by default they
+        are Python warnings.
+    :ivar rights: the rights of clients of this node.
     """
 
     rights: Rights = EVERYTHING
@@ -138,14 +127,14 @@ class Node(Closing):
     def complain(self, kind: str, text: str) -> None:
         """Report a problem of another node.
 
-        :param kind: what problems have in common that count as the same.
+        :param kind: identifies similar problems, which are reported together.
         """
         self._complaints.add(kind, text)
 
     def _intact(self, place: str, decode: Callable[[], Message]) -> Message | None:
-        """Return a message that came; None for one that is broken, which is reported.
+        """Return a received message, or None after reporting a broken message.
 
-        :param place: the topic or service that it came on.
+        :param place: the topic or service.
         """
         try:
             return decode()
@@ -157,7 +146,7 @@ class Node(Closing):
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         """Return a publisher.
 
-        :raises Ros2Error: for a topic or a type that there is not.
+        :raises Ros2Error: if the topic or type is invalid.
         """
 
     def subscribe(
@@ -171,8 +160,8 @@ class Node(Closing):
     ) -> Callable[[], None]:
         """Call ``receive`` for each message of a topic; return the function that ends the subscription.
 
-        :param needs: the right that the messages need; without it each message is reported and dropped.
-        :raises Ros2Error: for a topic or a type that there is not.
+        :param needs: the right to send messages; without it, each message is reported and dropped.
+        :raises Ros2Error: if the topic or type is invalid.
         """
         if not self.rights.allow(needs):
 
@@ -185,13 +174,13 @@ class Node(Closing):
     def _subscribe(
         self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
-        """Subscribe without regard to rights; see :meth:`subscribe`."""
+        """Subscribe without a check of rights; see :meth:`subscribe`."""
 
     @abstractmethod
     def client(self, service: str, service_type: str) -> Client:
         """Return a client of a service.
 
-        :raises Ros2Error: for a name or a type that there is not.
+        :raises Ros2Error: if the name or type is invalid.
         """
 
     def serve(
@@ -203,7 +192,7 @@ class Node(Closing):
         needs: Right = Right.PROGRAMS,
         refuse: Refuse = _empty,
     ) -> Callable[[], None]:
-        """Answer the requests of a service at once; see :meth:`serve_later`."""
+        """Serve a service with immediate responses; see :meth:`serve_later`."""
 
         def later(request: Message, reply: Reply) -> None:
             reply(answer(request))
@@ -219,11 +208,11 @@ class Node(Closing):
         needs: Right = Right.PROGRAMS,
         refuse: Refuse = _empty,
     ) -> Callable[[], None]:
-        """Answer the requests of a service when there is an answer; return the function that ends that.
+        """Serve a service with immediate or later responses; return the function that ends the service.
 
-        :param needs: the right that the requests need.
+        :param needs: the right to send requests.
         :param refuse: makes the response to requests without that right.
-        :raises Ros2Error: for a name or a type that there is not.
+        :raises Ros2Error: if the name or type is invalid.
         """
         if not self.rights.allow(needs):
 
@@ -233,15 +222,15 @@ class Node(Closing):
         return self._serve_later(service, service_type, answer)
 
     def _refusal(self, place: str, needs: Right) -> str:
-        """Report that a client asks for something without the right; return the reason."""
+        """Report a request without the right, and return the reason of its refusal."""
         reason = f"refused: {place}: {self.rights.why_not(needs)}"
         self.complain(f"refused {place}", reason)
         return reason
 
     @abstractmethod
     def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
-        """Serve without regard to rights; see :meth:`serve_later`."""
+        """Serve without a check of rights; see :meth:`serve_later`."""
 
     @abstractmethod
     def poll(self, timeout_s: float = 0.0) -> bool:
-        """Hand out all that has come; wait so long for something. Return whether something had come."""
+        """Handle received messages, or wait for the first; return whether any were received."""

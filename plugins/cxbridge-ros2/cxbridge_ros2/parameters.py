@@ -1,4 +1,4 @@
-"""Parameters of a node, which clients read and set: six services and the topic /parameter_events."""
+"""Parameters of a node that clients can read and set: six services and the topic /parameter_events."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
 
+# The value of a parameter; None before it is set.
 Value: TypeAlias = bool | int | float | str | bytes | list[bool] | list[int] | list[float] | list[str] | None
-"""The value of a parameter; None: no value yet."""
 
+# Returns why a client's value is refused; empty if it is accepted.
 Refuse: TypeAlias = Callable[[Value], str]
-"""Gets the value that a client sets; returns the reason of a refusal, or an empty text."""
 
 EVENTS: Final = "/parameter_events"
 _PACKAGE: Final = "rcl_interfaces"
@@ -71,7 +71,7 @@ _ARRAYS: Final = {
 def type_of(value: Value) -> ParameterType:
     """Return the type of a value.
 
-    :raises Ros2Error: when a parameter cannot have it: a list of several types, a number over 64 bits.
+    :raises Ros2Error: for a list of several types, or a number beyond 64 bits.
     """
     if value is None:
         return ParameterType.NOT_SET
@@ -89,10 +89,7 @@ def type_of(value: Value) -> ParameterType:
 
 
 def message_of(value: Value) -> Mapping[str, Any]:
-    """Return a value as rcl_interfaces/msg/ParameterValue.
-
-    :raises Ros2Error: see :func:`type_of`.
-    """
+    """Return a value as rcl_interfaces/msg/ParameterValue."""
     kind = type_of(value)
     field = _FIELDS.get(kind)
     if field is None:
@@ -101,10 +98,7 @@ def message_of(value: Value) -> Mapping[str, Any]:
 
 
 def value_of(message: Mapping[str, Any]) -> Value:
-    """Return what an rcl_interfaces/msg/ParameterValue is.
-
-    :raises Ros2Error: for a type that there is not.
-    """
+    """Return the value in an rcl_interfaces/msg/ParameterValue."""
     kind = message["type"]
     if kind not in list(ParameterType):
         raise Ros2Error(f"there is no type {kind} of parameters")
@@ -119,11 +113,10 @@ def value_of(message: Mapping[str, Any]) -> Value:
 
 @dataclass(slots=True)
 class Parameter:
-    """A parameter that a node declares.
+    """A declared parameter.
 
-    :param description: for people.
-    :param read_only: whether clients may not set it.
-    :param refuse: judges each value that a client sets, of the right type.
+    :param read_only: whether clients cannot set it.
+    :param refuse: checks each value from a client, of the right type.
     """
 
     value: Value
@@ -135,10 +128,9 @@ class Parameter:
 class Parameters(Closing):
     """The parameters of a node, with their services.
 
-    :param name: the node's, without the slash.
-    :param declared: by name; a type never changes.
-    :param changed: called with the name and the value that a client has set.
-    :raises Ros2Error: when a value cannot be one.
+    :param name: the node's name without the slash.
+    :param declared: parameters by name; their types never change.
+    :param changed: called with name and value after a client's change.
     """
 
     def __init__(
@@ -177,9 +169,9 @@ class Parameters(Closing):
         return self._declared[name].value
 
     def set(self, name: str, value: Value) -> None:
-        """Set a value that is ours to set, read-only or not.
+        """Set a parameter from our side, even if it is read-only.
 
-        :raises Ros2Error: when it has another type.
+        :raises Ros2Error: if the value has another type.
         """
         if type_of(value) is not self._types[name]:
             raise Ros2Error(f"the parameter '{name}' is of type {self._types[name].name}: {value!r}")
@@ -195,7 +187,7 @@ class Parameters(Closing):
         return self._of_each(request, "types", lambda each: int(type_of(each.value)))
 
     def _of_each(self, request: Message, field: str, read: Callable[[Parameter], Any]) -> Mapping[str, Any]:
-        """Return the requested data of each parameter; nothing when one is unknown, as ROS' own nodes do."""
+        """Return the requested data of each parameter; empty if one is unknown, as in ROS' own nodes."""
         names = request["names"]
         known = all(name in self._declared for name in names)
         return {field: [read(self._declared[name]) for name in names] if known else []}
@@ -204,7 +196,7 @@ class Parameters(Closing):
         names = request["names"]
         if any(name not in self._declared for name in names):
             return {"descriptors": []}
-        found = [(name, self._declared[name]) for name in names]
+        parameters = [(name, self._declared[name]) for name in names]
         return {
             "descriptors": [
                 {
@@ -213,7 +205,7 @@ class Parameters(Closing):
                     "description": each.description,
                     "read_only": each.read_only,
                 }
-                for name, each in found
+                for name, each in parameters
             ]
         }
 
@@ -233,14 +225,14 @@ class Parameters(Closing):
         return {"results": results}
 
     def _set_atomically(self, request: Message) -> Mapping[str, Any]:
-        wanted = request["parameters"]
-        reason = next(filter(None, map(self._refusal, wanted)), "")
+        parameters = request["parameters"]
+        reason = next(filter(None, map(self._refusal, parameters)), "")
         if not reason:
-            self._take(wanted)
+            self._take(parameters)
         return {"result": {"successful": not reason, "reason": reason}}
 
     def _refusal(self, message: Message) -> str:
-        """Return why a parameter is not set; empty: it can be."""
+        """Return why a parameter cannot be set; empty if it can."""
         name = message["name"]
         known = self._declared.get(name)
         if known is None:
@@ -251,9 +243,9 @@ class Parameters(Closing):
             value = value_of(message["value"])
         except Ros2Error as error:
             return error.message
-        wanted, kind = self._types[name], type_of(value)
-        if kind is not wanted and wanted is not ParameterType.NOT_SET:
-            return f"the parameter '{name}' is of type {wanted.name}, not {kind.name}"
+        declared_type, kind = self._types[name], type_of(value)
+        if kind is not declared_type and declared_type is not ParameterType.NOT_SET:
+            return f"the parameter '{name}' is of type {declared_type.name}, not {kind.name}"
         return known.refuse(value)
 
     def _take(self, messages: Iterable[Message]) -> None:
@@ -272,7 +264,6 @@ class Parameters(Closing):
         self._events.publish({"stamp": stamp, "node": f"/{self._name}", field: parameters})
 
     def close(self) -> None:
-        """Answer no more."""
         for end in self._ends:
             end()
         self._events.close()
@@ -291,7 +282,7 @@ def _camel(service: str) -> str:
 
 
 def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
-    """Return whether a name is below one of the prefixes, or is one, and not deeper than asked for."""
+    """Return whether a name equals a prefix or is below it, within the requested depth."""
     below = [
         name.removeprefix(prefix).removeprefix(_SEPARATOR)
         for prefix in prefixes or [""]

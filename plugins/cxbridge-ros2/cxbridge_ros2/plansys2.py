@@ -1,7 +1,7 @@
-"""PlanSys2: our executive commands its action performers, and our skills serve its executor (docs/ros2.md).
+"""The protocol of PlanSys2's hub, for both sides (docs/ros2.md).
 
-The protocol is that of PlanSys2's ActionExecutor, which asks, and ActionExecutorClient, which performs; it
-has been the same since ROS 2 Foxy.
+Its original caller is ActionExecutor, its original performer ActionExecutorClient. The protocol has not
+changed since ROS 2 Foxy.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _NANOSECONDS = 1000
 
 
 class PlanSys2Protocol(HubProtocol):
-    """Words as plansys2_msgs/msg/ActionExecution."""
+    """Messages as plansys2_msgs/msg/ActionExecution."""
 
     name = "plansys2"
     topic = "/actions_hub"
@@ -29,7 +29,6 @@ class PlanSys2Protocol(HubProtocol):
     wanted_s = 1.0
 
     def message(self, word: Word) -> Mapping[str, Any]:
-        """Return the message that says a word."""
         return {
             "type": word.kind,
             "node_id": word.node,
@@ -41,7 +40,6 @@ class PlanSys2Protocol(HubProtocol):
         }
 
     def word(self, message: Message) -> Word:
-        """Return the word of a message."""
         return Word(
             kind=message["type"],
             node=message["node_id"],
@@ -52,7 +50,6 @@ class PlanSys2Protocol(HubProtocol):
         )
 
     def sign_message(self, sign: Sign, now_us: int) -> Mapping[str, Any]:
-        """Return the message that is a sign of life."""
         seconds, rest = divmod(now_us, MICROSECONDS)
         return {
             "status_stamp": {"sec": seconds, "nanosec": rest * _NANOSECONDS},
@@ -62,15 +59,14 @@ class PlanSys2Protocol(HubProtocol):
         }
 
     def sign(self, message: Message) -> Sign:
-        """Return the sign of life that a message is."""
         return Sign(message["node_name"], message["action"], message["state"])
 
     def after_cancel(self, finish: Word) -> Word | None:  # noqa: ARG002
-        """Return nothing: its performers stop without a word, and its executor expects none."""
+        """Return None: PlanSys2's performers stop silently, and its executor expects no message."""
         return None
 
     def arguments_of(self, key: Key) -> tuple[str, ...]:
-        """Return the arguments; its executor takes the name of an action that has none for one."""
+        """Return the arguments; PlanSys2's executor sends the action's name in place of no argument."""
         return () if key.arguments == (key.action,) else key.arguments
 
 
@@ -78,6 +74,6 @@ PROTOCOL = PlanSys2Protocol()
 
 
 class PlanSys2Skills(HubSkills):
-    """Has action performers of PlanSys2 execute skills."""
+    """Executes skills through action performers of PlanSys2."""
 
     protocol: ClassVar[HubProtocol] = PROTOCOL

@@ -1,4 +1,4 @@
-"""The tables of this plug-in; docs/plugins.md describes them."""
+"""The rows that this plug-in adds to tables; see docs/plugins.md."""
 
 from __future__ import annotations
 

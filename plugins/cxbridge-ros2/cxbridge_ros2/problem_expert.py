@@ -1,4 +1,4 @@
-"""The feature `problem-expert`: the world model as PlanSys2's experts know it. See docs/ros2.md."""
+"""The feature `problem-expert`: the world model as PlanSys2's experts see it. See docs/ros2.md."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WATCHED: Final = ("domain-object", "domain-fact", "problem-function", "problem-
 
 
 class ProblemExpertFeature(Feature):
-    """Gives the templates ``problem-goal`` and ``problem-function``.
+    """Provides the templates ``problem-goal`` and ``problem-function``.
 
     :param domain_of: returns the domain that an environment parsed last.
     """
@@ -29,13 +29,10 @@ class ProblemExpertFeature(Feature):
     def __init__(self, domain_of: DomainOf) -> None:
         self._domain_of = domain_of
         self._goals = count(1)
-        self.env: ClipsEnvironment | None = None
-        """The environment that has it; None while there is none."""
-        self.version = 0
-        """A number that grows with each change of the problem."""
+        self.env: ClipsEnvironment | None = None  # environment with the feature, or None
+        self.version = 0  # incremented by each change of the problem
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Load the templates."""
         env.load(_FILE)
         load_functions(env)
         self.env = env
@@ -44,7 +41,6 @@ class ProblemExpertFeature(Feature):
         self._changed()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Know nothing any more."""
         if env is self.env:
             self.env = None
             self._changed()
@@ -53,7 +49,7 @@ class ProblemExpertFeature(Feature):
         self.version += 1
 
     def expert(self, env: ClipsEnvironment) -> ProblemExpert:
-        """Return who answers and edits. The environment's lock must be held while it does."""
+        """Return the expert. Hold the environment's lock while using it."""
         from cxbridge_ros2.experts.facts import FactKnowledge, domain_of_facts  # noqa: PLC0415 - only clients pay
         from cxbridge_ros2.experts.knowledge import ProblemExpert  # noqa: PLC0415
 
@@ -62,10 +58,9 @@ class ProblemExpertFeature(Feature):
 
 
 def make_problem_expert(context: Run) -> ProblemExpertFeature:
-    """Make the feature of a run."""
     return ProblemExpertFeature(context.pddl_parser.domain_of)
 
 
 def problem_expert(context: Run) -> ProblemExpertFeature:
-    """Return the feature that the rules and the servers of experts of a run share."""
+    """Return the feature of a run, which rules and servers share."""
     return context.one_of(make_problem_expert)

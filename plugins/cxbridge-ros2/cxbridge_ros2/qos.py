@@ -14,11 +14,11 @@ Durability = Literal["volatile", "transient_local"]
 
 
 class QosProfile(Struct, frozen=True):
-    """The quality of service that a publisher offers, or a subscription wants.
+    """The QoS that a publisher offers or a subscription requests.
 
     :param reliability: whether lost messages are sent again.
-    :param durability: ``transient_local``: late subscriptions get the last messages, too.
-    :param depth: how many messages are kept.
+    :param durability: ``transient_local`` also sends the last messages to late subscriptions.
+    :param depth: the number of kept messages.
     """
 
     reliability: Reliability = "reliable"
@@ -26,10 +26,11 @@ class QosProfile(Struct, frozen=True):
     depth: int = 10
 
 
+# Profiles with names in ROS, and `latched`, a term of ROS 1.
 PROFILES: Final = {
     "default": QosProfile(),
     "sensor_data": QosProfile(reliability="best_effort", depth=5),
-    "services_default": QosProfile(depth=1000),  # ROS' own 10 loses requests of a burst
+    "services_default": QosProfile(depth=1000),  # ROS' default of 10 loses requests of a burst
     "parameters": QosProfile(depth=1000),
     "action_status": QosProfile(durability="transient_local", depth=1),
     "latched": QosProfile(durability="transient_local", depth=1),
@@ -38,14 +39,9 @@ PROFILES: Final = {
     "tf_static": QosProfile(durability="transient_local", depth=100),
     "rosout": QosProfile(durability="transient_local", depth=1000),
 }
-"""The profiles that ROS has names for, and ``latched`` for what its ROS 1 users call so."""
 
 
 def profile(name: str) -> QosProfile:
-    """Return a profile by its name.
-
-    :raises Ros2Error: when there is none of this name.
-    """
     try:
         return PROFILES[name]
     except KeyError:

@@ -1,4 +1,4 @@
-"""The log of a run on /rosout, where the tools of ROS show it, and the logs of other nodes."""
+"""The log of a run on /rosout, and the logs of other nodes."""
 
 from __future__ import annotations
 
@@ -16,26 +16,24 @@ from cxbridge_ros2.qos import PROFILES
 TOPIC: Final = "/rosout"
 _TYPE: Final = "rcl_interfaces/msg/Log"
 _NANOSECONDS: Final = 1000
+# levels of rcl_interfaces/msg/Log; 50, FATAL, becomes an error
 _SEVERITY: Final = {Level.DEBUG: 10, Level.INFO: 20, Level.WARN: 30, Level.ERROR: 40}
-"""The numbers of rcl_interfaces/msg/Log; 50, FATAL, is an error here."""
 
 
 class Rosout(Closing):
-    """Sends log lines to /rosout; a sink of them.
+    """Publishes log lines on /rosout; a sink of events.
 
-    :param name: the node's; that of the component follows: ``cxbridge.SkillBoard``.
-    :param least: lines below this level are not sent.
+    :param name: the node's name, prefix of component names: ``cxbridge.SkillBoard``.
+    :param least: the lowest published level.
     """
 
-    events = (LogLine,)
-    """The events that the component listens to."""
+    events = (LogLine,)  # event types to subscribe to
 
     def __init__(self, node: Node, name: str, least: Level = Level.INFO) -> None:
         self._name, self._least = name, least
         self._publisher = node.publisher(TOPIC, _TYPE, PROFILES["rosout"])
 
     def __call__(self, event: Event) -> None:
-        """Send a log line."""
         if isinstance(event, LogLine) and _SEVERITY[event.level] >= _SEVERITY[self._least]:
             seconds, rest = divmod(event.time_us, MICROSECONDS)
             self._publisher.publish(
@@ -48,12 +46,11 @@ class Rosout(Closing):
             )
 
     def close(self) -> None:
-        """Send no more."""
         self._publisher.close()
 
 
 def listen(node: Node, take: Callable[[LogLine], None]) -> Callable[[], None]:
-    """Call ``take`` for each line on /rosout, the last ones before too; return what ends that."""
+    """Call ``take`` for each line on /rosout, kept ones first; return the unsubscribe function."""
     return node.subscribe(
         TOPIC, _TYPE, lambda message: take(_line(message)), PROFILES["rosout"], needs=Right.LOOK
     )

@@ -1,4 +1,4 @@
-"""The part of a configuration that is for nodes of ROS 2, as its rights see it."""
+"""The configuration section of ROS 2 nodes, for the check of rights."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from cxbridge_ros2.trees import nodes_stay_here
 
 
 class NodesSettings(PluginSettings):
-    """Whether only nodes of this machine reach the nodes of a configuration.
+    """The reach of the nodes in a configuration.
 
-    :param is_local: whether the nodes are for this machine only.
+    :param is_local: whether only nodes of this machine can reach them.
     """
 
     SECTION: ClassVar[str] = "/ros2"
@@ -23,10 +23,8 @@ class NodesSettings(PluginSettings):
 
     @classmethod
     def read(cls, config: Configuration) -> Self | None:
-        """Return the settings; None for a configuration without nodes."""
         return cls(is_local=nodes_stay_here(config)) if config.keys(cls.SECTION) else None
 
     @property
     def is_local(self) -> bool:
-        """Whether the nodes are for this machine only."""
         return self._is_local

@@ -1,6 +1,6 @@
-"""Simulated time: a clock that goes as the messages on ``/clock`` say, e.g. those of Gazebo.
+"""Simulated time: a clock that follows the messages on ``/clock``, such as those of Gazebo.
 
-Between two messages time stands still, as it does for the nodes of ROS with ``use_sim_time``.
+Between two messages time stands still, as for ROS nodes with ``use_sim_time``.
 """
 
 from __future__ import annotations
@@ -19,26 +19,25 @@ from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
 
 TOPIC: Final = "/clock"
-FIRST_S: Final = 10.0
-"""Seconds of real time to wait for the first message."""
+FIRST_S: Final = 10.0  # limit of real time in seconds for the first message
 
 _TYPE: Final = "rosgraph_msgs/msg/Clock"
 _NANOSECONDS: Final = 1000
 _POLL_S: Final = 0.1
+# Pause between two polls: 1000 steps a second are enough, whatever the simulator sends.
 _REST_S: Final = 0.001
-"""Between two looks: a thousand steps a second are enough, whatever the simulator sends."""
+# Period of a sleeper's checks whether it was woken, since a paused simulation sends no messages.
 _GLANCE_S: Final = 0.05
-"""A sleeper looks that often whether it was woken: the simulation may be paused."""
 _NEVER: Final = 2**63
 
 
 class SimTimeClock(Clock):
-    """Follows ``/clock``; it begins to when it is asked for the time first.
+    """Follows ``/clock`` from the first query of the time on.
 
     Time never goes backwards: after a reset of the simulation, it continues from the old time.
 
     :param join: makes the node that receives the messages.
-    :param patience_s: seconds of real time to wait for the first message.
+    :param patience_s: the limit of real time for the first message.
     """
 
     name = "ros2"
@@ -50,22 +49,19 @@ class SimTimeClock(Clock):
         self._thread: threading.Thread | None = None
         self._is_closed = False
         self._now_us = self._offset_us = 0
-        self._next_us = _NEVER
-        """The earliest time that a sleep ends."""
-        self.resets = 0
-        """How often the simulation has gone back."""
+        self._next_us = _NEVER  # earliest end of a sleep
+        self.resets = 0  # number of times that the simulation has gone back
 
     def now_us(self) -> int:
         """Return the simulated time in microseconds.
 
-        :raises Ros2Error: when there is none: no publisher sends it, or the domain cannot be joined.
+        :raises Ros2Error: if no publisher sends the time, or the domain cannot be joined.
         """
         if self._thread is None:
             self._begin()
         return self._now_us
 
     def sleep_until(self, time_us: int, wake: Wakeup | None = None) -> None:
-        """Sleep until the messages have reached ``time_us``, or ``wake`` is set."""
         if self._thread is None:
             self._begin()
         with self._moved:
@@ -74,7 +70,7 @@ class SimTimeClock(Clock):
                 self._moved.wait(_GLANCE_S)
 
     def close(self) -> None:
-        """Follow no more; who sleeps wakes up."""
+        """Stop following; sleepers wake up."""
         with self._moved:
             self._is_closed = True
             self._moved.notify_all()

@@ -1,7 +1,7 @@
-"""The skill execution of the thesis: its executor nodes execute our skills, ours its executive's.
+"""The protocol of the thesis' skill board, for both sides (docs/evidence/ros2cx.md).
 
-The protocol is that of its SkillExecutionMaster, which asks, and SkillExecution, which executes: PlanSys2's,
-with an agent, and with the skill string that an action is mapped to (docs/evidence/ros2cx.md).
+Its original caller is SkillExecutionMaster, its original performer SkillExecution. It extends PlanSys2's
+protocol by an agent and by the mapped skill string.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from cxbridge_ros2.messages import Message
 
 
 class SkillExecutionProtocol(HubProtocol):
-    """Words as cx_msgs/msg/SkillExecution."""
+    """Messages as cx_msgs/msg/SkillExecution."""
 
     name = "skill-execution"
     topic = "/skill_board"
@@ -29,7 +29,6 @@ class SkillExecutionProtocol(HubProtocol):
     has_agents = True
 
     def message(self, word: Word) -> Mapping[str, Any]:
-        """Return the message that says a word."""
         return {
             "type": word.kind,
             "node_id": word.node,
@@ -43,7 +42,6 @@ class SkillExecutionProtocol(HubProtocol):
         }
 
     def word(self, message: Message) -> Word:
-        """Return the word of a message."""
         return Word(
             kind=message["type"],
             node=message["node_id"],
@@ -54,20 +52,18 @@ class SkillExecutionProtocol(HubProtocol):
             status=message["status"],
         )
 
-    def sign_message(self, sign: Sign, now_us: int) -> Mapping[str, Any]:  # noqa: ARG002  it has no stamp
-        """Return the message that is a sign of life."""
+    def sign_message(self, sign: Sign, now_us: int) -> Mapping[str, Any]:  # noqa: ARG002 - the message has no stamp
         return {"state": sign.life, "action_name": sign.action, "node_name": sign.node}
 
     def sign(self, message: Message) -> Sign:
-        """Return the sign of life that a message is."""
         return Sign(message["node_name"], message["action_name"], message["state"])
 
     def after_cancel(self, finish: Word) -> Word | None:
-        """Return a FINISH with the status by which its master knows that it was cancelled."""
+        """Return a FINISH with the status by which the original caller recognises a cancellation."""
         return finish if finish.success else replace(finish, status="CANCELLED", progress=0.0)
 
     def arguments_of(self, key: Key) -> tuple[str, ...]:
-        """Return the arguments; its master splits a text, and makes an empty one of no text."""
+        """Return the arguments; the original caller sends an empty text in place of no argument."""
         return () if key.arguments == ("",) else key.arguments
 
 
@@ -75,6 +71,6 @@ PROTOCOL = SkillExecutionProtocol()
 
 
 class SkillExecutionSkills(HubSkills):
-    """Has executor nodes of the thesis execute skills."""
+    """Executes skills through executor nodes of the thesis."""
 
     protocol: ClassVar[HubProtocol] = PROTOCOL

@@ -22,8 +22,7 @@ from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.node import Client
 from cxbridge_ros2.topics import check_topic
 
-PATIENCE_S: Final = 5.0
-"""Seconds without a server of an action or a service until a skill fails."""
+PATIENCE_S: Final = 5.0  # default limit in seconds without a server until a skill fails
 
 _OF_ACTION: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
 _OF_SERVICE: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
@@ -34,12 +33,11 @@ class RosSkill(Struct, frozen=True):
     """The configuration of a skill.
 
     :param kind: the type of the action or service.
-    :param is_action: whether it is an action.
-    :param name: of the action or service, whole.
-    :param message: the goal or the request; texts may have parameters of the skill in them: ``$place``.
-    :param feedback: the field of the feedback that is shown; empty: all of it.
-    :param success: the field of a response that must be true; empty: any response is success.
-    :param error: the field of a result or response that says why it failed; empty: none does.
+    :param name: the absolute name of the action or service.
+    :param message: the goal or request; texts may contain parameters of the skill: ``$place``.
+    :param feedback: the field of the feedback to show; empty for all of it.
+    :param success: the field of a response that must be true; empty if any response is a success.
+    :param error: the field of a result or response with the error; may be empty.
     """
 
     kind: str
@@ -54,7 +52,7 @@ class RosSkill(Struct, frozen=True):
 
 
 class RosSkills(RosExecutor):
-    """Executes skills as actions and services of ROS 2 nodes, over DDS."""
+    """Executes skills as actions and services of ROS 2 nodes."""
 
     known_settings: ClassVar[tuple[str, ...]] = (*RosExecutor.known_settings, "tables")
 
@@ -70,13 +68,11 @@ class RosSkills(RosExecutor):
 
     @classmethod
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the skills that are configured; see the base class."""
         skills = nested(settings).get("skills")
         return tuple(skills) if isinstance(skills, Mapping) else ()
 
     @classmethod
     def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterator[CxbridgeError]:
-        """Yield the mistakes in types and fields of skills; see the base class."""
         nodes = NodeSettings.of(settings, folder, cls.__name__)
         definitions = nodes.definitions()
         configured = nested(settings).get("skills")
@@ -109,7 +105,7 @@ class RosSkills(RosExecutor):
         return skills
 
     def start(self) -> None:
-        """Join the domain, and make a client for each skill: a wrong type is an error now."""
+        """Join the domain and make a client for each skill, so that a wrong type is an error at the start."""
         node = self.join()
         for skill, known in self._known.items():
             self._clients[skill] = (
@@ -119,7 +115,6 @@ class RosSkills(RosExecutor):
             )
 
     def execute(self, call: SkillCall) -> Steps:
-        """Execute a skill; see the base class."""
         known, client = self._known[call.skill], self._clients[call.skill]
         message = fill(known.message, call, self._tables)
         steps = (
@@ -130,7 +125,6 @@ class RosSkills(RosExecutor):
         yield from self.within(known.timeout_s, known.name, steps)
 
     def _served(self, known: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
-        """Wait for a server."""
         since_us = self.clock.now_us()
         while not client.is_served:
             if self.clock.now_us() - since_us > known.patience_s * MICROSECONDS:
@@ -148,7 +142,7 @@ class RosSkills(RosExecutor):
             yield from self._follow(known, client, sent)
         finally:
             if not sent.is_over:
-                sent.cancel()  # the skill was cancelled, or took too long
+                sent.cancel()  # the skill was cancelled, or has exceeded its time
                 client.forget(sent)
         if sent.is_accepted is False:
             raise SkillFailedError(f"{known.name} has rejected the goal")
@@ -177,7 +171,7 @@ class RosSkills(RosExecutor):
             value = _field(reported, known.feedback) if known.feedback else reported
             number = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
             first = max(first, number)
-            # the remaining amount falls: 1 at zero
+            # a remaining amount, such as a distance, falls to zero
             yield Progress(1 - number / first if first > 0 else 0.0, f"{known.feedback} {value}".strip())
 
     def _ask(self, known: RosSkill, client: Client, request: Message) -> Generator[Any, None, Any]:
@@ -200,12 +194,12 @@ class RosSkills(RosExecutor):
 
 
 def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -> Any:
-    """Return a message with the parameters of a call in the places that are meant for them.
+    """Return a message with the parameters of a call inserted.
 
-    ``$place`` alone is the parameter's value with its type, or its entry in the table of that name, if there
-    is one; in a longer text it is text.
+    ``$place`` alone becomes the parameter's value with its type, or its entry in the table of that name.
+    Within a longer text it becomes text.
 
-    :raises SkillError: when the call lacks a parameter, or a table an entry.
+    :raises SkillError: if the call lacks a parameter, or a table an entry.
     """
     if isinstance(value, Mapping):
         return {key: fill(each, call, tables) for key, each in value.items()}
@@ -217,14 +211,14 @@ def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -
     if whole is None:
         return _PARAMETER.sub(lambda each: str(call.get(each[1] or each[2])), value)
     name = whole[1] or whole[2]
-    given = call.get(name)
+    argument = call.get(name)
     if name not in tables:
-        return given
+        return argument
     try:
-        return tables[name][str(given)]
+        return tables[name][str(argument)]
     except KeyError:
-        hint = did_you_mean(str(given), tables[name], f"it has: {', '.join(tables[name])}")
-        raise SkillError(f"the table '{name}' has no entry '{given}'", hint=hint) from None
+        hint = did_you_mean(str(argument), tables[name], f"it has: {', '.join(tables[name])}")
+        raise SkillError(f"the table '{name}' has no entry '{argument}'", hint=hint) from None
 
 
 def _skill(name: str, value: Any, namespace: str) -> RosSkill:
@@ -255,7 +249,6 @@ def _skill(name: str, value: Any, namespace: str) -> RosSkill:
 
 
 def _field(message: Any, path: str) -> Any:
-    """Return a field of a message, by its path with dots; None when there is none."""
     for part in path.split(".") if path else ():
         if not isinstance(message, Mapping) or part not in message:
             return None

@@ -11,9 +11,9 @@ _TOPIC: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
 
 
 def check_topic(name: str) -> str:
-    """Return the name of a topic, a service or an action, which is whole: ``/robot1/odom``.
+    """Return the absolute name of a topic, a service or an action: ``/robot1/odom``.
 
-    :raises Ros2Error: when ROS knows no such names.
+    :raises Ros2Error: if the name is invalid in ROS.
     """
     if _TOPIC.fullmatch(name) is None or "__" in name:
         raise Ros2Error(

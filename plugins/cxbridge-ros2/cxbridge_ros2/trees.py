@@ -1,4 +1,4 @@
-"""Trees of the configuration that have settings of nodes, e.g. ``/ros2/node``."""
+"""Configuration sections with settings of nodes, such as ``/ros2/node``."""
 
 from __future__ import annotations
 
@@ -17,32 +17,28 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 _ROS2: Final = "/ros2"
-_OF_SEVERAL: Final = ("interfaces", "performers")
-"""Sections with a node in each key."""
-
-_ASKS: Final = ("clock",)
-"""Sections whose node answers nothing."""
+_OF_SEVERAL: Final = ("interfaces", "performers")  # sections with a node per key
+_ASKS: Final = ("clock",)  # sections whose nodes serve no requests
 
 
 def values_below(config: Configuration, tree: str) -> dict[str, Any]:
-    """Return the values below a path, by what follows it; those of Fawkes' plug-ins are left out."""
-    found: dict[str, Any] = {}
+    """Return the values below a path by relative path, without those of Fawkes' plug-ins."""
+    values: dict[str, Any] = {}
     for value in config.search(f"{tree}/"):
         key = value.path.removeprefix(f"{tree}/")
         if is_ours(tree, key):
-            found[key] = [value_of(text) for text in value.items] if value.is_list else value_of(value.text)
-    return found
+            values[key] = [value_of(text) for text in value.items] if value.is_list else value_of(value.text)
+    return values
 
 
 def node_settings(
     config: Configuration, tree: str, own: tuple[str, ...], folder: Path, whose: str
 ) -> tuple[dict[str, Any], NodeSettings]:
-    """Return the values below a path, and those among them that are of a node.
+    """Return the values below a path, and the node settings among them.
 
-    :param own: the keys that it has besides those of a node.
-    :param folder: the base of relative folders.
+    :param own: further allowed keys.
+    :param folder: the base of relative paths.
     :param whose: the configured component, for errors.
-    :raises CxbridgeError: when they are invalid.
     """
     values = values_below(config, tree)
     known = (*own, *OF_NODE)
@@ -54,15 +50,15 @@ def node_settings(
 
 
 def nodes_stay_here(config: Configuration) -> bool:
-    """Return whether only nodes of this machine reach the nodes of a configuration.
+    """Return whether only nodes of this machine can reach the configured nodes.
 
-    A section with mistakes counts as one that stays here: its component reports them.
+    An invalid section counts as local: its component reports the error.
     """
     return all(_stays_here(config, tree) for tree in _trees(config))
 
 
 def _trees(config: Configuration) -> Iterator[str]:
-    """Yield the sections of nodes that other nodes can ask."""
+    """Yield the sections of nodes that serve requests."""
     for name in config.keys(_ROS2):
         tree = f"{_ROS2}/{name}"
         if name in _OF_SEVERAL:
@@ -81,15 +77,14 @@ def _stays_here(config: Configuration, tree: str) -> bool:
 
 @contextmanager
 def placed(config: Configuration, tree: str) -> Iterator[None]:
-    """Let an error about settings name the file and the line where they begin.
-
-    :raises CxbridgeError: the error, with its place.
-    """
+    """Add file and line of a section to errors about its settings."""
     try:
         yield
     except CxbridgeError as error:
         found = config.search(f"{tree}/")
-        place = next((each for each in found if is_ours(tree, each.path.removeprefix(f"{tree}/"))), None)
-        if place is not None and error.file is None:
-            error.file, error.line = place.file, place.line
+        first_value = next(
+            (each for each in found if is_ours(tree, each.path.removeprefix(f"{tree}/"))), None
+        )
+        if first_value is not None and error.file is None:
+            error.file, error.line = first_value.file, first_value.line
         raise

@@ -1,4 +1,4 @@
-"""The CLIPS Executive of the thesis, for ROS 2: its configuration, its features, its executors.
+"""The CLIPS Executive of the thesis for ROS 2: its configuration, features and executors.
 
 See docs/evidence/ros2cx.md.
 """

@@ -1,10 +1,9 @@
-"""The original's feature ``blackboard``, on our blackboard.
+"""The original's feature ``blackboard`` on the blackboard of cxbridge.
 
-Its template ``blackboard-interface`` has no hash and no serial, and facts of interfaces live for one run of
-the rules (``retract-early``). It registers five functions, of which reading does nothing; the only interface
-that it knows is a ROS message. The remaining functions of Fawkes' feature exist, but commented out. By
-default all functions are defined and work; in the mode ``original`` there are those five. Source:
-BlackboardFeature.cpp.
+Its template ``blackboard-interface`` has neither hash nor serial, and interface facts live for one run of the
+rules (``retract-early``). The original registers five functions, where reading does nothing and a ROS message
+is the only known interface. The remaining functions of Fawkes' feature are commented out there. By default
+all functions work; the mode ``original`` keeps those five. Source: BlackboardFeature.cpp.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.udf import Function
 
+# The functions that the original registers.
 ORIGINAL_FUNCTIONS: Final = frozenset(
     {
         "blackboard-enable-time-read",
@@ -25,15 +25,14 @@ ORIGINAL_FUNCTIONS: Final = frozenset(
         "blackboard-create-msg",
     }
 )
-"""The functions that the original registers."""
 
 
 class Ros2CxBlackboardFeature(BlackBoardFeature):
-    """Gives the ``blackboard-*`` functions.
+    """Defines the ``blackboard-*`` functions.
 
     :param name: the name of the feature in the configuration.
-    :param board: the blackboard that environments see.
-    :param original: define only :data:`ORIGINAL_FUNCTIONS`, and let reading do nothing.
+    :param board: the blackboard of the environments.
+    :param original: define only :data:`ORIGINAL_FUNCTIONS`, where reading does nothing.
     """
 
     def __init__(self, name: str, board: BlackBoard, *, original: bool = False) -> None:
@@ -47,8 +46,8 @@ class Ros2CxBlackboardFeature(BlackBoardFeature):
         if not self._original:
             super()._define(env, name, function, minimum, types)
         elif name in ORIGINAL_FUNCTIONS:
-            does = _read_nothing if name == "blackboard-read" else function
-            super()._define(env, name, does, minimum, types)
+            implementation = _read_nothing if name == "blackboard-read" else function
+            super()._define(env, name, implementation, minimum, types)
 
 
 def _read_nothing() -> None:

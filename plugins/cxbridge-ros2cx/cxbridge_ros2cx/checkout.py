@@ -1,7 +1,7 @@
-"""A checkout of ros2-clips-executive as of 2021: where its packages have their files.
+"""A checkout of ros2-clips-executive as of 2021, and the folders of its packages.
 
-The original finds files through ament's index, after an installation. A checkout that was never built has the
-same files in its source folders.
+The original finds files through ament's index after an installation. A checkout without a build has the same
+files in its source folders.
 """
 
 from __future__ import annotations
@@ -13,17 +13,16 @@ from msgspec import Struct
 
 from cxbridge.errors import CxbridgeError
 
+# What cxbridge's own core adds for agents of the ROS 2 executive: skills of several agents, plans.
 ROS2CX_CLIPS = Path(__file__).parent / "clips"
-"""What our own core has otherwise for agents of the executive for ROS 2: skills of several agents, plans."""
 
+# The changes to the original's core, loaded unless its defects are wanted.
 ROS2CX_SANE_CLIPS = ROS2CX_CLIPS / "sane"
-"""The differences of the original's core, unless its defects are wanted."""
 
-KNOWN_COMMIT = "0abace1"
-"""The commit that everything was compared with: branch ``idoychev/minor-fixes``, October 2021."""
+KNOWN_COMMIT = "0abace1"  # commit of all comparisons: branch `idoychev/minor-fixes`, October 2021
 
+# The CLIPS and PDDL files of that commit, each with the start of its SHA-256.
 _KNOWN_FILES = Path(__file__).parent / "known_files.txt"
-"""The CLIPS and PDDL files of that commit, with the beginnings of their SHA-256."""
 
 _HOST_CLIPS = "cx_clips/src/cx_clips/clips"
 _CORE_CLIPS = "cx_clips_executive/src/cx_clips_executive/clips"
@@ -34,7 +33,7 @@ _PARAMETERS = f"{_BRINGUP}/params"
 class Ros2CxCheckout(Struct, frozen=True):
     """The folders of a checkout.
 
-    :param root: the folder that holds the packages.
+    :param root: the folder with the packages.
     """
 
     root: Path
@@ -43,7 +42,7 @@ class Ros2CxCheckout(Struct, frozen=True):
     def open(cls, root: Path) -> Ros2CxCheckout:
         """Return the checkout in a folder.
 
-        :raises CxbridgeError: when packages are missing, with the names of all of them.
+        :raises CxbridgeError: if packages are missing; the error lists all of them.
         """
         checkout = cls(root.resolve())
         needed = {_HOST_CLIPS: "cx_clips", _CORE_CLIPS: "cx_clips_executive", _PARAMETERS: "cx_bringup"}
@@ -60,13 +59,12 @@ class Ros2CxCheckout(Struct, frozen=True):
 
     @property
     def known_commit(self) -> str:
-        """The commit that the checkout should be at."""
         return KNOWN_COMMIT
 
     def compare(self) -> dict[str, list[str]]:
-        """Compare the CLIPS and PDDL files with those of the commit that is known.
+        """Compare the CLIPS and PDDL files with those of the known commit.
 
-        :returns: for each part (a package, or an agent's folder in it) the files that differ or are missing.
+        :returns: the missing or different files of each part: a package, or an agent's folder in it.
         """
         parts: dict[str, list[str]] = {}
         for line in _KNOWN_FILES.read_text(encoding="ascii").splitlines():
@@ -75,36 +73,36 @@ class Ros2CxCheckout(Struct, frozen=True):
             inner = inner.rpartition("/clips/")[2]
             folder, slash, _name = inner.partition("/")
             agent = slash and folder.startswith("test-scenario")
-            others = parts.setdefault(f"{package}/{folder}" if agent else package, [])
+            differing = parts.setdefault(f"{package}/{folder}" if agent else package, [])
             if digest_of(self.root / path) != digest:
-                others.append(inner.removeprefix(f"{folder}/") if agent else inner)
+                differing.append(inner.removeprefix(f"{folder}/") if agent else inner)
         return parts
 
     @property
     def bringup(self) -> Path:
-        """What ``@CONFDIR@`` stands for: the share folder of the package cx_bringup."""
+        """The value of ``@CONFDIR@``: the share folder of the package cx_bringup."""
         return self.root / _BRINGUP
 
     @property
     def parameters(self) -> Path:
-        """The folder of the parameter files."""
         return self.root / _PARAMETERS
 
     @property
     def library(self) -> Path:
-        """The folder of utils.clp, time.clp, path.clp and ff-config.clp."""
+        """The folder with utils.clp, time.clp, path.clp and ff-config.clp."""
         return self.root / _HOST_CLIPS
 
     @property
     def core(self) -> Path:
-        """The folder of the CX core and of the shipped agents."""
+        """The folder with the CX core and the shipped agents."""
         return self.root / _CORE_CLIPS
 
 
 def digest_of(file: Path) -> str:
-    """Return the beginning of a text file's SHA-256, with any line ends; empty when it is missing."""
+    """Return the start of a text file's SHA-256; empty if the file is missing."""
     try:
         data = file.read_bytes()
     except OSError:
         return ""
+    # a checkout on Windows may have other line ends
     return hashlib.sha256(data.replace(b"\r\n", b"\n")).hexdigest()[:16]

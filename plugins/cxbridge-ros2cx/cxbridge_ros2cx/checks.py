@@ -1,6 +1,6 @@
-"""The checks of a checkout and its parameter files, before anything runs.
+"""Checks of a checkout and its parameter files before a run.
 
-The original ignores unknown keys, so a misspelt key silently does not count. Here each unread key is named,
+The original ignores unknown keys, so a misspelt key has no effect there. Here each unread key is reported
 with file and line.
 """
 
@@ -31,8 +31,8 @@ _SPEC_KEYS = ("action-mapping", "blackboard-preload", "init", "parameters", "wm-
 _REMAP_KEYS = ("facts", "objects")
 _REMAP_KINDS = ("id-prefix", "name-id")
 _PLACEHOLDER = re.compile(r"@\w+@")
+# `@FEATURESTEST@` appears in the shipped file, but only the original's tests define it.
 _SHIPPED_PLACEHOLDERS = ("@CONFDIR@", "@FEATURESTEST@")
-"""``@FEATURESTEST@`` is in the shipped file, and stands for a folder in the original's tests only."""
 
 _MOST_NAMED = 4
 
@@ -40,19 +40,19 @@ _MOST_NAMED = 4
 def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout) -> list[str]:
     """Return warnings about the parameters of a spec and about the checkout."""
     return [
-        *_other_files(checkout),
+        *_changed_files(checkout),
         *_unknown_keys(config, spec),
-        *_strange_folders(config, checkout),
-        *_nothing_to_do(config, spec),
+        *_invalid_folders(config, checkout),
+        *_empty_sections(config, spec),
     ]
 
 
-def _other_files(checkout: Ros2CxCheckout) -> Iterator[str]:
-    """Name the parts of a checkout that differ from the known commit."""
+def _changed_files(checkout: Ros2CxCheckout) -> Iterator[str]:
+    """Report the parts of a checkout that differ from the known commit."""
     parts = checkout.compare()
     changed = {part: files for part, files in parts.items() if files}
     if changed:
-        named = "; ".join(f"{part} ({_few(files)})" for part, files in changed.items())
+        named = "; ".join(f"{part} ({_shortened(files)})" for part, files in changed.items())
         same = ", ".join(part for part in parts if part not in changed) or "nothing"
         yield (
             f"{checkout.root}: this is not commit {checkout.known_commit}, the one that was compared. "
@@ -60,7 +60,7 @@ def _other_files(checkout: Ros2CxCheckout) -> Iterator[str]:
         )
 
 
-def _few(names: Iterable[str]) -> str:
+def _shortened(names: Iterable[str]) -> str:
     names = [*names]
     more = len(names) - _MOST_NAMED
     return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
@@ -75,32 +75,33 @@ def _unknown_keys(config: Configuration, spec: str) -> Iterator[str]:
         for key in config.keys(path):
             if key not in names:
                 hint = did_you_mean(key, names, f"known are {', '.join(names)}")
-                yield f"{_at(config, f'{path}/{key}')}'{key}' is never read; {hint}"
+                yield f"{_location(config, f'{path}/{key}')}'{key}' is never read; {hint}"
 
 
-def _strange_folders(config: Configuration, checkout: Ros2CxCheckout) -> Iterator[str]:
+def _invalid_folders(config: Configuration, checkout: Ros2CxCheckout) -> Iterator[str]:
     path = f"{EXECUTIVE_TREE}/clips-dirs"
     for text in config.get_strings(path, default=[]):
         unknown = [name for name in _PLACEHOLDER.findall(text) if name not in _SHIPPED_PLACEHOLDERS]
         if unknown:
             known = ", ".join(_SHIPPED_PLACEHOLDERS[:1])
-            yield f"{_at(config, path)}{unknown[0]} in clips-dirs stands for nothing; there is: {known}"
+            yield f"{_location(config, path)}{unknown[0]} in clips-dirs stands for nothing; there is: {known}"
         elif "@FEATURESTEST@" not in text:
             folder = Path(text.replace("@CONFDIR@", str(checkout.bringup)))
             if not folder.is_dir():
-                yield f"{_at(config, path)}clips-dirs names {folder}, which is not a folder"
+                yield f"{_location(config, path)}clips-dirs names {folder}, which is not a folder"
 
 
-def _nothing_to_do(config: Configuration, spec: str) -> Iterator[str]:
+def _empty_sections(config: Configuration, spec: str) -> Iterator[str]:
     base = f"{EXECUTIVE_TREE}/specs/{spec}"
     if not config.keys(f"{base}/init"):
-        yield f"{_at(config, base)}the spec '{spec}' has no init: it loads nothing"
+        yield f"{_location(config, base)}the spec '{spec}' has no init: it loads nothing"
     if not config.keys(f"{base}/action-mapping"):
-        yield f"{_at(config, base)}the spec '{spec}' has no action-mapping: executors get no mapped_action"
+        missing = f"the spec '{spec}' has no action-mapping: executors get no mapped_action"
+        yield f"{_location(config, base)}{missing}"
 
 
-def _at(config: Configuration, path: str) -> str:
-    """Return ``FILE:LINE: `` of a path, or of the first value below it."""
-    place: ConfigValue | None
-    place = config.get(path) if config.exists(path) else next(config.search(path), None)
-    return f"{place.file}:{place.line}: " if place is not None and place.file else ""
+def _location(config: Configuration, path: str) -> str:
+    """Return ``FILE:LINE: `` of a path, or of the first value below the path."""
+    value: ConfigValue | None
+    value = config.get(path) if config.exists(path) else next(config.search(path), None)
+    return f"{value.file}:{value.line}: " if value is not None and value.file else ""

@@ -1,9 +1,8 @@
 """The original's feature ``config_feature``: parameters as facts ``confval``.
 
-It differs from Fawkes' feature ``config`` in the order of the facts (that of the file), in the types (never
-UINT) and in values: the elements of lists, and all that lies within a list of maps, are strings.
-For the original that includes TRUE and FALSE: with ``feature-request: false`` its init.clp
-waits forever. Source: ConfigFeature.cpp.
+It differs from Fawkes' feature ``config``: the facts have the file's order, the type is never UINT, and list
+elements and all values within a list of maps are strings. For the original that includes TRUE and FALSE, so
+with ``feature-request: false`` its init.clp waits forever. Source: ConfigFeature.cpp.
 """
 
 from __future__ import annotations
@@ -29,11 +28,11 @@ _INDEX = re.compile(r"/\d+/")
 
 
 class ParametersFeature(Feature):
-    """Gives ``config-load`` and the template ``confval``.
+    """Defines ``config-load`` and the template ``confval``.
 
     :param config: the configuration of the run, with the parameters of the executive's node.
-    :param folder: the folder of parameter files, for prefixes of other nodes.
-    :param exact: make strings of TRUE and FALSE in lists of maps, as the original does.
+    :param folder: the folder of parameter files, for the prefixes of other nodes.
+    :param exact: turn TRUE and FALSE in lists of maps into strings, as the original does.
     """
 
     name = NAME
@@ -44,7 +43,6 @@ class ParametersFeature(Feature):
         self._exact = exact
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Load the template and define the function."""
         env.call("path-load", "ff-config.clp")
         env.define("config-load", lambda prefix: self._load(env, prefix), 1, types="*;sy")
 
@@ -61,15 +59,15 @@ class ParametersFeature(Feature):
             except CxbridgeError as error:
                 log.error(f"Cannot load the parameters of {prefix}: {error}")
                 return
-        for item in config.walk(tree):
-            path = f"/{node}{item.path[len(tree) :]}".replace(f"/{_PARAMETERS}", "", 1)
-            slots = _slots(item, exact=self._exact)
+        for parameter in config.walk(tree):
+            path = f"/{node}{parameter.path[len(tree) :]}".replace(f"/{_PARAMETERS}", "", 1)
+            slots = _slots(parameter, exact=self._exact)
             if slots is not None:
                 env.assert_fact("confval", {"path": path, **slots})
 
 
 def _slots(item: ConfigValue, *, exact: bool) -> dict[str, Value] | None:
-    """Return the slots of a parameter except for its path; None for one that the original leaves out."""
+    """Return the slots of a parameter except its path; None if the original omits the parameter."""
     if item.is_list:
         if not item.items:
             return None
@@ -83,7 +81,7 @@ def _slots(item: ConfigValue, *, exact: bool) -> dict[str, Value] | None:
 
 
 def scalar_type(text: str) -> str:
-    """Return what yaml-cpp can read a scalar as: BOOL, INT, FLOAT, else STRING. Quotes do not count."""
+    """Return yaml-cpp's type of a scalar: BOOL, INT, FLOAT or STRING. Quotes are ignored."""
     if text.lower() in _TRUE | _FALSE:
         return "BOOL"
     if _INT.match(text):

@@ -1,4 +1,4 @@
-"""Executors that ship with the original: a dummy that pretends to do something, and one that drives.
+"""Executors that ship with the original: a dummy that only pretends, and a driving one.
 
 Sources: DummyMoveSkill.cpp, MoveSkillNav2.cpp.
 """
@@ -12,24 +12,18 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 
-PERIOD_S = 0.5
-"""Seconds between feedback."""
-
+PERIOD_S = 0.5  # seconds between feedback
 _PERIOD_US = round(PERIOD_S * MICROSECONDS)
-
-FEEDBACKS = 4
-"""How often feedback comes before the end."""
+FEEDBACKS = 4  # number of feedbacks before the end
 
 
 class DummyExecutor(SkillExecutor):
-    """Sends feedback four times, half a second apart, and succeeds. Derive from it and name ``skills``."""
+    """Sends feedback four times, half a second apart, and succeeds. Subclasses set ``skills``."""
 
     known_settings: ClassVar[tuple[str, ...]] = ("period", "feedbacks")
-    period: ClassVar[float] = PERIOD_S
-    """Seconds between feedback, unless the setting says otherwise."""
+    period: ClassVar[float] = PERIOD_S  # seconds between feedback, unless configured
 
     def execute(self, call: SkillCall) -> Steps:
-        """Pretend to execute a skill."""
         self.log.info(f"Executing [{call.skill}] {' '.join(map(str, call.parameters.values()))}")
         period_us = round(self.setting("period", self.period) * MICROSECONDS)
         feedbacks = self.setting("feedbacks", FEEDBACKS)
@@ -41,27 +35,25 @@ class DummyExecutor(SkillExecutor):
         return Progress(1.0, "completed")
 
     def progress(self, number: int, feedbacks: int) -> float:
-        """Return how far it is at the feedback with this number, from 0."""
         return number / feedbacks
 
 
 class OriginalDummy(DummyExecutor):
-    """As the original's, which multiplies its progress by 0."""
+    """The original's dummy, which multiplies its progress by 0."""
 
     def progress(self, number: int, feedbacks: int) -> float:  # noqa: ARG002
-        """Return 0."""
         return 0.0
 
 
 class MoveExecutor(SkillExecutor):
-    """Drives straight to the waypoint in its third parameter, as ``move(ROBOT FROM TO)`` names it.
+    """Drives straight to the waypoint in its third parameter, as in ``move(ROBOT FROM TO)``.
 
-    Derive from it for other places and speeds.
+    Subclasses may set other waypoints and speeds.
     """
 
     skills = ("move",)
-    speed: ClassVar[float] = 0.22
-    """Metres per second, a TurtleBot3 Burger's."""
+    speed: ClassVar[float] = 0.22  # metres per second; the default is the speed of a TurtleBot3 Burger
+    # waypoints in metres on the map
     positions: ClassVar[dict[str, tuple[float, float]]] = {
         "wp_init": (-2.0, -0.4),
         "wp1": (1.76, 0.68),
@@ -72,29 +64,31 @@ class MoveExecutor(SkillExecutor):
         "wp6": (-2.57, 0.02),
         "wp_final": (-2.0, -0.4),
     }
-    """Where the waypoints are, in metres on the map."""
 
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
         self.position = self.positions["wp_init"]
 
     def execute(self, call: SkillCall) -> Steps:
-        """Report twice a second how far it is, and how far it has to go."""
-        if (to := self.positions.get(call.text("3"))) is None:
+        """Report the progress and the remaining distance twice a second."""
+        if (target := self.positions.get(call.text("3"))) is None:
             raise SkillFailedError(
                 f"there is no waypoint {call.text('3')}: there are {', '.join(self.positions)}"
             )
         start, start_us, feedback_us = self.position, self.clock.now_us(), self.clock.now_us()
-        distance = math.dist(start, to)
+        distance = math.dist(start, target)
         yield Progress(0.0, "Move starting")
         while (driven := (self.clock.now_us() - start_us) / MICROSECONDS * self.speed) < distance:
             share = driven / distance
-            self.position = (start[0] + share * (to[0] - start[0]), start[1] + share * (to[1] - start[1]))
+            self.position = (
+                start[0] + share * (target[0] - start[0]),
+                start[1] + share * (target[1] - start[1]),
+            )
             if self.clock.now_us() < feedback_us + _PERIOD_US:
                 yield None
                 continue
             feedback_us += _PERIOD_US
-            left = distance - driven
-            yield Progress(share, f"Move running: {left:.2f} m remaining at {self.speed:g} m/s")
-        self.position = to
+            remaining = distance - driven
+            yield Progress(share, f"Move running: {remaining:.2f} m remaining at {self.speed:g} m/s")
+        self.position = target
         return Progress(1.0, "Move completed")

@@ -1,4 +1,4 @@
-"""The features of the original by the names of their plugin classes."""
+"""The features of the original by their plugin classes."""
 
 from __future__ import annotations
 
@@ -30,13 +30,12 @@ REDEFINE_FEATURE = "redefine_warning_feature"
 
 
 class MockFeature(Feature):
-    """The feature that the original's tests load: resets the environment, and asserts ``(b (name NAME))``."""
+    """The feature of the original's tests: resets the environment and asserts ``(b (name NAME))``."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Reset, assert the fact, run the rules."""
         env.eval("(reset)")
         env.assert_string(f"(b (name {self.name}))")
         env.run()
@@ -49,9 +48,9 @@ class Ros2CxFeatureContext:
     :param config: the configuration of the run.
     :param folder: the folder of the parameter files.
     :param board: the blackboard.
-    :param skills: returns the skill board; None while there is none.
-    :param on_removal: called when a skill that has ended is forgotten.
-    :param make_planning: makes what plans for the environment of that name; None: planners.
+    :param skills: returns the skill board; None before it exists.
+    :param on_removal: called when an ended skill is removed.
+    :param make_planning: returns the planning service of an environment; None for planners.
     :param original: whether the original's defects are repeated.
     """
 
@@ -65,10 +64,7 @@ class Ros2CxFeatureContext:
 
 
 def make_features(context: Ros2CxFeatureContext, entries: Iterable[FeatureEntry]) -> list[Feature]:
-    """Make the two features that are always there, and those that the parameter files name.
-
-    :raises ConfigError: for a plugin class that is not known, with file and line.
-    """
+    """Return the two permanent features and those of the parameter files."""
     parser = PddlParserFeature()
     redefine = RedefineWarningFeature()
     redefine.name = REDEFINE_FEATURE

@@ -1,4 +1,4 @@
-"""The options of commands for agents of the executive for ROS 2."""
+"""Command-line options for agents of the ROS 2 executive."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from cxbridge.run.options import PluginOptions, RunOptions
 
 _PARAMETERS: Final = (b"ros__parameters", b"environments")
 _NODE_PACKAGE: Final = "cx_clips_env_manager"
+# folders that may contain the node's package in checkouts, workspaces and installations
 _LEVELS: Final = ("", "*/", "*/*/", "share/", "install/share/", f"install/{_NODE_PACKAGE}/share/")
-"""Where the package of the node is in checkouts, workspaces and installations."""
 
 _SUFFIXES: Final = (".yaml", ".yml")
 
@@ -23,7 +23,7 @@ _SUFFIXES: Final = (".yaml", ".yml")
 def is_todays(options: RunOptions) -> bool:
     """Return whether the options name an agent of today's executive.
 
-    That is a file with parameters of a node that has environments, or a checkout of today's executive.
+    Such an agent is a parameter file of a node with environments, or a checkout of today's executive.
     """
     return _names_parameters(options.scenario) or _has_todays_package(options.option("ros2cx"))
 
@@ -43,7 +43,7 @@ def _names_parameters(file: Path | None) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Ros2CxOptions(PluginOptions):
-    """A checkout, and the executors of its actions."""
+    """Options for a checkout and the executors of its actions."""
 
     ros2cx: Annotated[
         Path | None,
@@ -80,7 +80,6 @@ class Ros2CxOptions(PluginOptions):
     ] = False
 
     def check(self, options: RunOptions) -> None:  # noqa: ARG002 - another group needs no other option
-        """Raise :class:`CxbridgeError` when an option of the group lacks another option."""
         if self.executors and self.ros2cx is None:
             raise CxbridgeError(
                 "--executor goes with --ros2cx only",

@@ -1,7 +1,7 @@
-"""A skill board that treats executors as the original does, its defects included.
+"""A skill board that treats executors like the original, its defects included.
 
-All executors that answer are confirmed, and all execute; none is rejected; the last confirmed one counts.
-Only a master without an answer gives up, when the rules look at it. Source: SkillExecutionMaster.cpp.
+All executors that respond are confirmed and execute; none is rejected; the last confirmed one counts. A
+master times out only without a response, when the rules check it. Source: SkillExecutionMaster.cpp.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from cxbridge_ros2cx.settings import Ros2CxSettings
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
+# Seconds that a master waits for a response; the timeout `start` of such a board.
 IDLE_S: Final = 4.0
-"""Seconds that a master waits for an answer; the time-out ``start`` of such a board."""
 
+# The skill board's name for the agent with an empty id, since the board requires names.
 NO_AGENT: Final = "default"
-"""The skill board's name of the agent whose id is the empty string: there, names are not empty."""
 
 _NEVER: Final = 2**63 - 1
 
 
 class OriginalMaster(Master):
-    """A master as the original has it."""
+    """A master with the original's behaviour."""
 
     __slots__ = ()
 
     def look(self, now_us: int) -> None:
-        """Give up without an answer for more than :data:`IDLE_S`. The rules look once a tick."""
+        """Fail after :data:`IDLE_S` without a response. The rules call this once a tick."""
         if self.state is MasterState.ASKING and now_us > self._start_us:
             agent = "" if self.agent == NO_AGENT else self.agent
             words = [str(value) for name, value in self.call.parameters.items() if name != MAPPED_ACTION]
@@ -44,7 +44,7 @@ class OriginalMaster(Master):
             )
 
     def responded(self, executor: str, now_us: int) -> None:  # noqa: ARG002
-        """Confirm everybody; the last one is the one that counts."""
+        """Confirm each executor; only the last one counts."""
         if self.is_over:
             return
         self._sending.confirm(executor, self.number)
@@ -52,26 +52,26 @@ class OriginalMaster(Master):
         self._go(MasterState.CONFIRMED)
 
     def take_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
-        """Take FEEDBACK of the executor that counts, and leave the rest alone."""
+        """Process feedback of the confirmed executor only."""
         if executor == self.executor and self.has_executor:
             super().take_feedback(executor, progress, text, now_us)
             self.deadline_us = _NEVER
 
     def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = "") -> None:
-        """Take FINISH of the one that counts."""
+        """Process the end reported by the confirmed executor."""
         if outcome is SkillOutcome.CANCELLED and executor == self.executor and self.has_executor:
             self._go(MasterState.CANCELLED)  # no matter who cancelled it
         else:
             super().finished(executor, outcome, error, now_us, text)
 
     def lost(self, executor: str) -> None:
-        """Do not look whether an executor still exists."""
+        """Ignore that an executor has vanished."""
 
     def undelivered(self, executor: str, why: str) -> None:
-        """Ignore whether a message was delivered."""
+        """Ignore failed delivery."""
 
     def cancel(self, now_us: int) -> bool:  # noqa: ARG002
-        """Send CANCEL to its executor; without an answer, nothing happens."""
+        """Send CANCEL to the executor; without a response so far, do nothing."""
         if not self.has_executor:
             return False
         self._sending.cancel(self.executor, self.number)
@@ -79,17 +79,15 @@ class OriginalMaster(Master):
         return True
 
     def expire(self) -> None:
-        """Time alone ends nothing: see :meth:`look`."""
+        """Ignore the deadline: only :meth:`look` times out."""
         self.deadline_us = _NEVER
 
 
 def policy_of(config: Configuration) -> BoardPolicy:
-    """Return how the skill board of a run treats executors.
+    """Return the policy of a run's skill board towards executors.
 
-    REQUEST goes to all, as on the original's topic: the first executor that answers is confirmed, later ones
+    REQUEST goes to all, as on the original's topic: the first executor that responds is confirmed, later ones
     are rejected.
-
-    :raises ConfigError: when the settings are invalid.
     """
     if Ros2CxSettings.of(config).original:
         return BoardPolicy(
@@ -99,10 +97,7 @@ def policy_of(config: Configuration) -> BoardPolicy:
 
 
 def with_idle_time(settings: BoardSettings, config: Configuration) -> BoardSettings:
-    """Return settings whose masters wait for an executor as long as the original's, unless configured.
-
-    :raises ConfigError: when the settings are invalid.
-    """
+    """Return settings with the original's wait for an executor, unless configured."""
     if config.exists(f"{TREE}/timeouts/start") and not Ros2CxSettings.of(config).original:
         return settings
     return replace(settings, timeouts=replace(settings.timeouts, start=IDLE_S))

@@ -1,7 +1,7 @@
-"""The original's parameter files, as a configuration that a run reads.
+"""The original's parameter files as the configuration of a run.
 
-A ROS parameter file holds ``NODE: ros__parameters: ...``. The parameters of the node ``clips_executive`` are
-the tree ``/clips-executive`` here; those of ``clips_features_manager`` say which features there are.
+A ROS parameter file has ``NODE: ros__parameters: ...``. The parameters of the node ``clips_executive`` become
+the tree ``/clips-executive``; those of ``clips_features_manager`` list the features.
 """
 
 from __future__ import annotations
@@ -18,23 +18,18 @@ FEATURES_NODE = "clips_features_manager"
 EXECUTIVE_FILE = "clips_executive.yaml"
 FEATURES_FILE = "cx_params.yaml"
 
-EXECUTIVE_TREE = "/clips-executive"
-"""Where the executive's parameters lie for a run, as those of Fawkes do."""
+EXECUTIVE_TREE = "/clips-executive"  # tree of the executive's parameters in a run, as in Fawkes
 
-REFRESH_RATE = f"{EXECUTIVE_TREE}/refresh-rate"
-"""How often the executive thinks, in Hz."""
+REFRESH_RATE = f"{EXECUTIVE_TREE}/refresh-rate"  # rate of the executive's rules in Hz
 
-DEFAULT_REFRESH_RATE = 10
-"""Hz, as the original's."""
+DEFAULT_REFRESH_RATE = 10  # original's default in Hz
 
 
 class FeatureEntry(Struct, frozen=True):
     """A feature of the file ``cx_params.yaml``.
 
-    :param name: what ``(ff-feature-request ...)`` calls it.
+    :param name: the name in ``(ff-feature-request ...)``.
     :param plugin: the class of the original, e.g. ``cx::Plansys2Feature``.
-    :param file: where it is configured.
-    :param line: likewise.
     """
 
     name: str
@@ -47,7 +42,6 @@ def load_parameters(folder: Path) -> Configuration:
     """Read the executive's parameters from a folder of parameter files.
 
     :returns: a configuration with the tree ``/clips-executive``.
-    :raises ConfigError: when the file is missing, or has no parameters of that node.
     """
     file = folder / EXECUTIVE_FILE
     raw = Configuration.load(file)
@@ -56,7 +50,7 @@ def load_parameters(folder: Path) -> Configuration:
         raise ConfigError(
             f"there are no parameters of the node {EXECUTIVE_NODE}",
             file=file,
-            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; {_has(raw)}",
+            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; {_section_names(raw)}",
         )
     config = Configuration()
     config.overlay(raw.below(below).moved(EXECUTIVE_TREE))
@@ -66,9 +60,9 @@ def load_parameters(folder: Path) -> Configuration:
 
 
 def load_features(folder: Path) -> tuple[FeatureEntry, ...]:
-    """Read which features the parameter files name.
+    """Read the features from the parameter files.
 
-    :raises ConfigError: when the file is missing, it names no features, one twice, or one without a plugin.
+    :raises ConfigError: if the file or a plugin is missing, or a feature is listed twice.
     """
     file = folder / FEATURES_FILE
     config = Configuration.load(file)
@@ -77,7 +71,7 @@ def load_features(folder: Path) -> tuple[FeatureEntry, ...]:
         raise ConfigError(
             f"there are no clips_features of the node {FEATURES_NODE}",
             file=file,
-            hint=f"below {FEATURES_NODE}: ros__parameters:, [] for none; {_has(config)}",
+            hint=f"below {FEATURES_NODE}: ros__parameters:, [] for none; {_section_names(config)}",
         )
     entries: list[FeatureEntry] = []
     for name in config.get_strings(f"{tree}/clips_features"):
@@ -92,7 +86,7 @@ def load_features(folder: Path) -> tuple[FeatureEntry, ...]:
     return tuple(entries)
 
 
-def _has(config: Configuration) -> str:
+def _section_names(config: Configuration) -> str:
     return f"the file has {', '.join(config.keys()) or 'nothing'}"
 
 
@@ -101,9 +95,9 @@ def _at_list(config: Configuration, tree: str, message: str, hint: str) -> Confi
 
 
 def refresh_period_us(config: Configuration) -> int:
-    """Return the time between two runs of the rules, in microseconds.
+    """Return the time between two runs of the rules.
 
-    :raises ConfigError: when the rate is 0 or less, or no number.
+    :raises ConfigError: if the rate is not positive or above 10000 Hz.
     """
     rate = config.get_float(REFRESH_RATE, default=float(DEFAULT_REFRESH_RATE))
     if 0 < rate <= _MOST_HZ:

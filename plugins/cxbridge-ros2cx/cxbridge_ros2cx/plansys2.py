@@ -1,9 +1,9 @@
-"""The original's feature ``plansys2``, with our planners in place of PlanSys2's nodes.
+"""The original's feature ``plansys2``, with cxbridge's planners instead of PlanSys2's nodes.
 
-PlanSys2's problem expert keeps instances and predicates, its domain expert the domain, and its planner makes
-the plan. Here the first is :class:`~cxbridge_ros2.experts.knowledge.ProblemExpert`, in memory, the
-domain is the last one that the environment parsed, and the planning service plans.
-Source: Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
+PlanSys2's problem expert has instances and predicates, its domain expert the domain, and its planner the
+plan. Here the first is :class:`~cxbridge_ros2.experts.knowledge.ProblemExpert` in memory, the domain is the
+last parsed one of the environment, and the planning service plans. Source: Plansys2Feature.cpp, and
+PlanSys2's ProblemExpert.
 """
 
 from __future__ import annotations
@@ -30,16 +30,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class _WantedPlan:
-    """A plan that was asked for."""
-
+class _PlanOrder:
     goal_id: str
     plan_id: str
     formula: str
 
 
 class _PlanSys2User(PlanningUser):
-    """An environment that plans."""
+    """The planning state of an environment."""
 
     def __init__(
         self,
@@ -58,7 +56,7 @@ class _PlanSys2User(PlanningUser):
 
         self._problem = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")
-        self._calls: list[tuple[_WantedPlan, PlanCall, PlannerCallReporter]] = []
+        self._calls: list[tuple[_PlanOrder, PlanCall, PlannerCallReporter]] = []
 
     # ---- functions
 
@@ -83,28 +81,28 @@ class _PlanSys2User(PlanningUser):
         self._problem.clear()
 
     def plan(self, goal_id: str, formula: str, plan_id: str) -> None:
-        wanted = _WantedPlan(str(goal_id), str(plan_id), str(formula))
+        order = _PlanOrder(str(goal_id), str(plan_id), str(formula))
         try:
-            request, reporter = self.request(wanted.goal_id, wanted.formula)
+            request, reporter = self.request(order.goal_id, order.formula)
         except PddlError as error:
             # the original says nothing to CLIPS when its problem expert refuses a goal: the agent hangs
             self._log.error(f"Could not set the goal '{formula}' of {goal_id}: {error}")
-            self._feedback(wanted, "PLAN-FAILED")
+            self._feedback(order, "PLAN-FAILED")
             return
         call = self.service.call(request)
-        started = reporter.started(Symbol(wanted.plan_id), request.problem)
+        started = reporter.started(Symbol(order.plan_id), request.problem)
         if self.env.bus.clock.is_virtual:
             # as the original, which blocks: the clock stands still during the call
             result = call.wait()
             assert result is not None
-            self._report_result(wanted, result, started)
+            self._report_result(order, result, started)
         else:
-            self._calls.append((wanted, call, started))
+            self._calls.append((order, call, started))
 
     def known(self, domain: Domain) -> Known:
-        """Return the instances and predicates that were added.
+        """Return the added instances and predicates.
 
-        :raises PddlError: when PlanSys2 would refuse the domain.
+        :raises PddlError: if PlanSys2 would reject the domain.
         """
         self._check(domain)
         if self._refusal is not None and self._exact:
@@ -113,7 +111,7 @@ class _PlanSys2User(PlanningUser):
         return list(knowledge.instances.items()), list(knowledge.predicates)
 
     def _check(self, domain: Domain) -> None:
-        """See whether PlanSys2 would take the domain; our planners may well do."""
+        """Check whether PlanSys2 would accept the domain; cxbridge's planners may be more lenient."""
         if domain is self._checked:
             return
         self._checked, self._refusal = domain, why_refused(domain.file)
@@ -123,33 +121,33 @@ class _PlanSys2User(PlanningUser):
     # ---- results
 
     def before_run(self) -> None:
-        """Assert the plans that are ready."""
+        """Assert finished plans."""
         for entry in list(self._calls):
-            wanted, call, reporter = entry
+            order, call, reporter = entry
             if call.result is not None:
                 self._calls.remove(entry)
-                self._report_result(wanted, call.result, reporter)
+                self._report_result(order, call.result, reporter)
 
-    def _report_result(self, wanted: _WantedPlan, result: PlanResult, reporter: PlannerCallReporter) -> None:
+    def _report_result(self, order: _PlanOrder, result: PlanResult, reporter: PlannerCallReporter) -> None:
         reporter.ended(result)
         if result.status.value != "PLANNED":
             self._log.error(
-                f"Could not find plan to reach goal '{wanted.formula}' with id {wanted.goal_id}: "
+                f"Could not find plan to reach goal '{order.formula}' with id {order.goal_id}: "
                 f"{result.message or result.status.value}"
             )
-            self._feedback(wanted, "PLAN-FAILED")
+            self._feedback(order, "PLAN-FAILED")
             return
         try:
-            self.assert_plan(Symbol(wanted.plan_id), Symbol(wanted.goal_id), result.actions)
+            self.assert_plan(Symbol(order.plan_id), Symbol(order.goal_id), result.actions)
         except CxbridgeError as error:
-            self._log.error(f"Cannot assert the plan {wanted.plan_id}: {error}")
-            self._feedback(wanted, "PLAN-FAILED")
+            self._log.error(f"Cannot assert the plan {order.plan_id}: {error}")
+            self._feedback(order, "PLAN-FAILED")
             return
-        self._feedback(wanted, "PLANNED")
+        self._feedback(order, "PLANNED")
 
-    def _feedback(self, wanted: _WantedPlan, status: str) -> None:
+    def _feedback(self, order: _PlanOrder, status: str) -> None:
         self.env.assert_fact(
-            "pddl-plan-feedback", {"status": Symbol(status), "plan-id": Symbol(wanted.plan_id)}
+            "pddl-plan-feedback", {"status": Symbol(status), "plan-id": Symbol(order.plan_id)}
         )
 
     def close(self) -> None:
@@ -162,13 +160,12 @@ class _PlanSys2User(PlanningUser):
 
 
 class Plansys2Feature(PlanningFeature[_PlanSys2User]):
-    """Gives the ``psys2-*`` functions.
+    """Defines the ``psys2-*`` functions.
 
-    :param name: the name of the feature in the configuration.
-    :param settings: which planner, how long.
-    :param domain_of: the domain that an environment parsed last; None when it parsed none.
-    :param make_service: makes the service that plans for the environment of this name; None: by planners.
-    :param exact: refuse domains that PlanSys2 would refuse; else there is a warning.
+    :param settings: the choice of planners and their time limit.
+    :param domain_of: returns the last domain that an environment has parsed; None if none.
+    :param make_service: returns the planning service of an environment; None for planners.
+    :param exact: reject domains that PlanSys2 would reject, instead of a warning.
     """
 
     def __init__(
@@ -187,7 +184,6 @@ class Plansys2Feature(PlanningFeature[_PlanSys2User]):
     def make_user(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
     ) -> _PlanSys2User:
-        """Define the functions."""
         user = _PlanSys2User(env, service, settings, domain_of, exact=self._exact)
         env.define("psys2-add-domain-instance", user.add_instance, 2, types="*;sy;sy")
         env.define("psys2-add-domain-predicate", user.add_predicate, 1, types="*;sy")

@@ -1,8 +1,7 @@
-"""Domains that PlanSys2 would refuse, though our own parser and planners understand them.
+"""Domains that PlanSys2 would reject although cxbridge's parser and planners accept them.
 
-PlanSys2's domain expert reads a domain with its own parser, and ends with an error at an unknown
-construct. Its rules: docs/evidence/ros2cx.md. Source: plansys2_pddl_parser, Domain.hpp, Action.cpp and
-TemporalAction.cpp.
+PlanSys2's domain expert has its own parser, which fails at unknown constructs. Its rules are in
+docs/evidence/ros2cx.md. Source: plansys2_pddl_parser, Domain.hpp, Action.cpp and TemporalAction.cpp.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from typing import Final
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 
+# Requirements that PlanSys2 knows, without the colon.
 REQUIREMENTS: Final = frozenset(
     {
         "action-cost",
@@ -32,10 +32,9 @@ REQUIREMENTS: Final = frozenset(
         "universal-preconditions",
     }
 )
-"""What PlanSys2 knows, without the colon."""
 
+# Keywords in formulas that PlanSys2 does not know.
 _UNKNOWN: Final = frozenset({"preference", "scale-down", "scale-up"})
-"""Parts of formulas that it does not know."""
 
 _KEYS: Final = {
     ":action": (":parameters", ":precondition", ":effect"),
@@ -46,14 +45,14 @@ _TIMES: Final = (("at", "start"), ("over", "all"), ("at", "end"))
 
 
 def why_refused(file: str) -> PddlError | None:
-    """Return why PlanSys2 would refuse the domain in a file, with the line; None: it would take it."""
+    """Return PlanSys2's reason to reject the domain in a file, with the line; None if accepted."""
     try:
         text = Path(file).read_text(encoding="utf-8", errors="surrogateescape")
         reasons = _reasons(read_items(text.lower(), file))
     except (OSError, PddlError):
         return None  # it was read before, so this is not about the domain
-    for place, reason in reasons:
-        return PddlError(f"PlanSys2 would refuse this domain: {reason}", file=file, line=place.position.line)
+    for item, reason in reasons:
+        return PddlError(f"PlanSys2 would refuse this domain: {reason}", file=file, line=item.position.line)
     return None
 
 
@@ -72,12 +71,12 @@ def _reasons(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
         if section.head in _KEYS:
             if ":predicates" not in seen:
                 yield section, "it needs predicates before the first action"
-            yield from _of_action(section)
+            yield from _action_reasons(section)
         seen.add(section.head)
 
 
-def _of_action(action: Group) -> Iterator[tuple[Item, str]]:
-    """Its keys come in one order, and only the condition may be left out."""
+def _action_reasons(action: Group) -> Iterator[tuple[Item, str]]:
+    """Yield errors about an action: its keys have a fixed order, and only the condition is optional."""
     values = dict(zip(action.items[2::2], action.items[3::2], strict=False))
     keys = [word.text for word in values if isinstance(word, BracketWord)]
     wanted = [key for key in _KEYS[action.head] if key in keys or key not in _OPTIONAL]
@@ -86,10 +85,10 @@ def _of_action(action: Group) -> Iterator[tuple[Item, str]]:
         return
     for key, value in values.items():
         if isinstance(key, BracketWord) and isinstance(value, Group):
-            yield from _of_value(key.text, value, durative=action.head == ":durative-action")
+            yield from _value_reasons(key.text, value, durative=action.head == ":durative-action")
 
 
-def _of_value(key: str, value: Group, *, durative: bool) -> Iterator[tuple[Item, str]]:
+def _value_reasons(key: str, value: Group, *, durative: bool) -> Iterator[tuple[Item, str]]:
     if key == ":duration":
         words = [word.text for word in _words(value.items[:2])]
         if words != ["=", "?duration"]:

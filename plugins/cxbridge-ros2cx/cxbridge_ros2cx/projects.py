@@ -1,4 +1,4 @@
-"""What ``cxbridge new --from-ros2cx`` begins from: parameters of today's executive, or a checkout of 2021."""
+"""The templates of ``cxbridge new --from-ros2cx``: parameters of today's executive, or a checkout of 2021."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TEMPLATES: Final = Path(__file__).parent / "templates"
 
 @dataclass(frozen=True, kw_only=True)
 class Ros2CxTemplate(Template):
-    """An agent of the executive for ROS 2, which stays where it is."""
+    """An agent of the ROS 2 executive, whose files stay in place."""
 
     from_ros2cx: Annotated[
         Path | None,
@@ -42,19 +42,20 @@ class Ros2CxTemplate(Template):
     ] = None
 
     def files(self, name: str) -> Mapping[str, str]:
-        """Return files that name the checkout, or the parameter file and the packages."""
+        """Return files that refer to the checkout, or to the parameter file and the packages."""
         assert self.from_ros2cx is not None  # or another template is chosen
-        place = self.from_ros2cx.absolute()
-        if place.is_file():
-            return _around_parameters(name, place, self.ros2cx and self.ros2cx.absolute())
+        source_path = self.from_ros2cx.absolute()
+        if source_path.is_file():
+            return _files_for_parameters(name, source_path, self.ros2cx and self.ros2cx.absolute())
         if self.ros2cx is not None:
-            raise CxbridgeError("--ros2cx goes with the parameters of an agent", file=place)
+            raise CxbridgeError("--ros2cx goes with the parameters of an agent", file=source_path)
         return read_template(
-            _TEMPLATES / "thesis", words_of_checkout(name, place, make_options(None, ros2cx=place))
+            _TEMPLATES / "thesis",
+            words_of_checkout(name, source_path, make_options(None, ros2cx=source_path)),
         )
 
 
-def _around_parameters(name: str, parameters: Path, packages: Path | None) -> dict[str, str]:
+def _files_for_parameters(name: str, parameters: Path, packages: Path | None) -> dict[str, str]:
     options = make_options(parameters, ros2cx=packages)
     if not is_todays(options):
         raise CxbridgeError(

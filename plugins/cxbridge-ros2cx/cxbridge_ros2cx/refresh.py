@@ -1,7 +1,7 @@
-"""When the executive thinks: a separate timer, at ``refresh-rate``.
+"""The timer of the executive's rules, with the rate ``refresh-rate``.
 
 The original runs the rules in the callback of a wall timer. When a callback takes longer than the period, the
-next one comes at once, before the executive's process does anything else.
+next callback follows at once, before any other work of the process.
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ from cxbridge.clock import MICROSECONDS, Clock
 
 
 class RefreshTimer:
-    """A timer with a period.
+    """A periodic timer.
 
-    :param clock: the run's clock.
     :param period_us: microseconds between two runs of the rules.
     """
 
@@ -23,11 +22,11 @@ class RefreshTimer:
         self._late = False
 
     def start(self) -> None:
-        """Begin: the first time is a period from now."""
+        """Start the timer; the first run is due after one period."""
         self._next_us = self._clock.now_us() + self._period_us
 
     def due(self) -> bool:
-        """Return whether the rules are to run now; then the next time is a period later."""
+        """Return whether a run is due, and schedule the next one."""
         if self._late:
             self._late = False
             return True
@@ -40,9 +39,9 @@ class RefreshTimer:
         return True
 
     def block(self, seconds: float) -> None:
-        """Note that something blocks the callback that runs now: past the next time, that one comes at once.
+        """Note that the current callback blocks; if it blocks past the next run, that run follows at once.
 
-        On a virtual clock no time passes within a callback, so the order of things is all that changes.
+        On a virtual clock no time passes within a callback, so only the order of events changes.
         """
         if seconds * MICROSECONDS >= self._period_us:
             self._late = True
@@ -51,6 +50,7 @@ class RefreshTimer:
 def nanoseconds_too(now_us: int) -> tuple[float, int]:
     """Return the time as the original's ``(now)``: seconds with their fraction, and nanoseconds of the epoch.
 
-    Its ``time-diff-sec`` takes the second number for microseconds, so time-outs pass 1,000 times too soon.
+    Its ``time-diff-sec`` interprets the second number as microseconds, so timeouts expire 1,000 times too
+    soon.
     """
     return now_us / MICROSECONDS, now_us * 1000

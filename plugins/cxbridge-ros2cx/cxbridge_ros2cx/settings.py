@@ -1,4 +1,4 @@
-"""The settings of the executive for ROS 2: the tree ``ros2cx:`` (docs/evidence/ros2cx.md)."""
+"""The settings of the ROS 2 executive: the tree ``ros2cx:`` (docs/evidence/ros2cx.md)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _KEYS = ("mode", "removal-blocks", "unsensed")
 
 
 class Ros2CxMode(StrEnum):
-    """What to do where the original errs."""
+    """Behaviour where the original has a defect."""
 
     SANE = "sane"
     ORIGINAL = "original"
@@ -24,9 +24,9 @@ class Ros2CxSettings(Struct, frozen=True):
     """Settings of a run with ``--ros2cx``.
 
     :param mode: whether the original's defects are repeated.
-    :param removal_blocks: seconds for which the removal of the first, the second ... ended skill blocks the
-        executive. In the original that is between 0 and 2 s, by chance. Only with mode ``original``.
-    :param unsensed: executors whose effects have no sensor; they are asserted, as those of dummies.
+    :param removal_blocks: seconds for which the removal of the first, second ... ended skill blocks the
+        executive. In the original it is a random time between 0 and 2 s. Only with mode ``original``.
+    :param unsensed: executors whose effects have no sensor; their effects are asserted, as with dummies.
     """
 
     mode: Ros2CxMode = Ros2CxMode.SANE
@@ -35,14 +35,13 @@ class Ros2CxSettings(Struct, frozen=True):
 
     @property
     def original(self) -> bool:
-        """Whether the original's defects are repeated."""
         return self.mode is Ros2CxMode.ORIGINAL
 
     @classmethod
     def of(cls, config: Configuration) -> Ros2CxSettings:
         """Read the settings.
 
-        :raises ConfigError: for an unknown key or mode, with file and line.
+        :raises ConfigError: if a key or mode is unknown.
         """
         for key in config.keys(TREE):
             if key not in _KEYS:
@@ -55,8 +54,8 @@ class Ros2CxSettings(Struct, frozen=True):
             raise _error(config, f"{TREE}/mode", f"{TREE[1:]}/mode cannot be '{text}'", known) from None
         blocks = tuple(config.get_floats(f"{TREE}/removal-blocks", default=[]))
         if blocks and mode is not Ros2CxMode.ORIGINAL:
-            place = f"{TREE}/removal-blocks"
-            raise _error(config, place, "removal-blocks goes with mode: original only", "mode: original")
+            path = f"{TREE}/removal-blocks"
+            raise _error(config, path, "removal-blocks goes with mode: original only", "mode: original")
         return cls(mode, blocks, tuple(config.get_strings(f"{TREE}/unsensed", default=[])))
 
 

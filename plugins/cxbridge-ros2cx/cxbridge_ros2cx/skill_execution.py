@@ -1,7 +1,7 @@
 """The original's feature ``skill_execution``: plan actions as requests on the skill board.
 
-Each call of a skill has a master, which asks for an executor; the rules read the state of all masters once a
-tick. The protocol is that of docs/skill-board.md. Source: SkillExecutionFeature.cpp and
+Each call of a skill has a master, which requests an executor; the rules read the states of all masters once a
+tick. For the protocol see docs/skill-board.md. Source: SkillExecutionFeature.cpp and
 SkillExecutionMaster.cpp.
 """
 
@@ -23,7 +23,7 @@ from cxbridge_ros2cx.sensing import PretendedSensing
 
 
 class PretendingSkills(Skills, Protocol):
-    """A skill board on which dummies may execute actions."""
+    """A skill board with dummies for actions without an executor."""
 
     def ask(
         self,
@@ -33,13 +33,13 @@ class PretendingSkills(Skills, Protocol):
         on_change: Callable[[SkillAction], None],
         name: str = "",
     ) -> SkillAction:
-        """Have a skill executed; see :class:`~cxbridge.executive.features.skill_board.Skills`.
+        """Request the execution of a skill; see :class:`~cxbridge.executive.features.skill_board.Skills`.
 
         :param name: the id of the skill.
         """
 
     def look(self, action: SkillAction) -> None:
-        """Note that the rules look at an action now: one without an answer may give up."""
+        """Check an action for the rules: without a response, it may time out."""
 
     def pretends(self, executor: str) -> bool:
         """Return whether an executor is a dummy whose effects have no sensor."""
@@ -59,11 +59,11 @@ _FEEDBACK = "skill-feedback"
 
 
 class SkillExecutionFeature(Feature):
-    """Gives ``call-skill-execution``, ``call-skill-read`` and ``call-skill-cancel``.
+    """Defines ``call-skill-execution``, ``call-skill-read`` and ``call-skill-cancel``.
 
     :param name: the name of the feature in the configuration.
-    :param skills: returns the skill board; None while there is none.
-    :param on_removal: called when the rules have read the end of a skill, and it is forgotten.
+    :param skills: returns the skill board; None before it exists.
+    :param on_removal: called when an ended skill is removed, after the rules have read its end.
     :param original: whether the original's defects are repeated.
     """
 
@@ -82,7 +82,6 @@ class SkillExecutionFeature(Feature):
         self._contexts: dict[str, _SkillExecutionContext] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the functions."""
         log = env.bus.logger("skill_execution_feature")
         context = _SkillExecutionContext(env, log, self._skills, self._on_removal, original=self._original)
         self._contexts[env.name] = context
@@ -97,9 +96,9 @@ class SkillExecutionFeature(Feature):
 
 @dataclass(slots=True)
 class _Call:
-    """A skill that runs for an agent.
+    """A skill of an agent.
 
-    :param action: None when it could not even be asked for; ``error`` says why.
+    :param action: None if the request failed, for the reason in ``error``.
     """
 
     skill_id: str
@@ -109,7 +108,7 @@ class _Call:
 
     @property
     def state(self) -> tuple[str, str]:
-        """Status and error as the rules know them."""
+        """Status and error for the rules."""
         if self.action is None:
             return "S_FAILED", self.error
         state = str(self.action.state)
@@ -138,12 +137,12 @@ class _SkillExecutionContext:
         self._calls: dict[str, _Call] = {}
 
     def call(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> None:
-        """Ask for an executor. An agent has one skill at a time: one that still runs is cancelled."""
+        """Request an executor, and cancel the agent's running skill: an agent has one at a time."""
         self._log.info(f"Requesting skill ({action}, {params}) with mapped_action {mapped} for agent {agent}")
-        before = self._calls.pop(str(agent), None)
-        if before is not None and before.action is not None and not before.action.is_over:
-            self._log.warn(f"Previous skill {before.skill_id} is running: cancelled")
-            self._stop(before.action)
+        previous = self._calls.pop(str(agent), None)
+        if previous is not None and previous.action is not None and not previous.action.is_over:
+            self._log.warn(f"Previous skill {previous.skill_id} is running: cancelled")
+            self._stop(previous.action)
         self._calls[str(agent)] = self._ask(str(skill_id), str(action), str(params), str(mapped), str(agent))
 
     def _ask(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> _Call:
@@ -156,14 +155,14 @@ class _SkillExecutionContext:
         if mapped:
             parameters[MAPPED_ACTION] = mapped
         try:
-            asked = skills.ask(action, parameters, agent or NO_AGENT, lambda _action: None, skill_id)
+            skill_action = skills.ask(action, parameters, agent or NO_AGENT, lambda _action: None, skill_id)
         except CxbridgeError as error:
             self._log.error(str(error))
             return _Call(skill_id, agent, None, str(error))
-        return _Call(skill_id, agent, asked)
+        return _Call(skill_id, agent, skill_action)
 
     def read(self) -> None:
-        """Assert the state of each skill; forget those that are over."""
+        """Assert the state of each skill and remove the ended ones."""
         self._sensing.sense()
         if not self._original:
             self._forget_feedback()
@@ -186,9 +185,9 @@ class _SkillExecutionContext:
                 self._on_removal()
 
     def _forget_feedback(self) -> None:
-        """Retract facts that rules have left of earlier ticks: they would set a skill back to its old state.
+        """Retract facts of earlier ticks, which would set a skill back to its old state.
 
-        The rule of skills.clp that ought to do it is never defined: a parenthesis is missing.
+        The rule of skills.clp for this is never defined because a parenthesis is missing.
         """
         if self._env.has_template(_FEEDBACK):
             for index, _template, _slots in list(self._env.facts(_FEEDBACK)):
@@ -204,7 +203,6 @@ class _SkillExecutionContext:
         return skills is not None and call.action is not None and skills.pretends(call.action.executor)
 
     def cancel(self, agent: str) -> None:
-        """Cancel the skill of an agent."""
         call = self._calls.get(str(agent))
         if call is None or call.action is None:
             self._log.error(f"Agent '{agent}' has no skill that could be cancelled")

@@ -1,4 +1,4 @@
-"""A skill board on which each action has an executor: a dummy where there is no other."""
+"""A skill board with an executor for each action: a dummy if no other executor exists."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 class Ros2CxSkills:
     """The skill board of a service; an action without an executor gets a dummy.
 
-    There is no dummy for an action whose executor is gone, and none for an unserved agent while
-    further agents are served: that is an error.
+    A vanished executor gets no dummy, nor does an agent without executors while further agents have some:
+    these are errors.
 
-    :param service: the skill board, and where executors of this process live.
-    :param settings: the agents that are configured, and whether executors are to be made here.
+    :param service: the skill board, which also runs the executors of this process.
+    :param settings: the configured agents, and whether executors are created here.
     :param original: whether the original's defects are repeated.
-    :param unsensed: executors whose effects have no sensor, dummies apart.
+    :param unsensed: executors other than dummies whose effects have no sensor.
     """
 
     def __init__(
@@ -56,12 +56,10 @@ class Ros2CxSkills:
 
     @property
     def version(self) -> int:
-        """See :class:`~cxbridge.skiller.board.service.LocalSkillCalls`."""
         return self._service.local_calls.version
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
-        """The executors that exist."""
         return self._service.local_calls.executors
 
     def ask(
@@ -72,12 +70,12 @@ class Ros2CxSkills:
         on_change: Callable[[Master], None],
         name: str = "",
     ) -> Master:
-        """Have a skill executed, by a dummy if need be.
+        """Request the execution of a skill, by a dummy if necessary.
 
         :param name: the id of the skill.
-        :raises SkillError: when names or parameters do not fit into messages.
+        :raises SkillError: if names or parameters do not fit into messages.
         """
-        self._service.settle()  # who came since the last loop is known
+        self._service.settle()  # register executors that appeared since the last loop
         able = any(info.agent == agent and skill in info.skills for info in self.executors)
         if not able and self._may_pretend(agent, skill):
             dummy = f"{agent}-{skill}-dummy"
@@ -100,18 +98,17 @@ class Ros2CxSkills:
         return agent in served if served or self._agents else True
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
-        """See :class:`~cxbridge.skiller.board.service.LocalSkillCalls`."""
         return self._service.local_calls.ask_for(skill_string, agent, on_change)
 
     def look(self, action: SkillAction) -> None:
-        """Note that the rules look at an action now: one without an answer may give up."""
+        """Check an action for the rules: without a response, it may time out."""
         if isinstance(action, OriginalMaster):
             action.look(self._clock.now_us())
 
     def stop(self, number: int) -> bool:
         """Cancel an action; return whether there was something to cancel.
 
-        Executors of this process have ended it and are free again then.
+        Executors of this process end the action at once and are free again.
         """
         self._service.settle()
         stopped = self._service.local_calls.stop(number)
@@ -119,20 +116,20 @@ class Ros2CxSkills:
         return stopped
 
     def pretends(self, executor: str) -> bool:
-        """Return whether the effects of an executor have no sensor, as those of a dummy."""
+        """Return whether the effects of an executor have no sensor, as with a dummy."""
         return not self._original and executor in self._dummies
 
     def add_executor(self, text: str) -> None:
-        """Make an executor for the agent without a name.
+        """Create an executor for the agent without a name.
 
-        :param text: ``ACTION=MODULE:CLASS`` or ``ACTION=FILE.py:CLASS``, from the current folder.
-        :raises SkillError: when it is of another form, or there is no such class.
+        :param text: ``ACTION=MODULE:CLASS`` or ``ACTION=FILE.py:CLASS``, relative to the current folder.
+        :raises SkillError: if the text has another form or the class is missing.
         """
         action, equals, target = text.partition("=")
         if not action or not equals:
             raise SkillError(f"--executor cannot be '{text}'", hint="write ACTION=FILE.py:CLASS")
         kind = load_executor(target, Path.cwd())
-        self._service.settle()  # those that came before are known
+        self._service.settle()  # register executors that appeared before
         number = sum(info.agent == NO_AGENT and action in info.skills for info in self.executors)
         self._add(for_skill(kind, action), NO_AGENT, f"{action}-{kind.__name__}-{number + 1}")
 
@@ -142,5 +139,5 @@ class Ros2CxSkills:
 
 
 def for_skill(kind: type[SkillExecutor], skill: str) -> type[SkillExecutor]:
-    """Return a class of executors that executes just this skill."""
+    """Return a subclass of an executor class for a single skill."""
     return type(kind.__name__, (kind,), {"skills": (skill,)})

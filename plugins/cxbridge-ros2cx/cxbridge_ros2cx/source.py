@@ -1,4 +1,4 @@
-"""A checkout of the executive for ROS 2 as the source of an agent: files, features, rate, skill board."""
+"""A checkout of the ROS 2 executive as the source of an agent: files, features, rate, skill board."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.policy import BoardPolicy
     from cxbridge.skiller.board.service import SkillBoardService
 
+# Configurations for `--config NAME` on top of a checkout's parameters.
 OVERLAYS: Final = Path(__file__).parent / "overlays"
-"""Configurations that are laid over the parameters of a checkout, with ``--config NAME``."""
 
 
 class Ros2CxSource(Source):
-    """A checkout of ros2-clips-executive (2021), named with ``--ros2cx``."""
+    """A checkout of ros2-clips-executive (2021), given with ``--ros2cx``."""
 
     has_fawkes_configuration = False
 
@@ -47,7 +47,7 @@ class Ros2CxSource(Source):
 
     @property
     def needs_skiller(self) -> bool:
-        """Whether an action may go to a Skiller: without executors and configuration all are dummies."""
+        """Whether an action may go to a Skiller; without executors and configuration, all go to dummies."""
         return bool(self.options.option("executors") or self.options.config)
 
     @property
@@ -55,7 +55,7 @@ class Ros2CxSource(Source):
         return Ros2CxCheckout.open(self.options.option("ros2cx"))
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` when another option does not go with ``--ros2cx``."""
+        """Raise :class:`CxbridgeError` if another option conflicts with ``--ros2cx``."""
         self.check_folders()
         options = self.options
         if options.core == "fawkes":
@@ -78,24 +78,20 @@ class Ros2CxSource(Source):
 
     @property
     def folders(self) -> tuple[Path, ...]:
-        """The checkout."""
         return (self.options.option("ros2cx"),)
 
     @property
     def is_checkout(self) -> bool:
-        """Return True."""
         return True
 
     def config_file(self) -> Path:
-        """Return the parameter file of the executive."""
         return self._checkout.parameters / EXECUTIVE_FILE
 
     def read_configuration(self, file: Path) -> Configuration:
-        """Return the parameters as a configuration."""
         return load_parameters(file.parent)
 
     def find_overlays(self) -> Sequence[Path]:
-        """Return the overlays; a name alone may be that of a shipped overlay."""
+        """Return the overlays; a bare name may refer to a shipped overlay."""
         return tuple(map(_find_overlay, super().find_overlays()))
 
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
@@ -129,15 +125,13 @@ class Ros2CxSource(Source):
         return check_parameters(config, spec, self._checkout)
 
     def loop_period_us(self, config: Configuration) -> int:
-        """Return the desired duration of a main loop: short enough for the executive's own rate."""
+        """Return the duration of a main loop, short enough for the executive's rate."""
         return min(super().loop_period_us(config), refresh_period_us(config))
 
     def board_settings(self, settings: BoardSettings | None, config: Configuration) -> BoardSettings:
-        """Return the settings of the skill board, which executes all actions."""
         return with_idle_time(settings or BoardSettings(), config)
 
     def board_policy(self, config: Configuration) -> BoardPolicy:
-        """Return the policy of the original's board."""
         return policy_of(config)
 
     def prepare_board(self, context: RunFacts) -> None:
@@ -148,7 +142,7 @@ class Ros2CxSource(Source):
             skills.add_executor(text)
 
     def _skills_of(self, context: RunFacts) -> Ros2CxSkills | None:
-        """Return the interface of the executive to the skill board; None while the run has no board."""
+        """Return the executive's interface to the skill board; None while the run has no board."""
         service = context.skill_service
         if service is None:
             return None
@@ -168,7 +162,7 @@ class Ros2CxSource(Source):
         return self._skills[1]
 
     def features(self, context: RunFacts) -> list[Feature]:
-        """Return the features that the parameter files name."""
+        """Return the features of the parameter files."""
         folder = self._checkout.parameters
         settings = Ros2CxSettings.of(context.config)
         blocks = iter(settings.removal_blocks)
@@ -191,12 +185,16 @@ class Ros2CxSource(Source):
         )
         if not context.paths.builtin:
             return features
-        ours = [BlackBoardFeature(context.board), ConfigFeature(context.config), RedefineWarningFeature()]
-        named = {feature.name for feature in features}
-        return [*(feature for feature in ours if feature.name not in named), *features]
+        builtin_features = [
+            BlackBoardFeature(context.board),
+            ConfigFeature(context.config),
+            RedefineWarningFeature(),
+        ]
+        given_names = {feature.name for feature in features}
+        return [*(feature for feature in builtin_features if feature.name not in given_names), *features]
 
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:
-        """Return where the executive finds its files, with the features of the checkout's own core."""
+        """Return the executive's files, with the features of the checkout's own core."""
         files = super().core_files(paths, config)
         if paths.builtin:
             return files
@@ -216,7 +214,7 @@ class Ros2CxSource(Source):
         self._refresh = RefreshTimer(clock, refresh_period_us(config))
 
     def think(self, executive: Executive) -> int:
-        """Run the rules when the timer is due, or at once when they were stopped in the middle of a run."""
+        """Run the rules when the timer is due, or at once to resume a stopped run."""
         if self._refresh is None or executive.within_loop:
             return executive.loop()
         fired = 0

@@ -1,4 +1,4 @@
-"""Bags of ROS 2 (rosbag2): folders with a metadata.yaml, and their files, mcap or sqlite3."""
+"""Formats of ROS 2 bags (rosbag2): folders with a metadata.yaml, and their mcap or sqlite3 files."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ from typing import Final
 from cxbridge.trace.formats.base import CopyFormat, Format
 from cxbridge.trace.formats.mcap.records import MAGIC
 
-METADATA: Final = "metadata.yaml"
-"""The file that makes a folder a bag."""
+METADATA: Final = "metadata.yaml"  # file whose presence makes a folder a bag
 
 _READER: Final = "cxbridge_ros2.bags.reader:BagRun"
 _SQLITE: Final = b"SQLite format 3\0"
 _PROFILE: Final = b"ros2"
+# Offset of the profile: after the magic bytes, and the opcode and length of the first record.
 _AT_PROFILE: Final = len(MAGIC) + 1 + 8
-"""Behind the magic bytes, and the kind and the size of the first record."""
 
 
 def _is_bag(path: Path, head: bytes) -> bool:

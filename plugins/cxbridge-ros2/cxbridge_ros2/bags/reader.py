@@ -1,4 +1,4 @@
-"""Reads bags of ROS 2 as recorded runs."""
+"""Reader of ROS 2 bags as recorded runs."""
 
 from __future__ import annotations
 
@@ -22,8 +22,7 @@ from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
 
-METADATA: Final = "cxbridge"
-"""Before the keys of a run's metadata in those of the bag."""
+METADATA: Final = "cxbridge"  # prefix of the run's keys in the bag's metadata
 
 _NS_PER_US: Final = 1000
 
@@ -31,7 +30,7 @@ T = TypeVar("T")
 
 
 class BagRun(Run):
-    """A run in a bag, or a robot's bag: its log, frames, actions and interfaces as events."""
+    """A run in a bag, or a robot's bag, whose log, frames, actions and interfaces become events."""
 
     format = "rosbag"
 
@@ -44,7 +43,6 @@ class BagRun(Run):
         self._codec = Codec(self._definitions)
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield the events in the order of time."""
         left_out: Counter[str] = Counter()
         with self._opened() as bag:
             takers = Takers(self.registry, whole=any(each.topic == EVENTS for each in bag.connections))
@@ -55,15 +53,17 @@ class BagRun(Run):
                     chosen[each.topic, each.msgtype] = taker
                 elif each.msgcount:
                     left_out[f"{each.topic} ({each.msgtype})"] += each.msgcount
-            wanted = [each for each in bag.connections if (each.topic, each.msgtype) in chosen]
-            for connection, time_ns, data in self._messages(bag, wanted):
+            connections = [each for each in bag.connections if (each.topic, each.msgtype) in chosen]
+            for connection, time_ns, data in self._messages(bag, connections):
                 message = self._decoded(connection, time_ns, data)
                 if message is not None:
                     yield from self._taken(
                         chosen[connection.topic, connection.msgtype], connection, message, time_ns
                     )
-            if left_out and not takers.whole:  # else the other topics repeat the events
-                self.note(f"left out: {', '.join(f'{topic}: {n}' for topic, n in sorted(left_out.items()))}")
+            if left_out and not takers.whole:  # otherwise the other topics repeat the events
+                self.note(
+                    f"left out: {', '.join(f'{topic}: {count}' for topic, count in sorted(left_out.items()))}"
+                )
 
     def _taken(self, take: Taker, connection: Connection, message: Message, time_ns: int) -> Iterator[Event]:
         try:
@@ -80,7 +80,7 @@ class BagRun(Run):
             return None
 
     def metadata(self) -> Mapping[str, str]:
-        """Return the run's metadata in the bag, and the ROS distribution."""
+        """Return the run's metadata in the bag, with the ROS distribution."""
         with self._opened() as bag:
             found = {
                 key.removeprefix(f"{METADATA}."): value
@@ -90,18 +90,16 @@ class BagRun(Run):
             return {**found, "ros_distro": bag.ros_distro} if bag.ros_distro else found
 
     def files(self) -> Iterator[StoredFile]:
-        """Yield the files that are in the bag."""
         return self._made(FILES, file_of)
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        """Yield the sources of the run."""
         return self._made(SOURCES, record_of)
 
     def _made(self, topic: str, make: Callable[[Message], T]) -> Iterator[T]:
         """Yield the contents of a topic's messages."""
         with self._opened() as bag:
-            wanted = [each for each in bag.connections if each.topic == topic]
-            for connection, time_ns, data in self._messages(bag, wanted):
+            connections = [each for each in bag.connections if each.topic == topic]
+            for connection, time_ns, data in self._messages(bag, connections):
                 message = self._decoded(connection, time_ns, data)
                 try:
                     if message is not None:
@@ -110,7 +108,7 @@ class BagRun(Run):
                     self.note(f"{topic} at {time_ns} ns: {error}")
 
     def description(self) -> Iterator[str]:
-        """Yield the topics, with their types and how many messages they have."""
+        """Yield the topics with their types and numbers of messages."""
         with self._opened() as bag:
             for each in sorted(bag.connections, key=lambda each: each.topic):
                 yield f"{each.topic}: {each.msgcount} x {each.msgtype}"
@@ -125,33 +123,35 @@ class BagRun(Run):
             bag.open()
         except (ReaderError, OSError) as error:
             raise TraceError(f"an incomplete or damaged bag of ROS 2: {error}", file=self.path) from None
-        except Exception as error:  # noqa: BLE001  a damaged file makes the readers fail in many ways
+        except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors
             raise self._damaged(error) from None
         try:
             yield bag
         finally:
             bag.close()
 
-    def _messages(self, bag: Reader, wanted: list[Connection]) -> Iterator[tuple[Connection, int, bytes]]:
-        if not wanted:
+    def _messages(
+        self, bag: Reader, connections: list[Connection]
+    ) -> Iterator[tuple[Connection, int, bytes]]:
+        if not connections:
             return
-        messages = bag.messages([*wanted, *_as_in_files(bag, wanted)])
+        messages = bag.messages([*connections, *_as_in_files(bag, connections)])
         while True:
             try:
-                found = next(messages)
+                item = next(messages)
             except StopIteration:
                 return
             except Exception as error:  # noqa: BLE001
                 self.note(f"damaged from here on: {type(error).__name__}: {error}")
                 return
-            yield found
+            yield item
 
     def _damaged(self, error: Exception) -> TraceError:
         reason = f"{type(error).__name__}: {error}"
         return TraceError(f"a damaged bag of ROS 2: {reason}", file=self.path, hint="try: ros2 bag reindex")
 
     def _is_known(self, connection: Connection) -> bool:
-        """Register the message type of a topic if the bag has it; return whether the type is known."""
+        """Register the message type of a topic from the bag; return whether the type is known."""
         try:
             name = parse_type(connection.msgtype)
             if connection.msgdef.data:
@@ -163,16 +163,19 @@ class BagRun(Run):
         return True
 
 
-def _as_in_files(bag: Reader, wanted: list[Connection]) -> Iterator[Connection]:
-    """Yield topics as the files of a bag have them: their QoS may be another than in its metadata.yaml.
+def _as_in_files(bag: Reader, connections: list[Connection]) -> Iterator[Connection]:
+    """Yield the connections of the bag's files whose QoS differs from the metadata.yaml.
 
-    The library takes these for other topics, and leaves their messages out.
+    rosbags takes these for other topics and leaves out their messages.
     """
     for file in getattr(bag.storage, "storages", ()):
-        for each in wanted:
-            for there in file.connections:
-                if (there.topic, there.msgtype) == (each.topic, each.msgtype) and there.ext != each.ext:
-                    yield each._replace(ext=there.ext)
+        for each in connections:
+            for file_connection in file.connections:
+                if (file_connection.topic, file_connection.msgtype) == (
+                    each.topic,
+                    each.msgtype,
+                ) and file_connection.ext != each.ext:
+                    yield each._replace(ext=file_connection.ext)
 
 
 def _custom_data(bag: Reader) -> Mapping[str, Any]:

@@ -1,4 +1,4 @@
-"""The topics of a bag as events of a run, by the types of their messages."""
+"""Conversion of a bag's messages to events of a run, by message type."""
 
 from __future__ import annotations
 
@@ -20,14 +20,11 @@ from cxbridge_ros2.hub.words import WordKind
 from cxbridge_ros2.interfaces.definitions import field_names, type_of
 from cxbridge_ros2.messages import Message
 
-EVENTS: Final = "/cxbridge/events"
-"""The topic that has all events of a run, each as JSON with its kind."""
+EVENTS: Final = "/cxbridge/events"  # topic with all events of a run, each as JSON with its kind
 
-FILES: Final = "/cxbridge/files"
-"""The topic that has the files of a run, each as JSON."""
+FILES: Final = "/cxbridge/files"  # topic with the files of a run, each as JSON
 
-SOURCES: Final = "/cxbridge/sources"
-"""The topic with the sources of a run, each as JSON."""
+SOURCES: Final = "/cxbridge/sources"  # topic with the sources of a run, each as JSON
 
 TEXT: Final = "std_msgs/msg/String"
 LOG: Final = "rcl_interfaces/msg/Log"
@@ -45,20 +42,19 @@ _STATUSES: Final = {
     GoalStatus.ABORTED: "S_FAILED",
 }
 _REQUEST_RECEIVED: Final = (0, 1)
-_LEVELS_OF_INTERFACE: Final = 3
-"""Slashes of /blackboard/TYPE/ID."""
+_LEVELS_OF_INTERFACE: Final = 3  # number of slashes in /blackboard/TYPE/ID
 _MOST_SKILLS: Final = 1000
 _MOST_LENGTH: Final = 200
 
+# Converts a message to events; called with the topic, the message, and the time in microseconds.
 Taker = Callable[[str, Message, int], Iterator[Event]]
-"""Makes events of a message: gets its topic and its time in microseconds."""
 
 
 class Takers:
-    """Makes events of the messages of a bag, by their types.
+    """Converters of a bag's messages by type.
 
-    :param registry: who knows the types of interfaces.
-    :param whole: whether the bag has all events itself: then the other topics are copies of them.
+    :param registry: the interface types.
+    :param whole: whether the bag has all events itself, so that its other topics only repeat them.
     """
 
     def __init__(self, registry: InterfaceRegistry, *, whole: bool) -> None:
@@ -76,7 +72,6 @@ class Takers:
         }
 
     def of(self, topic: str, message_type: str) -> Taker | None:
-        """Return what takes the messages of a topic; None: nothing does."""
         if topic == EVENTS and message_type == TEXT:
             return _event
         if self.whole:
@@ -90,7 +85,7 @@ class Takers:
     # -- skills
 
     def _sent(self, topic: str, message: Message, _time_us: int) -> Iterator[Event]:
-        """Learn the content of a goal; the event of the service may have it."""
+        """Keep the content of a goal from a service event."""
         for request in message["request"]:
             if message["info"]["event_type"] in _REQUEST_RECEIVED:
                 goal = self._goal(topic, request["goal_id"]["uuid"])
@@ -108,6 +103,7 @@ class Takers:
     def _goal(self, topic: str, uuid: bytes) -> _Goal:
         known = self._goals.get(uuid)
         if known is None:
+            # A long recording has any number of goals; the oldest are forgotten.
             while len(self._goals) >= _MOST_SKILLS:
                 del self._goals[next(iter(self._goals))]
             self._numbers += 1
@@ -156,7 +152,7 @@ class Takers:
 
 
 class _Goal(msgspec.Struct):
-    """A goal of an action as far as the bag has it."""
+    """A goal of an action, as far as the bag contains it."""
 
     action: str
     name: str
@@ -183,14 +179,10 @@ def _event(_topic: str, message: Message, _time_us: int) -> Iterator[Event]:
 
 
 class _Kind(msgspec.Struct):
-    """The kind of an event."""
-
     kind: str
 
 
 class _File(msgspec.Struct):
-    """A file of a run."""
-
     name: str
     media_type: str
     time_us: int
@@ -198,53 +190,51 @@ class _File(msgspec.Struct):
 
 
 def record_message(record: Mapping[str, str]) -> Message:
-    """Return the message for a source of a run."""
     return {"data": dump(record)}
 
 
 def record_of(message: Message) -> Mapping[str, str]:
-    """Return the record that a message has.
+    """Return the record in a message.
 
-    :raises ValueError: when it has none.
+    :raises ValueError: if the message has none.
     """
     return msgspec.json.decode(message["data"], type=dict[str, str])
 
 
 def file_message(name: str, media_type: str, time_us: int, data: bytes) -> Message:
-    """Return the message for a file of a run."""
     text = base64.b64encode(data).decode()
     return {"data": msgspec.json.encode(_File(name, media_type, time_us, text)).decode()}
 
 
 def file_of(message: Message) -> StoredFile:
-    """Return the file that a message has.
+    """Return the file in a message.
 
-    :raises ValueError: when it has none.
+    :raises ValueError: if the message has none.
     """
-    found = msgspec.json.decode(message["data"], type=_File)
-    data = base64.b64decode(found.data, validate=True)
-    return StoredFile(found.name, found.media_type, len(data), found.time_us, lambda: data)
+    stored = msgspec.json.decode(message["data"], type=_File)
+    data = base64.b64decode(stored.data, validate=True)
+    return StoredFile(stored.name, stored.media_type, len(data), stored.time_us, lambda: data)
 
 
 def _value(field: FieldSchema, value: Any) -> Any:
-    """Return a value as writes of interfaces have it."""
+    """Return a value in the form of interface writes."""
     if field.enum is not None and not field.is_array:
         return next((item.name for item in field.enum.items if item.value == value), value)
     return tuple(value) if isinstance(value, bytes | list) else value
 
 
 def _flat(value: Any, path: str = "") -> dict[str, Any]:
-    """Return the values of a message, by their paths with dots, without empty texts and zeros."""
+    """Return the values of a message by dotted path, without empty texts and zeros."""
     if isinstance(value, Mapping):
-        found: dict[str, Any] = {}
+        flat_values: dict[str, Any] = {}
         for name, inner in value.items():
-            found.update(_flat(inner, f"{path}.{name}" if path else name))
-        return found
+            flat_values.update(_flat(inner, f"{path}.{name}" if path else name))
+        return flat_values
     is_plain = isinstance(value, str | bool | int | float)
     return {path: value} if is_plain and value else {}
 
 
 def _skill_string(name: str, values: Mapping[str, Any]) -> str:
-    """Return a skill string for people to read; a long one is cut."""
+    """Return a skill string for display; long arguments are cut."""
     inner = ", ".join(f"{key}={msgspec.json.encode(value).decode()}" for key, value in values.items())
     return f"{name}{{{inner}}}" if len(inner) < _MOST_LENGTH else f"{name}{{{inner[:_MOST_LENGTH]}...}}"

@@ -1,4 +1,4 @@
-"""Bounds what rosbags unpacks: its own functions unpack a chunk or message of any size into memory."""
+"""Limits the memory of rosbags, whose own functions unpack chunks and messages of any size."""
 
 from __future__ import annotations
 
@@ -14,30 +14,25 @@ from rosbags.rosbag2 import ReaderError
 
 from cxbridge.trace.formats.mcap.records import MAX_RECORD
 
-MOST_BYTES: Final = MAX_RECORD
-"""Bytes of a chunk or message, unpacked."""
+MOST_BYTES: Final = MAX_RECORD  # limit of an unpacked chunk or message, in bytes
 
-MOST_TIMES: Final = 100
-"""How often a whole packed file may become its size, if that is beyond :data:`MOST_BYTES`."""
+MOST_TIMES: Final = 100  # largest expansion factor of a whole packed file beyond `MOST_BYTES`
 
 _PIECE: Final = 1024 * 1024
 
 
 def _decompress(make: Callable[[], Any], data: bytes) -> bytes:
-    """Return data unpacked, of one frame after another.
-
-    :raises ReaderError: when the data are larger than :data:`MOST_BYTES`.
-    """
+    """Unpack data frame by frame."""
     parts: list[bytes] = []
-    left = MOST_BYTES
+    remaining_bytes = MOST_BYTES
     while data:
         frame = make()
-        part = bytes(frame.decompress(data, left + 1))
-        left -= len(part)
-        if left < 0 or (not frame.eof and not part):
+        part = bytes(frame.decompress(data, remaining_bytes + 1))
+        remaining_bytes -= len(part)
+        if remaining_bytes < 0 or (not frame.eof and not part):
             raise ReaderError(
                 f"a chunk or message of more than {MOST_BYTES} bytes"
-                if left < 0
+                if remaining_bytes < 0
                 else "a cut chunk or message"
             )
         parts.append(part)
@@ -46,7 +41,7 @@ def _decompress(make: Callable[[], Any], data: bytes) -> bytes:
 
 
 class _Zstd:
-    """The zstd module as rosbags uses it."""
+    """Replacement for the zstd module in rosbags."""
 
     def __init__(self, module: Any) -> None:
         self._module = module
@@ -55,13 +50,12 @@ class _Zstd:
         return getattr(self._module, name)
 
     def decompress(self, data: bytes) -> bytes:
-        """Return data unpacked."""
         return _decompress(self._module.ZstdDecompressor, data)
 
     def open(self, file: Any, mode: str) -> Any:
-        """Open a packed file.
+        """Open a packed file after checking its unpacked size.
 
-        :raises ReaderError: when it would become too large.
+        :raises ReaderError: if the size exceeds the limits.
         """
         packed = file.seek(0, io.SEEK_END)
         most = max(MOST_BYTES, MOST_TIMES * packed)
@@ -78,7 +72,7 @@ class _Zstd:
 
 @functools.cache
 def bound_unpacking() -> None:
-    """Have rosbags unpack within the limits, in this process."""
+    """Install the limits in rosbags, for this process."""
     modules: tuple[Any, Any] = (of_bags, of_chunks)
     for module in modules:
         module.zstd = _Zstd(module.zstd)

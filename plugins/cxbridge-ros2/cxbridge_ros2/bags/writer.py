@@ -1,4 +1,4 @@
-"""Writes runs as bags of ROS 2: all events exactly, and messages for ROS' tools."""
+"""Writer of runs as ROS 2 bags: all events exactly, and also messages for ROS tools."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _VERSION: Final = 9
 _NANOSECONDS: Final = 1000
 _LEVELS: Final = {Level.DEBUG: 10, Level.INFO: 20, Level.WARN: 30, Level.ERROR: 40}
 _TRANSFORM: Final = "TransformInterface::"
+# Later times overflow the signed 64-bit nanoseconds of a bag.
 _LATEST_US: Final = 2**62 // _NANOSECONDS
 
 
 class BagWriter(RunWriter):
-    """A bag: a new folder.
+    """A bag in a new folder.
 
-    :param storage: ``mcap`` or ``sqlite3``.
-    :raises TraceError: when the folder exists, or cannot be made.
+    :raises TraceError: if the folder exists or cannot be created.
     """
 
     def __init__(self, path: Path, storage: StoragePlugin) -> None:
@@ -47,17 +47,16 @@ class BagWriter(RunWriter):
         self._last_us = 0
         self._sources = SourceNamer()
         with _writing(path):
-            path.parent.stat()  # the library would make it
+            path.parent.stat()  # fails for a missing parent folder, which the library would create
             self._bag = Writer(path, version=_VERSION, storage_plugin=storage)
             self._bag.open()
         self._is_open = True
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
-        """Return all kinds that are kept at the level, and the sources of the run."""
         return level.event_types | {SourceRead}
 
     def write(self, event: Event) -> None:
-        """Write an event, and its message for ROS' tools, if there is one."""
+        """Write an event, and its message for ROS tools if there is one."""
         if isinstance(event, SourceRead):
             record, attachment = self._sources.record(event)
             if attachment is not None:
@@ -77,20 +76,17 @@ class BagWriter(RunWriter):
             )
 
     def attach(self, attachment: Attachment) -> None:
-        """Write a file of the run."""
         message = file_message(attachment.name, attachment.media_type, attachment.time_us, attachment.data)
         self._put(FILES, TEXT, attachment.time_us or self._last_us, message)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Write the run's metadata into the bag's."""
         for key, value in metadata.items():
             self._bag.set_custom_data(f"{METADATA}.{key}", value)
 
     def flush(self) -> None:
-        """Do nothing: a bag can be read when it is closed."""
+        """Do nothing: a bag is readable only after closing."""
 
     def close(self) -> None:
-        """Finish the bag."""
         if self._is_open:
             self._is_open = False
             with _writing(self.path):
@@ -112,10 +108,7 @@ class BagWriter(RunWriter):
 
 @contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Turn errors of the library and of the operating system into one.
-
-    :raises TraceError: instead of them.
-    """
+    """Convert errors of the library and of the operating system to `TraceError`."""
     try:
         with writing(path):
             yield
@@ -124,12 +117,10 @@ def _writing(path: Path) -> Iterator[None]:
 
 
 def open_mcap(path: Path, _registry: InterfaceRegistry) -> BagWriter:
-    """Open a bag of mcap for a copy of a run."""
     return BagWriter(path, StoragePlugin.MCAP)
 
 
 def open_sqlite3(path: Path, _registry: InterfaceRegistry) -> BagWriter:
-    """Open a bag of sqlite3 for a copy of a run."""
     return BagWriter(path, StoragePlugin.SQLITE3)
 
 

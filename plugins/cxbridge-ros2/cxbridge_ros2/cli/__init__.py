@@ -1,1 +1,1 @@
-"""The command ros2."""
+"""The command ``ros2``."""

@@ -1,4 +1,4 @@
-"""The prompt of ``cxbridge ros2 terminal``: one command, the commands of a pipe, or typed lines."""
+"""The prompt of ``cxbridge ros2 terminal``: a single command, piped commands, or typed lines."""
 
 from __future__ import annotations
 
@@ -25,20 +25,18 @@ _MISTAKE: Final = 2
 
 
 class Prompt(Closing):
-    """Joins the domain, and carries commands out.
-
-    :param settings: of the node.
-    :raises CxbridgeError: when they are invalid, or the domain cannot be joined.
-    """
+    """Joins the domain and carries out commands."""
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
-        found = NodeSettings.of(settings, Path(), "the terminal")
-        self._node = found.join("cxbridge_terminal", found.definitions(TYPES), _report, EVERYTHING)
-        client = ExpertClient(self._node, RealClock(), found.namespace)
-        self._terminal = Terminal(client, NodeCodec(found.distribution))
+        node_settings = NodeSettings.of(settings, Path(), "the terminal")
+        self._node = node_settings.join(
+            "cxbridge_terminal", node_settings.definitions(TYPES), _report, EVERYTHING
+        )
+        client = ExpertClient(self._node, RealClock(), node_settings.namespace)
+        self._terminal = Terminal(client, NodeCodec(node_settings.distribution))
 
     def run(self, command: str | None) -> int:
-        """Carry out one command, or all that come; return the exit status: that of the worst."""
+        """Carry out one command, or all input lines; return the worst exit status."""
         if command is not None:
             return self._do(command)
         status = 0
@@ -61,8 +59,8 @@ class Prompt(Closing):
         return 0
 
     def _typed(self) -> Iterator[str]:
-        """Yield typed lines, with history and completion where the terminal has them."""
-        if sys.platform != "win32":  # Windows' own console keeps a history
+        """Yield typed lines, with history and completion if the terminal supports them."""
+        if sys.platform != "win32":  # the Windows console has a history already
             import readline
 
             readline.set_completer_delims(" ")
@@ -75,11 +73,10 @@ class Prompt(Closing):
                 return
 
     def _complete(self, line: str, state: int) -> str | None:
-        found = self._terminal.completions(line)
-        return f"{found[state]} " if state < len(found) else None
+        completions = self._terminal.completions(line)
+        return f"{completions[state]} " if state < len(completions) else None
 
     def close(self) -> None:
-        """Leave the domain."""
         self._node.close()
 
 

@@ -1,4 +1,4 @@
-"""``cxbridge ros2``: what machines with ROS 2 get from here, and a prompt for PlanSys2's experts."""
+"""``cxbridge ros2``: packages for machines with ROS 2, and a prompt for PlanSys2's experts."""
 
 from __future__ import annotations
 
@@ -74,11 +74,13 @@ def terminal(
     """
     from cxbridge_ros2.cli.prompt import Prompt
 
-    given: dict[str, object] = {"transport": transport, "url": url, "domain": domain, "reach": reach}
-    given |= {
+    node_options: dict[str, object] = {"transport": transport, "url": url, "domain": domain, "reach": reach}
+    node_options |= {
         "namespace": namespace,
         "distribution": distribution,
         "packages": list(map(str, packages or ())),
     }
-    with Prompt({name: value for name, value in given.items() if value not in ("", None, [])}) as prompt:
+    with Prompt(
+        {name: value for name, value in node_options.items() if value not in ("", None, [])}
+    ) as prompt:
         return prompt.run(" ".join(command) if command else None)

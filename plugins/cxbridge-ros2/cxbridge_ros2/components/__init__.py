@@ -1,1 +1,1 @@
-"""The components of runs and daemons that ROS 2 brings."""
+"""The components of runs and daemons for ROS 2."""

@@ -1,4 +1,4 @@
-"""The experts of PlanSys2 as a component: its clients see and edit the world model of the agent."""
+"""The component of PlanSys2's experts: their clients see and edit the agent's world model."""
 
 from __future__ import annotations
 
@@ -22,12 +22,7 @@ if TYPE_CHECKING:
 
 
 class Ros2Experts(Component):
-    """Serves domain, problem and planner of an agent.
-
-    Also while a daemon is paused: then the world model can be looked at and edited, too.
-
-    :raises CxbridgeError: when the configuration is invalid, or the domain cannot be joined.
-    """
+    """Serves domain, problem and planner of an agent, also while a daemon is paused."""
 
     hooks = (Hook.THINK,)
     steady = True
@@ -44,7 +39,7 @@ class Ros2Experts(Component):
                 raise ConfigError("the experts do not work with --ros2cx", hint="leave ros2/experts out")
         planning = PlannerSettings.from_config(context.config)
         namespace = settings.node.namespace
-        if context.name:  # one of several agents
+        if context.name:  # one agent of several
             namespace += "/" + re.sub(r"\W", "_", context.name)
         log = context.bus.logger("Ros2Experts")
         self._node = settings.node.join(
@@ -67,16 +62,14 @@ class Ros2Experts(Component):
             raise
 
     def loop(self) -> None:
-        """Answer, before the rules run."""
         self._server.loop()
 
     @property
     def is_quiet(self) -> bool:
-        """Whether it changes nothing: clients may at any time."""
+        """False: a client may change the world model at any time."""
         return False
 
     def close(self) -> None:
-        """Leave the domain."""
         self._server.close()
         self._node.close()
 

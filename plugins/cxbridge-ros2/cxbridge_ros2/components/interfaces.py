@@ -1,4 +1,4 @@
-"""Interfaces of the blackboard as topics of ROS 2, as a component."""
+"""The component that maps interfaces of the blackboard to topics of ROS 2."""
 
 from __future__ import annotations
 
@@ -17,10 +17,7 @@ from cxbridge_ros2.trees import placed
 
 
 class Ros2Interfaces(Component):
-    """Publishes interfaces, and writes those that come from ROS.
-
-    :raises CxbridgeError: when the configuration is invalid, or a domain cannot be joined.
-    """
+    """Publishes interfaces, and writes received messages to interfaces."""
 
     hooks = (Hook.SENSOR_ACQUIRE, Hook.POST_LOOP)
     description = "Interfaces as topics of ROS 2"
@@ -30,58 +27,55 @@ class Ros2Interfaces(Component):
         self._nodes: list[Node] = []
         self._written: list[WrittenInterface] = []
         self._published: list[PublishedInterfaces] = []
-        found: dict[NodeSettings, list[TopicSettings]] = {}
+        topics_of_nodes: dict[NodeSettings, list[TopicSettings]] = {}
         for each in topic_settings(context.config, context.paths.confdir):
-            found.setdefault(each.node, []).append(each)
+            topics_of_nodes.setdefault(each.node, []).append(each)
         try:
-            for number, (place, topics) in enumerate(found.items(), start=1):
-                self._join(f"cxbridge_{context.name}_blackboard{number if number > 1 else ''}", place, topics)
+            for number, (node_settings, topics) in enumerate(topics_of_nodes.items(), start=1):
+                self._join(
+                    f"cxbridge_{context.name}_blackboard{number if number > 1 else ''}", node_settings, topics
+                )
         except Exception:
             self.close()
             raise
 
-    def _join(self, name: str, place: NodeSettings, topics: list[TopicSettings]) -> None:
-        """Make a node for all topics that are in the same place."""
+    def _join(self, name: str, node_settings: NodeSettings, topics: list[TopicSettings]) -> None:
         registry = self._context.registry
         types = {each.key: self._types(each) for each in topics}
         texts: dict[str, str] = {}
         for each in topics:
             for schema in map(registry.schema, types[each.key] if each.type is None else ()):
                 texts.update(definitions_of(schema))
-        definitions = place.definitions(texts)
+        definitions = node_settings.definitions(texts)
         for each in topics:
             with placed(self._context.config, f"{TREE}/{each.key}"):
                 for schema in map(registry.schema, types[each.key]):
                     check_mapping(each, schema, definitions)
         report = self._context.bus.logger("Ros2Interfaces").warn
-        node = place.join(name, definitions, report, self._context.rights)
+        node = node_settings.join(name, definitions, report, self._context.rights)
         self._nodes.append(node)
+        # Written interfaces first: they are left out of the published ones.
         for each in sorted(topics, key=lambda each: each.direction != WRITE):
             with placed(self._context.config, f"{TREE}/{each.key}"):
                 self._begin(each, node)
 
     def _types(self, settings: TopicSettings) -> list[str]:
-        """Return the types of interfaces that are meant.
-
-        :raises CxbridgeError: when there is none.
-        """
         registry, glob = self._context.registry, settings.pattern.type_glob
-        found = [name for name in registry.names() if fnmatchcase(name, glob)]
-        if not found:
+        matching_types = [name for name in registry.names() if fnmatchcase(name, glob)]
+        if not matching_types:
             with placed(self._context.config, f"{TREE}/{settings.key}"):
-                registry.schema(glob)  # says which there are
-        return found
+                registry.schema(glob)  # raises the error with the known types
+        return matching_types
 
     def _begin(self, settings: TopicSettings, node: Node) -> None:
         board, log = self._context.board, self._context.bus.logger("Ros2Interfaces")
         if settings.direction == WRITE:
             self._written.append(WrittenInterface(settings, node, board, log))
         else:
-            ours = {each.uid for each in self._written}
-            self._published.append(PublishedInterfaces(settings, node, board, log, ours))
+            written_uids = {each.uid for each in self._written}
+            self._published.append(PublishedInterfaces(settings, node, board, log, written_uids))
 
     def loop(self) -> None:
-        """Take incoming messages, and publish new writes."""
         for node in self._nodes:
             node.poll()
         for written in self._written:
@@ -90,7 +84,6 @@ class Ros2Interfaces(Component):
             published.loop()
 
     def close(self) -> None:
-        """Leave the domains."""
         parts: tuple[Closing, ...] = (*self._published, *self._written, *self._nodes)
         for part in parts:
             part.close()

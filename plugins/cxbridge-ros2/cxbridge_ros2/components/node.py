@@ -1,4 +1,4 @@
-"""A daemon as a managed node of ROS 2: its log is on /rosout, and clients pause, resume and end it."""
+"""The daemon as a managed node of ROS 2: its log is on /rosout, and clients pause, resume and stop it."""
 
 from __future__ import annotations
 
@@ -23,19 +23,13 @@ from cxbridge_ros2.trees import node_settings, placed
 TREE: Final = "/ros2/node"
 _OWN: Final = ("name", "log")
 _DIAGNOSTICS: Final = "diagnostic_msgs/msg/DiagnosticArray"
-_FINE, _IDLE, _FAILED = 0, 1, 2
-"""OK, WARN and ERROR of diagnostic_msgs."""
+_FINE, _IDLE, _FAILED = 0, 1, 2  # OK, WARN and ERROR of diagnostic_msgs/DiagnosticStatus
 
 _LEVELS: Final = {"debug": Level.DEBUG, "info": Level.INFO, "warn": Level.WARN, "error": Level.ERROR}
 _WHOSE: Final = "the node of ROS 2"
 
 
 class Ros2NodeComponent(Component):
-    """The daemon as a node of ROS 2.
-
-    :raises CxbridgeError: when its settings are invalid, or the domain cannot be joined.
-    """
-
     hooks = (Hook.POST_LOOP,)
     steady = True
     description = "The daemon as a managed node of ROS 2"
@@ -76,10 +70,11 @@ class Ros2NodeComponent(Component):
         return True
 
     def loop(self) -> None:
-        """Answer requests, and report transitions that other ways in have carried out."""
+        """Answer requests, and report transitions requested in other ways."""
         self._node.poll()
         is_paused = self._daemon.lifecycle.paused
         self._lifecycle.follow(LifecycleState.INACTIVE if is_paused else LifecycleState.ACTIVE)
+        # Once a second, the usual rate of /diagnostics.
         if self._clock.now_us() >= self._next_us:
             self._next_us = self._clock.now_us() + MICROSECONDS
             rows = [self._status(row) for row in self._daemon.lifecycle.status()]
@@ -91,7 +86,6 @@ class Ros2NodeComponent(Component):
         return {"level": level, "name": name, "message": message, "hardware_id": self._name}
 
     def close(self) -> None:
-        """Leave the domain."""
         self._bus.unsubscribe(self._rosout)
         self._node.close()
 

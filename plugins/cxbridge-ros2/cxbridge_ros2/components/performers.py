@@ -1,4 +1,4 @@
-"""Performers on hubs of ROS 2 as a component: callers on a hub have our skills executed."""
+"""The component of performers on hubs of ROS 2: callers on a hub have our skills executed."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ from cxbridge_ros2.node import Node
 
 
 class Ros2Performers(Component):
-    """Serves the hubs that the configuration names with skills of the skill board.
-
-    :raises CxbridgeError: when the configuration is invalid, or a domain cannot be joined.
-    """
+    """Serves the configured hubs with skills of the skill board."""
 
     hooks = (Hook.SKILL,)
     description = "Skills for PlanSys2 and for the executive of the thesis"
@@ -27,9 +24,9 @@ class Ros2Performers(Component):
         self._performers: list[HubPerformer] = []
         agents = () if context.skill_board is None else context.skill_board.agents
         names = [agent.name for agent in agents]
-        found = performer_settings(context.config, names, context.paths.confdir)
+        settings_of_performers = performer_settings(context.config, names, context.paths.confdir)
         try:
-            for key, settings in found.items():
+            for key, settings in settings_of_performers.items():
                 self._serve(key, settings)
         except Exception:
             self.close()
@@ -45,7 +42,7 @@ class Ros2Performers(Component):
         self._refuse_circle(key, settings, performer)
 
     def _refuse_circle(self, key: str, settings: PerformerSettings, performer: HubPerformer) -> None:
-        """Refuse performers whose skills are executed by asking on the same hub."""
+        """Reject performers whose skills are executed by a call on the same hub, which would never end."""
         service = self._context.skill_service
         for host in () if service is None else service.hosts:
             executor = host.executor
@@ -62,27 +59,24 @@ class Ros2Performers(Component):
                 )
 
     def _skills(self) -> LocalSkillCalls | None:
-        """Return the skill board of now: a daemon may have made another one."""
+        """Return the current skill board: a reset daemon makes a new one."""
         service = self._context.skill_service
         return None if service is None else service.local_calls
 
     def loop(self) -> None:
-        """Receive, answer, and give signs of life."""
+        """Receive and answer messages, and publish heartbeats."""
         for performer in self._performers:
             performer.loop()
 
     @property
     def running(self) -> bool:
-        """Whether something is being executed."""
         return any(performer.running for performer in self._performers)
 
     @property
     def is_quiet(self) -> bool:
-        """Whether nothing is being executed."""
         return not self.running
 
     def close(self) -> None:
-        """Stop all executions, and leave the hubs."""
         for performer in self._performers:
             performer.close()
         for node in self._nodes:

@@ -1,4 +1,4 @@
-"""Skillers as actions of ROS 2, as a component: nodes have skill strings executed."""
+"""The component that serves the Skiller as an action of ROS 2."""
 
 from __future__ import annotations
 
@@ -19,10 +19,7 @@ _WHOSE = "the Skiller for ROS 2"
 
 
 class Ros2Skiller(Component):
-    """Serves the Skiller of the blackboard as an action, a goal a skill string.
-
-    :raises CxbridgeError: when the configuration is invalid, or the domain cannot be joined.
-    """
+    """Serves the Skiller of the blackboard as an action whose goals are skill strings."""
 
     hooks = (Hook.SKILL,)
     description = "The Skiller as an action of ROS 2"
@@ -45,7 +42,6 @@ class Ros2Skiller(Component):
         self._server = ActionServer(self._node, action, EXEC_SKILL, self._execute, context.clock, needs=needs)
 
     def loop(self) -> None:
-        """Take goals, and follow those that are executed."""
         self._node.poll()
         self._server.step()
 
@@ -76,10 +72,8 @@ class Ros2Skiller(Component):
 
     @property
     def is_quiet(self) -> bool:
-        """Whether nothing is being executed."""
         return not self._server.is_busy
 
     def close(self) -> None:
-        """Abort all executions, and leave the domain."""
         self._server.close()
         self._node.close()

@@ -1,4 +1,4 @@
-"""Transforms of ROS 2 as a component: messages on /tf and /tf_static become TransformInterfaces."""
+"""The component that writes transforms from /tf and /tf_static as TransformInterfaces."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.trees import node_settings, placed
 
 TREE: Final = "/ros2/tf"
-MOST_FRAMES: Final = 500
-"""Frames that are taken: a stranger may send any number of names."""
+MOST_FRAMES: Final = 500  # limit of frames: a stranger may send any number of names
 
 _ALL: Final = "all"
 _OWN: Final = ("frames", "publish")
@@ -28,10 +27,7 @@ _WHOSE: Final = "the settings of /tf"
 
 
 class Ros2Transforms(Component):
-    """Lets rules and skills use the frames of ROS 2.
-
-    :raises CxbridgeError: when the settings are invalid, or the domain cannot be joined.
-    """
+    """Makes the frames of ROS 2 available to rules and skills."""
 
     hooks = (Hook.SENSOR_ACQUIRE,)
     description = "Coordinate frames of ROS 2"
@@ -40,9 +36,9 @@ class Ros2Transforms(Component):
         self._board, self._log = context.board, context.bus.logger("Ros2Transforms")
         values, settings = node_settings(context.config, TREE, _OWN, context.paths.confdir, _WHOSE)
         with placed(context.config, TREE):
-            sends = typed(values, "publish", default=False, whose=_WHOSE)
-        wanted = values.get("frames", _ALL)
-        self._wanted = None if wanted == _ALL else frozenset(map(str, wanted))
+            is_publishing = typed(values, "publish", default=False, whose=_WHOSE)
+        frames = values.get("frames", _ALL)
+        self._wanted = None if frames == _ALL else frozenset(map(str, frames))
         self._publishers: dict[str, TransformPublisher] = {}
         self._refused: set[str] = set()
         self._node = node = settings.join(
@@ -51,10 +47,9 @@ class Ros2Transforms(Component):
         for topic, profile, static in _TOPICS:
             take, needs = partial(self._take, static=static), right_of_frame("ros2-tf", topic)
             node.subscribe(topic, TRANSFORMS, take, PROFILES[profile], needs=needs)
-        self._sender = FrameSender(node, context.board) if sends else None
+        self._sender = FrameSender(node, context.board) if is_publishing else None
 
     def loop(self) -> None:
-        """Write incoming transforms."""
         self._node.poll()
         if self._sender is not None:
             self._sender.loop()
@@ -80,14 +75,13 @@ class Ros2Transforms(Component):
         return known
 
     def _refuse(self, child: str, reason: str) -> None:
-        """Say once why a frame is not taken."""
+        """Log once why a frame is left out."""
         if len(self._refused) >= MOST_FRAMES:
             return
         self._refused.add(child)
         self._log.warn(f"The frame '{child}' of ROS 2 is left out: {reason}")
 
     def close(self) -> None:
-        """Leave the domain."""
         if self._sender is not None:
             self._sender.close()
         self._node.close()

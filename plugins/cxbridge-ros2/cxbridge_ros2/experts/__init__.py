@@ -1,1 +1,1 @@
-"""The experts of PlanSys2, and its planner: servers and clients of their services."""
+"""Servers and clients for the experts and the planner of PlanSys2."""

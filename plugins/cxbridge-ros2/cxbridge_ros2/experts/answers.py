@@ -1,4 +1,4 @@
-"""The responses of the problem expert's services, and their changes of the problem."""
+"""The services of the problem expert: responses, and changes of the problem."""
 
 from __future__ import annotations
 
@@ -14,16 +14,15 @@ from cxbridge_ros2.experts.knowledge import ProblemExpert, words_of
 from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
 from cxbridge_ros2.messages import Message
 
+# Carries out a request and returns the fields of the response besides `success`.
 Work = Callable[[ProblemExpert, NodeCodec, Message], Mapping[str, Any] | None]
-"""Carries out a request, and returns the fields of the response besides ``success``."""
 
 
 class ExpertService(Struct, frozen=True):
-    """A service.
+    """A service of an expert.
 
-    :param work: does the work.
-    :param failure: what PlanSys2 says when it does not.
-    :param changes: whether it changes something.
+    :param failure: PlanSys2's error text.
+    :param changes: whether the service changes the problem.
     """
 
     work: Work
@@ -34,7 +33,6 @@ class ExpertService(Struct, frozen=True):
 def answer(
     service: ExpertService, expert: ProblemExpert, codec: NodeCodec, request: Message
 ) -> Mapping[str, Any]:
-    """Return the response to a request."""
     try:
         fields = service.work(expert, codec, request) or {}
     except (PddlError, Ros2Error) as error:
@@ -43,12 +41,12 @@ def answer(
 
 
 def shown(ground: Ground) -> str:
-    """Return a predicate or a function as PDDL."""
+    """Return a predicate or a function in PDDL."""
     return f"({' '.join((ground[0], *ground[1]))})"
 
 
 def knowledge_message(expert: ProblemExpert) -> Message:
-    """Return all that is known, as plansys2_msgs/msg/Knowledge."""
+    """Return the knowledge as plansys2_msgs/msg/Knowledge."""
     knowledge = expert.knowledge
     return {
         "instances": [*knowledge.instances],
@@ -170,18 +168,21 @@ def _get_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) ->
 
 
 def _get_functions(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    types, found = expert.instances, expert.knowledge.functions.items()
-    return {"states": [ground_node(TreeNodeKind.FUNCTION, each, types, value) for each, value in found]}
+    types, function_values = expert.instances, expert.knowledge.functions.items()
+    return {
+        "states": [ground_node(TreeNodeKind.FUNCTION, each, types, value) for each, value in function_values]
+    }
 
 
 def _written(text: str) -> Ground:
-    """Return what ``(at r1 home)``, or ``(= (distance a b) 3)``, is about."""
+    """Return the atom or function term in ``(at r1 home)`` or ``(= (distance a b) 3)``."""
     name, *arguments = words_of(text) or [""]
     if name == "=" and arguments:
         name, *arguments = arguments[:-1] or [""]
     return name, tuple(arguments)
 
 
+# Services of the problem expert, by the last part of the name.
 PROBLEM_SERVICES: Final[Mapping[str, ExpertService]] = {
     "add_problem": ExpertService(_add_problem, "Problem not valid", changes=True),
     "add_problem_goal": ExpertService(_add_goal, "Goal not valid", changes=True),
@@ -206,4 +207,3 @@ PROBLEM_SERVICES: Final[Mapping[str, ExpertService]] = {
     "exist_problem_function": ExpertService(_exists_function),
     "update_problem_function": ExpertService(_update_function, "Function not valid", changes=True),
 }
-"""The services of the problem expert, by their last names."""

@@ -1,4 +1,4 @@
-"""Asks the services of PlanSys2's experts and planner, ours or its own, and waits for the answers."""
+"""Blocking client for the services of PlanSys2's experts and planner."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from cxbridge_ros2.experts.names import SERVICES
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, Node
 
-PATIENCE_S: Final = 5.0
-"""Seconds that a server may need to appear, and to answer."""
+PATIENCE_S: Final = 5.0  # default limit in seconds for a server to appear, and to answer
 
 _SLICE_S: Final = 0.05
 _AGAIN_S: Final = 2.0
+# Read-only services, which may be called again: a server that has just met a client loses its response.
 _HARMLESS: Final = ("get_domain", "get_problem", "exist_", "is_")
-"""What may be asked again: a server that has only just met a client loses its response."""
 
 
 class ExpertRefusedError(Ros2Error):
@@ -25,12 +24,10 @@ class ExpertRefusedError(Ros2Error):
 
 
 class ExpertClient:
-    """Asks.
+    """Client of the experts.
 
-    :param node: of ROS 2.
-    :param clock: measures how long it waits.
+    :param clock: measures the waiting time.
     :param namespace: the prefix of all names.
-    :param patience_s: see :data:`PATIENCE_S`.
     """
 
     def __init__(self, node: Node, clock: Clock, namespace: str = "", patience_s: float = PATIENCE_S) -> None:
@@ -43,9 +40,9 @@ class ExpertClient:
     def ask(self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0) -> Message:
         """Return the response of a service, successful or not.
 
-        :param service: e.g. ``/problem_expert/get_problem``.
-        :param patience_s: seconds that it may take to answer; 0: as always.
-        :raises Ros2Error: when there is no server, or it does not answer.
+        :param service: such as ``/problem_expert/get_problem``.
+        :param patience_s: the limit in seconds for the response; 0 for the default.
+        :raises Ros2Error: if there is no server, or the server does not answer.
         """
         name = self.namespace + service
         client = self._clients.get(name)
@@ -71,8 +68,8 @@ class ExpertClient:
     def do(self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0) -> Message:
         """Return the successful response of a service.
 
-        :raises ExpertRefusedError: when the service reports a failure; with its reason.
-        :raises Ros2Error: when no server answers.
+        :raises ExpertRefusedError: if the service reports a failure.
+        :raises Ros2Error: if no server answers.
         """
         response = self.ask(service, request, patience_s)
         if not response.get("success", True):
@@ -80,7 +77,7 @@ class ExpertClient:
         return response
 
     def wait(self, enough: Callable[[], bool], seconds: float) -> bool:
-        """Handle messages until the condition is true, or the time is over; return whether it is true."""
+        """Handle messages until the condition holds or the time is over; return whether it holds."""
         end_us = self.clock.now_us() + round(seconds * MICROSECONDS)
         while not enough():
             if self.clock.now_us() > end_us:

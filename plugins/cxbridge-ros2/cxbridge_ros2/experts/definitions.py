@@ -1,6 +1,6 @@
-"""The types of PlanSys2's services and topics, for machines without its package.
+"""Definitions of PlanSys2's services and topics, for machines without its package.
 
-They are the same from Humble on, but for the types about derived predicates, which came with Jazzy.
+They are the same since Humble, except the types about derived predicates, which Jazzy added.
 """
 
 from __future__ import annotations
@@ -29,8 +29,7 @@ _MESSAGES: Final = {
     " builtin_interfaces/Time status_stamp, string action_full_name, string action, string[] arguments,"
     " builtin_interfaces/Duration duration, float32 completion, string message_status",
 }
-EXECUTE_PLAN: Final = f"{PACKAGE}/action/ExecutePlan"
-"""The action of PlanSys2's executor."""
+EXECUTE_PLAN: Final = f"{PACKAGE}/action/ExecutePlan"  # action of PlanSys2's executor
 
 _INFOS: Final = "ActionExecutionInfo[] action_execution_status"
 _SERVICES: Final = {
@@ -68,6 +67,7 @@ def _lines(fields: str) -> str:
     return fields.replace(", ", "\n")
 
 
+# Text of each definition by type.
 TYPES: Final[Mapping[str, str]] = {
     EXECUTE_PLAN: f"Plan plan\n---\nbool success\n{_INFOS}\n---\n{_INFOS}",
     **{f"{PACKAGE}/msg/{name}": _lines(fields) for name, fields in _MESSAGES.items()},
@@ -76,4 +76,3 @@ TYPES: Final[Mapping[str, str]] = {
         for name, (request, response) in _SERVICES.items()
     },
 }
-"""The text of each definition by its type."""

@@ -1,4 +1,4 @@
-"""The responses of the domain expert's services."""
+"""The services of the domain expert."""
 
 from __future__ import annotations
 
@@ -50,9 +50,11 @@ def _types(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mappi
 
 
 def _constants(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    domain, wanted = expert.domain, request["type"]
-    _find(wanted, (ROOT_TYPE, *names_of(domain.types)), "type")
-    return {"constants": [name for name, kind in pairs_of(domain.constants) if (kind or ROOT_TYPE) == wanted]}
+    domain, type_name = expert.domain, request["type"]
+    _find(type_name, (ROOT_TYPE, *names_of(domain.types)), "type")
+    return {
+        "constants": [name for name, kind in pairs_of(domain.constants) if (kind or ROOT_TYPE) == type_name]
+    }
 
 
 def _actions(
@@ -87,10 +89,10 @@ def _durative_action(expert: ProblemExpert, codec: NodeCodec, request: Message) 
 
 
 def _at(when: str, formula: Formula | None) -> Formula:
-    """Return the part of a formula for a time; without one an empty conjunction, as in PlanSys2."""
+    """Return the part of a formula for a time; an empty conjunction if there is none, as in PlanSys2."""
     parts = formula.parts if isinstance(formula, And) else (formula,)
-    found = tuple(each.part for each in parts if isinstance(each, Timed) and each.when == when)
-    return And(found)
+    timed_parts = tuple(each.part for each in parts if isinstance(each, Timed) and each.when == when)
+    return And(timed_parts)
 
 
 def _declared(
@@ -104,14 +106,14 @@ def _details(
 ) -> Mapping[str, Any]:
     domain, noun = expert.domain, kind.name.lower()
     known = {each.name: each for each in _of(domain, kind)}
-    found = known[_find(request["expression"], known, noun)]
-    types = _each_type(found.parameters)
+    declaration = known[_find(request["expression"], known, noun)]
+    types = _each_type(declaration.parameters)
     parameters = [param(f"?{each}{index}", each, subtypes(domain, each)) for index, each in enumerate(types)]
-    return {"node": {"node_type": int(kind), "name": found.name, "parameters": parameters}}
+    return {"node": {"node_type": int(kind), "name": declaration.name, "parameters": parameters}}
 
 
 def _derived(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    assert expert.domain  # there are none, but there must be a domain
+    assert expert.domain  # there are none here, but a missing domain is an error
     return {"states": []}
 
 
@@ -136,11 +138,13 @@ def _each_type(parameters: TypedList) -> list[str]:
 
 
 def _parameters(
-    domain: Domain, action: ActionSchema, given: Sequence[str]
+    domain: Domain, action: ActionSchema, parameter_names: Sequence[str]
 ) -> tuple[list[Message], dict[str, str]]:
-    """Return an action's parameters, and what stands for its variables."""
+    """Return an action's parameters, and the values of its variables."""
     names = names_of(action.parameters)
-    called = [given[index] if index < len(given) else f"?{index}" for index in range(len(names))]
+    called = [
+        parameter_names[index] if index < len(parameter_names) else f"?{index}" for index in range(len(names))
+    ]
     types = _each_type(action.parameters)
     parameters = [param(name, kind, subtypes(domain, kind)) for name, kind in zip(called, types, strict=True)]
     return parameters, dict(zip(names, called, strict=True))
@@ -152,7 +156,7 @@ def _action_of(domain: Domain, name: str, *, durative: bool) -> ActionSchema:
 
 
 def _find(name: str, names: Iterable[str], noun: str) -> str:
-    """Return which of the names is meant, in capitals or not."""
+    """Return the matching name, ignoring case if necessary."""
     known = [*names]
     matching = [each for each in known if each == name] or [
         each for each in known if each.lower() == name.lower()
@@ -162,6 +166,7 @@ def _find(name: str, names: Iterable[str], noun: str) -> str:
     return matching[0]
 
 
+# Services of the domain expert, by the last part of the name.
 DOMAIN_SERVICES: Final[Mapping[str, ExpertService]] = {
     "get_domain": ExpertService(_text),
     "get_domain_name": ExpertService(_name),
@@ -182,4 +187,3 @@ DOMAIN_SERVICES: Final[Mapping[str, ExpertService]] = {
     "get_domain_derived_predicates": ExpertService(_derived),
     "get_domain_derived_predicate_details": ExpertService(_derived_details, "Derived predicate not found"),
 }
-"""The services of the domain expert, by their last names."""

@@ -1,4 +1,4 @@
-"""Has PlanSys2's executor execute plans."""
+"""Executes plans with PlanSys2's executor."""
 
 from __future__ import annotations
 
@@ -14,29 +14,28 @@ from cxbridge_ros2.experts.definitions import EXECUTE_PLAN
 from cxbridge_ros2.messages import Message
 
 _ACTION: Final = "/execute_plan"
+# constants of plansys2_msgs/msg/ActionExecutionInfo
 _FAILED: Final = 3
 _STATES: Final = {1: "waiting", 2: "executing", 3: "failed", 4: "succeeded", 5: "cancelled"}
-"""The constants of plansys2_msgs/msg/ActionExecutionInfo."""
 
 _NUMBER: Final = r"(\d+(?:\.\d+)?)"
 _ITEM: Final = re.compile(rf"\s*{_NUMBER}\s*:\s*(\([^()]+\))\s*(?:\[\s*{_NUMBER}\s*\])?\s*")
 
-Item = Mapping[str, Any]
-"""A plansys2_msgs/msg/PlanItem."""
+Item = Mapping[str, Any]  # a plansys2_msgs/msg/PlanItem
 
 
 def item_of(text: str) -> Item | None:
-    """Return the action of a line of a plan: ``0.000: (move r2 hall dock) [5.000]``; None for other lines."""
-    found = _ITEM.fullmatch(text)
-    if found is None:
+    """Parse a line of a plan: ``0.000: (move r2 hall dock) [5.000]``; return None for other lines."""
+    match = _ITEM.fullmatch(text)
+    if match is None:
         return None
-    return {"time": float(found[1]), "action": found[2], "duration": float(found[3] or 0)}
+    return {"time": float(match[1]), "action": match[2], "duration": float(match[3] or 0)}
 
 
 def read_plan(file: Path) -> list[Item]:
-    """Return the plan in a file, an action a line; empty lines and comments (``;``) are skipped.
+    """Return the plan in a file with one action a line; empty lines and comments (``;``) are skipped.
 
-    :raises Ros2Error: when it cannot be read, or a line is something else; with file and line.
+    :raises Ros2Error: if the file cannot be read, or a line is not an action.
     """
     try:
         lines = file.read_text(encoding="utf-8").splitlines()
@@ -56,12 +55,12 @@ def read_plan(file: Path) -> list[Item]:
 
 
 def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
-    """Have a plan executed; yield each action's states, and that it has succeeded.
+    """Execute a plan; yield the states of actions and the final success.
 
-    What ends this generator early cancels the plan.
+    Closing the generator early cancels the plan.
 
-    :raises ExpertRefusedError: when it has failed; with the actions that have.
-    :raises Ros2Error: when there is no executor, or it vanishes.
+    :raises ExpertRefusedError: if the plan fails; with the failed actions.
+    :raises Ros2Error: if there is no executor, or the executor vanishes.
     """
     name = client.namespace + _ACTION
     with ActionClient(client.node, name, EXECUTE_PLAN) as executor:
@@ -71,9 +70,9 @@ def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
         states: dict[str, int] = {}
         try:
             while not sent.is_over:
-                came = client.wait(lambda: sent.is_over or _has_news(sent, states), PATIENCE_S)
+                has_changed = client.wait(lambda: sent.is_over or _has_news(sent, states), PATIENCE_S)
                 executor.look(sent)
-                if not came and not executor.is_served:
+                if not has_changed and not executor.is_served:
                     raise Ros2Error(f"the executor of {name} has vanished")
                 yield from _changes(_infos(sent.feedback), states)
         finally:
@@ -94,8 +93,8 @@ def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
 
 
 def _infos(message: Message | None) -> Sequence[Message]:
-    found: Sequence[Message] = (message or {}).get("action_execution_status", [])
-    return found
+    infos: Sequence[Message] = (message or {}).get("action_execution_status", [])
+    return infos
 
 
 def _has_news(sent: SentGoal, states: Mapping[str, int]) -> bool:

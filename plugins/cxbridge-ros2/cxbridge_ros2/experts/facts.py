@@ -1,4 +1,4 @@
-"""Domain and knowledge of an environment: what its facts say, and what may be edited as facts."""
+"""Domain and problem knowledge in the facts of an environment."""
 
 from __future__ import annotations
 
@@ -33,20 +33,19 @@ from cxbridge.executive.problem.facts import (
 )
 from cxbridge_ros2.experts.knowledge import Knowledge
 
-UNNAMED: Final = "domain"
-"""The name of a domain before any is parsed."""
+UNNAMED: Final = "domain"  # name of the domain before any is parsed
 
 _REQUIREMENTS: Final = ("strips", "typing", "negative-preconditions")
 _GOAL: Final = "problem-goal"
+# Ordered facts that the core asserts for each object, but does not retract with it.
 _TYPE_OF: Final = "domain-obj-is-of-type"
-"""Ordered facts that the core makes of each object, and does not retract with it."""
 
 
 class FactKnowledge(Knowledge):
-    """Keeps it as facts.
+    """Knowledge stored as facts.
 
     :param env: the environment, whose lock must be held.
-    :param numbers: the numbers of goals, so that each has a unique id.
+    :param numbers: numbers for unique goal ids.
     """
 
     def __init__(self, env: ClipsEnvironment, numbers: Iterator[int]) -> None:
@@ -55,53 +54,44 @@ class FactKnowledge(Knowledge):
 
     @property
     def instances(self) -> dict[str, str]:
-        """The objects with their types."""
         return {str(name): str(kind) for name, kind in self._env.columns(INSTANCE, "name", "type")}
 
     @property
     def predicates(self) -> list[Ground]:
-        """The domain facts."""
         return [*dict.fromkeys(ground_in(slots) for _, _, slots in self._env.facts(PREDICATE))]
 
     @property
     def functions(self) -> dict[Ground, float]:
-        """The values of functions."""
         return numbers_in(self._env)
 
     @property
     def goal(self) -> str:
-        """The formula of the last goal."""
         return next((str(formula) for (formula,) in reversed([*self._env.columns(_GOAL, "formula")])), "")
 
     def put_instance(self, name: str, kind: str) -> None:
-        """Assert an object."""
         self._assert(INSTANCE, {"name": clips_scalar(name), "type": Symbol(kind)})
 
     def put_predicate(self, ground: Ground) -> None:
-        """Assert a domain fact."""
         self._assert(PREDICATE, slots_of(ground))
 
     def put_function(self, ground: Ground, value: float) -> None:
-        """Assert the value of a function, in place of the old value."""
         put_number(self._env, ground, value)
 
     def put_goal(self, formula: str) -> None:
-        """Assert a goal, in place of the present ones."""
+        """Assert a goal in place of all current goals."""
         self._retract(_GOAL, lambda _slots: True)
         if formula:
             self._assert(_GOAL, {"id": Symbol(f"{_GOAL}-{next(self._numbers)}"), "formula": formula})
 
     def drop_instance(self, name: str) -> None:
-        """Retract an object, and of which types it is."""
+        """Retract an object and its type facts."""
         self._retract(INSTANCE, lambda slots: str(slots["name"]) == name)
         self._retract(_TYPE_OF, lambda slots: _first(slots["implied"]) == name)
 
     def drop_predicate(self, ground: Ground) -> None:
-        """Retract a domain fact."""
         self._retract(PREDICATE, lambda slots: ground_in(slots) == ground)
 
     def drop_function(self, ground: Ground) -> None:
-        """Retract the value of a function."""
         self._retract(FUNCTION, lambda slots: ground_in(slots) == ground)
 
     def _assert(self, template: str, slots: Slots) -> None:
@@ -116,29 +106,29 @@ class FactKnowledge(Knowledge):
 
 
 def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | None:
-    """Return the domain, with the types, predicates and operators that are facts only.
+    """Return the domain, extended by types, predicates and operators that exist only as facts.
 
-    :param parsed: the domain that the environment parsed last.
-    :returns: None when there is neither a domain nor a fact of one.
+    :param parsed: the domain that was parsed last, or None.
+    :returns: None if there is neither a domain nor a fact of one.
     """
     domain = parsed or Domain(UNNAMED, _REQUIREMENTS)
     known = {ROOT_TYPE, *names_of(domain.types)}
     types = tuple(
-        TypedNames((name,), (above,) if above != name else ())
-        for name, above in _texts(env, "domain-object-type", "name", "super-type")
+        TypedNames((name,), (parent,) if parent != name else ())
+        for name, parent in _texts(env, "domain-object-type", "name", "super-type")
         if name not in known
     )
-    named = {each.name for each in domain.predicates}
+    known_predicates = {each.name for each in domain.predicates}
     predicates = tuple(
         Predicate(
             text_in(slots, "name"),
             _parameters(list_in(slots, "param-names"), list_in(slots, "param-types")),
         )
         for slots in _rows(env, "domain-predicate")
-        if text_in(slots, "name") not in named
+        if text_in(slots, "name") not in known_predicates
     )
-    acting = {each.name for each in domain.actions}
-    operators = [each for each in _rows(env, "domain-operator") if text_in(each, "name") not in acting]
+    known_actions = {each.name for each in domain.actions}
+    operators = [each for each in _rows(env, "domain-operator") if text_in(each, "name") not in known_actions]
     actions = tuple(_Operators(env).actions(operators)) if operators else ()
     if parsed is None and not (types or predicates or actions):
         return None
@@ -152,7 +142,7 @@ def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | No
 
 
 class _Operators:
-    """Makes actions of the facts about operators."""
+    """Makes actions from the facts about operators."""
 
     def __init__(self, env: ClipsEnvironment) -> None:
         self._parameters = _rows(env, "domain-operator-parameter")

@@ -1,7 +1,7 @@
-"""The knowledge about a problem, and its changes: the rules of PlanSys2's problem expert.
+"""The knowledge about a problem, changed by the rules of PlanSys2's problem expert.
 
-Where it is kept is another matter: in memory, or as facts of an environment. Source: PlanSys2's ProblemExpert
-and its node.
+Subclasses of :class:`Knowledge` store it in memory or as facts. Source: PlanSys2's ProblemExpert and its
+node.
 """
 
 from __future__ import annotations
@@ -40,110 +40,90 @@ _WORDS: Final = re.compile(r"[^\s()]+")
 
 
 def words_of(text: str) -> list[str]:
-    """Return the words of a text of PDDL."""
     return _WORDS.findall(text)
 
 
 def _refuse(mistake: PddlError) -> None:
-    """Refuse a problem for a mistake that planners tolerate: clients of experts get the reason."""
+    """Raise a mistake that planners tolerate: clients of experts get the reason."""
     raise mistake
 
 
 class Knowledge(ABC):
-    """Where instances, predicates, functions and the goal are kept."""
+    """Storage of instances, predicates, functions and the goal."""
 
     @property
     @abstractmethod
-    def instances(self) -> Mapping[str, str]:
-        """The type of each instance."""
+    def instances(self) -> Mapping[str, str]: ...
 
     @property
     @abstractmethod
-    def predicates(self) -> Sequence[Ground]:
-        """The true predicates."""
+    def predicates(self) -> Sequence[Ground]: ...
 
     @property
     @abstractmethod
-    def functions(self) -> Mapping[Ground, float]:
-        """The value of each function that has one."""
+    def functions(self) -> Mapping[Ground, float]: ...
 
     @property
     @abstractmethod
     def goal(self) -> str:
-        """The formula of the goal; empty when there is none."""
+        """The formula of the goal; may be empty."""
 
     @abstractmethod
-    def put_instance(self, name: str, kind: str) -> None:
-        """Add a new instance."""
+    def put_instance(self, name: str, kind: str) -> None: ...
 
     @abstractmethod
-    def put_predicate(self, ground: Ground) -> None:
-        """Add a new predicate."""
+    def put_predicate(self, ground: Ground) -> None: ...
 
     @abstractmethod
-    def put_function(self, ground: Ground, value: float) -> None:
-        """Give a function a value, in place of the one that it has."""
+    def put_function(self, ground: Ground, value: float) -> None: ...
 
     @abstractmethod
     def put_goal(self, formula: str) -> None:
-        """Set the goal; empty: none."""
+        """Set the goal; an empty text removes it."""
 
     @abstractmethod
-    def drop_instance(self, name: str) -> None:
-        """Forget an instance."""
+    def drop_instance(self, name: str) -> None: ...
 
     @abstractmethod
-    def drop_predicate(self, ground: Ground) -> None:
-        """Remove a predicate."""
+    def drop_predicate(self, ground: Ground) -> None: ...
 
     @abstractmethod
-    def drop_function(self, ground: Ground) -> None:
-        """Forget the value of a function."""
+    def drop_function(self, ground: Ground) -> None: ...
 
 
 @dataclass(slots=True)
 class MemoryKnowledge(Knowledge):
-    """Keeps it in memory."""
-
     instances: dict[str, str] = field(default_factory=dict)
     predicates: list[Ground] = field(default_factory=list)
     functions: dict[Ground, float] = field(default_factory=dict)
     goal: str = ""
 
     def put_instance(self, name: str, kind: str) -> None:
-        """Note an instance."""
         self.instances[name] = kind
 
     def put_predicate(self, ground: Ground) -> None:
-        """Add a predicate."""
         self.predicates.append(ground)
 
     def put_function(self, ground: Ground, value: float) -> None:
-        """Give a function a value."""
         self.functions[ground] = value
 
     def put_goal(self, formula: str) -> None:
-        """Want something."""
         self.goal = formula
 
     def drop_instance(self, name: str) -> None:
-        """Forget an instance."""
         del self.instances[name]
 
     def drop_predicate(self, ground: Ground) -> None:
-        """Remove a predicate."""
         self.predicates.remove(ground)
 
     def drop_function(self, ground: Ground) -> None:
-        """Forget the value of a function."""
         del self.functions[ground]
 
 
 class ProblemExpert:
-    """Restricts knowledge to the names of the domain.
+    """Checks changes of the knowledge against the domain.
 
-    :param knowledge: the knowledge to change.
-    :param domain_of: returns the domain; None: there is none, and any type and predicate is taken.
+    :param domain_of: returns the domain; without a domain, any type and predicate is accepted.
     """
 
     def __init__(self, knowledge: Knowledge, domain_of: Callable[[], Domain | None]) -> None:
@@ -154,7 +134,7 @@ class ProblemExpert:
     def domain(self) -> Domain:
         """The domain.
 
-        :raises PddlError: when there is none.
+        :raises PddlError: if there is none.
         """
         domain = self._domain_of()
         if domain is None:
@@ -163,7 +143,7 @@ class ProblemExpert:
 
     @property
     def instances(self) -> Mapping[str, str]:
-        """The type of each instance, then of each constant of the domain."""
+        """The types of instances and of the domain's constants."""
         domain = self._domain_of()
         constants = () if domain is None else pairs_of(domain.constants)
         return {**{name: kind or ROOT_TYPE for name, kind in constants}, **self.knowledge.instances}
@@ -171,25 +151,25 @@ class ProblemExpert:
     # ---- instances
 
     def add_instance(self, name: str, kind: str) -> None:
-        """Add an instance; an existing one of this type stays.
+        """Add an instance, unless it exists with this type.
 
-        :raises PddlError: when it exists with another type, or there is no such type.
+        :raises PddlError: if it exists with another type, or the type is unknown.
         """
         if _NAME.fullmatch(name) is None:
             raise PddlError(f"'{name}' is no name")
         domain = self._domain_of()
         if domain is not None and kind not in (ROOT_TYPE, *names_of(domain.types)):
             raise PddlError(f"the domain has no such type: '{kind}'")
-        there = self.instances.get(name)
-        if there not in (None, kind):
-            raise PddlError(f"'{name}' is a {there} already")
-        if there is None:
+        known_type = self.instances.get(name)
+        if known_type not in (None, kind):
+            raise PddlError(f"'{name}' is a {known_type} already")
+        if known_type is None:
             self.knowledge.put_instance(name, kind)
 
     def remove_instance(self, name: str) -> None:
-        """Remove an instance, with its predicates and its part of the goal.
+        """Remove an instance with its predicates, functions and part of the goal.
 
-        :raises PddlError: when there is none of that name.
+        :raises PddlError: if there is no such instance.
         """
         if name not in self.knowledge.instances:
             constant = "a constant of the domain" if name in self.instances else "no instance"
@@ -205,75 +185,77 @@ class ProblemExpert:
     # ---- predicates and functions
 
     def add_predicate(self, ground: Ground) -> None:
-        """Make something true.
+        """Make a predicate true.
 
-        :raises PddlError: when the domain has no words for it, or an argument is not an instance.
+        :raises PddlError: if the predicate or an argument is unknown.
         """
         if ground not in self.knowledge.predicates:
             self.check(_atom(ground))
             self.knowledge.put_predicate(ground)
 
     def remove_predicate(self, ground: Ground) -> None:
-        """Make something false.
+        """Make a predicate false.
 
-        :raises PddlError: when the domain has no words for it, or an argument is not an instance.
+        :raises PddlError: if the predicate or an argument is unknown.
         """
         self.check(_atom(ground))
         if ground in self.knowledge.predicates:
             self.knowledge.drop_predicate(ground)
 
     def add_function(self, ground: Ground, value: float) -> None:
-        """Give a function a value.
+        """Set the value of a function.
 
-        :raises PddlError: when the domain has no such function, or an argument is not an instance.
+        :raises PddlError: if the function or an argument is unknown.
         """
         self.check(_comparison(ground))
         self.knowledge.put_function(ground, float(value))
 
     def update_function(self, ground: Ground, value: float) -> None:
-        """Give a function another value.
+        """Change the value of a function.
 
-        :raises PddlError: when it has none yet.
+        :raises PddlError: if it has no value yet.
         """
         if ground not in self.knowledge.functions:
             raise PddlError(f"({' '.join((ground[0], *ground[1]))}) has no value")
         self.add_function(ground, value)
 
     def remove_function(self, ground: Ground) -> None:
-        """Take the value of a function away.
+        """Remove the value of a function.
 
-        :raises PddlError: when the domain has no such function, or an argument is not an instance.
+        :raises PddlError: if the function or an argument is unknown.
         """
         self.check(_comparison(ground))
         if ground in self.knowledge.functions:
             self.knowledge.drop_function(ground)
 
     def check(self, formula: Formula) -> None:
-        """Check that the domain has words for a formula, and its constants are instances.
+        """Check a formula's names against domain and instances.
 
         :raises PddlError: for the first mistake.
         """
         domain = self._domain_of()
         if domain is not None:
             constants = set(names_of(domain.constants))
-            others = {name: kind for name, kind in self.knowledge.instances.items() if name not in constants}
-            groups = tuple(TypedNames((name,), (kind,)) for name, kind in others.items())
+            typed_instances = {
+                name: kind for name, kind in self.knowledge.instances.items() if name not in constants
+            }
+            groups = tuple(TypedNames((name,), (kind,)) for name, kind in typed_instances.items())
             DomainChecker(domain.changed(constants=domain.constants + groups)).check_formula(formula)
 
     # ---- goals and problems
 
     @property
     def goal(self) -> Formula | None:
-        """The goal; None when there is none.
+        """The goal, or None.
 
-        :raises PddlError: when rules have set an invalid goal.
+        :raises PddlError: if rules have set an invalid goal.
         """
         return parse_formula(self.knowledge.goal) if self.knowledge.goal else None
 
     def set_goal(self, goal: Formula) -> None:
-        """Want something.
+        """Set the goal.
 
-        :raises PddlError: when the domain has no words for it, or a constant is not an instance.
+        :raises PddlError: if a name in it is unknown.
         """
         self.check(goal)
         self.knowledge.put_goal(format_formula(goal))
@@ -281,45 +263,49 @@ class ProblemExpert:
     def is_satisfied(self, goal: Formula) -> bool:
         """Return whether a formula is true now.
 
-        :raises PddlError: when the domain has no words for it, or a constant is not an instance.
+        :raises PddlError: if a name in it is unknown.
         """
         self.check(goal)
         return goal.holds(KnownState(set(self.knowledge.predicates), self.knowledge.functions, self._is_a))
 
     def _is_a(self, types: tuple[str, ...]) -> list[str]:
-        """Return the instances of some types; of no types: all."""
-        wanted = {each for kind in types for each in (kind, *subtypes(self.domain, kind))}
+        """Return the instances of any of the types; without types, all instances."""
+        accepted_types = {each for kind in types for each in (kind, *subtypes(self.domain, kind))}
         kinds = self.instances.items()
-        return [name for name, kind in kinds if not wanted or ROOT_TYPE in wanted or kind in wanted]
+        return [
+            name
+            for name, kind in kinds
+            if not accepted_types or ROOT_TYPE in accepted_types or kind in accepted_types
+        ]
 
     def problem(self) -> Problem:
-        """Return it all as a problem.
+        """Return the knowledge as a problem.
 
-        :raises PddlError: when rules have made the knowledge invalid.
+        :raises PddlError: if rules have made the knowledge invalid.
         """
         domain, knowledge = self.domain, self.knowledge
         predicates = {each.name for each in domain.predicates}
-        found = problem_of_facts(
+        pddl_problem = problem_of_facts(
             domain,
             knowledge.instances.items(),
             [each for each in knowledge.predicates if each[0] in predicates],
             self.goal or And(()),
             numbers=knowledge.functions.items(),
         )
-        return found.changed(name="problem_1")
+        return pddl_problem.changed(name="problem_1")
 
     def add_problem(self, text: str) -> None:
-        """Add the contents of a problem; its goal replaces the present one.
+        """Add the contents of a problem; its goal replaces the current one.
 
-        :raises PddlError: when it is none of the domain, or an instance exists with another type; nothing
-            is added then.
+        :raises PddlError: if the problem does not fit the domain, or an instance exists with another type;
+            nothing is added then.
         """
         problem = parse_problem(text, self.domain, warn=_refuse)
         objects = dict(pairs_of(problem.objects))
         for name, kind in objects.items():
-            there = self.instances.get(name)
-            if there not in (None, kind or ROOT_TYPE):
-                raise PddlError(f"'{name}' is a {there} already")
+            known_type = self.instances.get(name)
+            if known_type not in (None, kind or ROOT_TYPE):
+                raise PddlError(f"'{name}' is a {known_type} already")
         for name, kind in objects.items():
             self.add_instance(name, kind or ROOT_TYPE)
         for atom in problem.init:
@@ -329,7 +315,6 @@ class ProblemExpert:
         self.set_goal(problem.goal)
 
     def clear(self) -> None:
-        """Forget everything."""
         self.knowledge.put_goal("")
         for function in list(self.knowledge.functions):
             self.knowledge.drop_function(function)
@@ -340,20 +325,23 @@ class ProblemExpert:
 
 
 def subtypes(domain: Domain, kind: str) -> list[str]:
-    """Return the types that descend from a type, without itself."""
-    found: list[str] = []
-    waiting = [kind]
-    while waiting:
-        above = waiting.pop(0)
-        below = [name for name, parent in pairs_of(domain.types) if (parent or ROOT_TYPE) == above]
-        new = [name for name in below if name not in (*found, kind)]
-        found += new
-        waiting += new
-    return found
+    """Return the descendants of a type."""
+    names: list[str] = []
+    pending = [kind]
+    while pending:
+        parent_type = pending.pop(0)
+        children = [
+            name
+            for name, parent_of_name in pairs_of(domain.types)
+            if (parent_of_name or ROOT_TYPE) == parent_type
+        ]
+        new = [name for name in children if name not in (*names, kind)]
+        names += new
+        pending += new
+    return names
 
 
 def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
-    """Return an atom, or the term of a function, whose arguments are constants."""
     return name, tuple(each.name for each in term.arguments if isinstance(each, Constant))
 
 
@@ -366,8 +354,8 @@ def _comparison(ground: Ground) -> TermComparison:
 
 
 def _without(goal: str, name: str) -> str:
-    """Return the rest of a goal without the parts about an instance."""
+    """Return the goal without the parts about an instance."""
     formula = parse_formula(goal)
     parts = formula.parts if isinstance(formula, And) else (formula,)
-    left = tuple(part for part in parts if name not in words_of(format_formula(part)))
-    return format_formula(And(left)) if left else ""
+    kept_parts = tuple(part for part in parts if name not in words_of(format_formula(part)))
+    return format_formula(And(kept_parts)) if kept_parts else ""

@@ -1,4 +1,4 @@
-"""The names of what PlanSys2's experts and its planner serve, with their types."""
+"""Names and types of the services of PlanSys2's experts and planner."""
 
 from __future__ import annotations
 
@@ -49,27 +49,27 @@ DOMAIN: Final = {
 }
 PLANNER: Final = {"get_plan": "GetPlan", "validate_domain": "ValidateDomain"}
 
+# Distributions whose PlanSys2 has no derived predicates and other numbers of nodes.
 BEFORE_JAZZY: Final = ("humble", "iron")
-"""Distributions whose PlanSys2 knows no derived predicates, and has other numbers for nodes."""
 
+# Services added by Jazzy; older packages lack some of their types.
 SINCE_JAZZY: Final = (
     "/domain_expert/get_domain_derived_predicates",
     "/domain_expert/get_domain_derived_predicate_details",
     "/planner/validate_domain",
 )
-"""Services that came with Jazzy; the package of those before does not have all their types."""
 
+# Services of each node, with the names of their types.
 NODES: Final[Mapping[str, Mapping[str, str]]] = {
     "problem": {f"/problem_expert/{name}": kind for name, kind in PROBLEM.items()},
     "domain": {f"/domain_expert/{name}": kind for name, kind in DOMAIN.items()},
     "planner": {f"/planner/{name}": kind for name, kind in PLANNER.items()},
 }
-"""The services of each node, with the names of their types."""
 
+# All services with their types.
 SERVICES: Final = {
     name: f"{PACKAGE}/srv/{kind}" for services in NODES.values() for name, kind in services.items()
 }
-"""All services, with their types."""
 
 
 def services_of(node: str, distribution: str) -> Mapping[str, str]:
@@ -81,11 +81,10 @@ def services_of(node: str, distribution: str) -> Mapping[str, str]:
     return {name: SERVICES[name] for name in NODES[node] if name not in left_out}
 
 
+# Topic for notifications about changes.
 UPDATE: Final = ("/problem_expert/update_notify", "std_msgs/msg/Empty")
-"""The topic that something has changed."""
 
+# Topic with the whole knowledge.
 KNOWLEDGE: Final = ("/problem_expert/knowledge", f"{PACKAGE}/msg/Knowledge")
-"""The topic of all that is known."""
 
-DEPTH: Final = 100
-"""How many messages of both are kept."""
+DEPTH: Final = 100  # queue depth of both topics

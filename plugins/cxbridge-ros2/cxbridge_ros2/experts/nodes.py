@@ -1,4 +1,4 @@
-"""Formulas as PlanSys2's messages have them: trees of nodes, with numbers for the kinds of nodes."""
+"""Conversion between formulas and the trees of nodes in PlanSys2's messages."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from cxbridge_ros2.messages import Message
 
 
 class TreeNodeKind(IntEnum):
-    """The kind of a node; the last three came with Jazzy."""
+    """The kind of a node. Jazzy added the last three."""
 
     UNKNOWN = 0
     AND = 1
@@ -48,23 +48,21 @@ class TreeNodeKind(IntEnum):
     EXISTS = 12
 
 
+# Operators in the order of their numbers.
 _SIGNS: Final = ("=", ">=", ">", "<=", "<", "*", "/", "+", "-")
-"""The operators, in the order of their numbers."""
 
 _COMPARING: Final = _SIGNS[:5]
 _CHANGES: Final = ("assign", "increase", "decrease", "scale-up", "scale-down")
+# Clients may send any tree; this depth stays far below Python's recursion limit.
 _MOST_DEEP: Final = 200
 _PAIR: Final = 2
 
+# Returns the parameter types of a predicate or a function.
 TypesOf = Callable[[str], tuple[str, ...]]
-"""Returns the types of the parameters of a predicate or a function."""
 
 
 class NodeCodec:
-    """Makes trees of formulas, and formulas of trees.
-
-    :param distribution: whose numbers messages have: Jazzy has changed them.
-    """
+    """Converter for one distribution: Jazzy has changed the numbers."""
 
     def __init__(self, distribution: str) -> None:
         self._is_old = distribution in BEFORE_JAZZY
@@ -77,10 +75,10 @@ class NodeCodec:
     def tree(
         self, formula: Formula | None, names: Mapping[str, str], types_of: TypesOf = lambda _name: ()
     ) -> Message:
-        """Return the tree of a formula; an empty one of none.
+        """Return the tree of a formula; None gives an empty tree.
 
-        :param names: what stands for variables.
-        :raises Ros2Error: when PlanSys2's messages cannot say it.
+        :param names: values of variables.
+        :raises Ros2Error: if PlanSys2's messages cannot express the formula.
         """
         nodes: list[Message] = []
         if formula is not None:
@@ -92,8 +90,7 @@ class NodeCodec:
     def formula(self, tree: Mapping[str, Any], *, effects: bool = False) -> Formula:
         """Return the formula of a tree.
 
-        :param effects: whether numbers may be changed in it.
-        :raises Ros2Error: when it is invalid.
+        :param effects: whether numeric changes are allowed.
         """
         return _TreeReader(tree["nodes"], self._signs, is_old=self._is_old, effects=effects).formula()
 
@@ -109,7 +106,7 @@ class _TreeReader:
         self._read: set[int] = set()
 
     def formula(self, at: int = 0, depth: int = 0) -> Formula:
-        """Return the formula that begins at a node."""
+        """Return the formula below a node."""
         node, kind = self._node(at, depth)
         if kind is TreeNodeKind.PREDICATE:
             return Atom(node["name"], tuple(map(_term_of, _names(node))))
@@ -165,7 +162,7 @@ class _TreeReader:
             raise Ros2Error(f"the tree has no node {at}")
         if depth > _MOST_DEEP:
             raise Ros2Error(f"the tree is deeper than {_MOST_DEEP} nodes")
-        # A node of which two nodes are parents would be read 2^N times below N such nodes.
+        # A node with two parents would be read 2^N times below N such nodes.
         if at in self._read:
             raise Ros2Error(f"the tree has node {at} in two places: a node has one parent")
         self._read.add(at)
@@ -195,7 +192,7 @@ class _TreeMaker:
         return node
 
     def formula(self, formula: Formula) -> int:
-        """Add the nodes of a formula; return the number of the first."""
+        """Add the nodes of a formula and return the number of the first."""
         match formula:
             case Atom(predicate=name, arguments=terms):
                 number = self._ground(TreeNodeKind.PREDICATE, name, terms)
@@ -265,14 +262,14 @@ class _TreeMaker:
 
 
 def param(name: str, kind: str = "", subtypes: list[str] | None = None) -> Message:
-    """Return a parameter, or an instance."""
+    """Return a parameter or an instance."""
     return {"name": name, "type": kind, "sub_types": subtypes or []}
 
 
 def ground_node(kind: TreeNodeKind, ground: Ground, types: Mapping[str, str], value: float = 0.0) -> Message:
-    """Return a node of a predicate or a function.
+    """Return the node of a predicate or a function.
 
-    :param types: those of the instances.
+    :param types: types of the instances.
     """
     name, arguments = ground
     parameters = [param(each, types.get(each, "")) for each in arguments]
@@ -280,7 +277,7 @@ def ground_node(kind: TreeNodeKind, ground: Ground, types: Mapping[str, str], va
 
 
 def ground_in(node: Message) -> Ground:
-    """Return the predicate or function that a node is about."""
+    """Return the predicate or function in a node."""
     return node["name"], tuple(_names(node))
 
 

@@ -16,15 +16,14 @@ if TYPE_CHECKING:
     from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService
 
 _NOT_FOUND: Final = "Plan not found"
-_STEP_S: Final = 0.001
-"""Seconds from one step to the next, where a plan has no times, as in plans of POPF."""
+_STEP_S: Final = 0.001  # seconds between the actions of a plan without times, as in plans of POPF
 
 
 class PlanServer(Closing):
     """Makes plans.
 
-    :param settings: which planner, and how long it may take.
-    :param make: makes the planning service, at the first request.
+    :param settings: the planner and its time limit.
+    :param make: makes the planning service at the first request.
     """
 
     def __init__(self, settings: PlannerSettings, make: Callable[[], PlanningService]) -> None:
@@ -34,7 +33,7 @@ class PlanServer(Closing):
         self._calls: list[tuple[PlanCall, Reply]] = []
 
     def plan(self, request: Message, reply: Reply) -> None:
-        """Make a plan; the response is sent by :meth:`loop`."""
+        """Start making a plan; :meth:`loop` sends the response."""
         from cxbridge.executive.planning import PlanRequest  # noqa: PLC0415 - only who wants plans pays
 
         try:
@@ -46,11 +45,13 @@ class PlanServer(Closing):
         if self._service is None:
             self._service = self._make()
         settings = self._settings
-        wanted = PlanRequest(domain, problem, settings.planner, dict(settings.options), settings.timeout)
-        self._calls.append((self._service.call(wanted), reply))
+        plan_request = PlanRequest(
+            domain, problem, settings.planner, dict(settings.options), settings.timeout
+        )
+        self._calls.append((self._service.call(plan_request), reply))
 
     def validate(self, request: Message, reply: Reply) -> None:
-        """Say whether a text is a domain."""
+        """Check whether a text is a valid domain."""
         try:
             parse_domain(request["domain"])
         except PddlError as error:
@@ -59,7 +60,7 @@ class PlanServer(Closing):
             reply({"success": True})
 
     def loop(self) -> None:
-        """Send the plans that are ready."""
+        """Send the finished plans."""
         for call, reply in [each for each in self._calls if each[0].result is not None]:
             self._calls.remove((call, reply))
             result = call.result
@@ -72,11 +73,10 @@ class PlanServer(Closing):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a plan is being made."""
         return bool(self._calls)
 
     def close(self) -> None:
-        """Give up all planning."""
+        """Cancel all planning."""
         if self._service is not None:
             self._service.close()
         self._calls.clear()

@@ -1,4 +1,4 @@
-"""The nodes of PlanSys2's experts and planner, with the world model of an agent behind them."""
+"""The nodes of PlanSys2's experts and planner, backed by the world model of an agent."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from cxbridge_ros2.topics import check_topic
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
+# Error text of PlanSys2's nodes before they are configured.
 INACTIVE: Final = "Requesting service in non-active state"
-"""What PlanSys2's nodes say before they are configured."""
 
 _SERVICES: Final = {"problem": PROBLEM_SERVICES, "domain": DOMAIN_SERVICES}
 _NOTHING: Final[Mapping[str, Any]] = {}
@@ -36,16 +36,14 @@ def _refused(_request: Message, reason: str) -> Mapping[str, Any]:
 
 
 class ExpertServer(Closing):
-    """Serves the world model of an environment: one node, with the names of PlanSys2's three.
+    """Serves the world model of an environment: one node with the service names of PlanSys2's three.
 
-    Everything is done in :meth:`loop`, in the thread of the executive, never while rules run.
+    All work is done in :meth:`loop`, in the executive's thread, never while rules fire.
 
-    :param settings: the served experts.
     :param namespace: the prefix of all names.
-    :param node: of ROS 2, with the rights of its clients; its maker closes it.
+    :param node: a node with the rights of its clients; it is not closed.
     :param feature: knows the environment.
-    :param planner: makes plans.
-    :param log: gets each change that a client requests.
+    :param log: logs each change by a client.
     """
 
     def __init__(
@@ -61,24 +59,24 @@ class ExpertServer(Closing):
         self._planner = planner
         self._codec = NodeCodec(settings.node.distribution)
         self._published_version = -1
-        for which in settings.serve:
-            for name, kind in services_of(which, settings.node.distribution).items():
-                self._serve(which, namespace + name, kind)
+        for expert_name in settings.serve:
+            for name, kind in services_of(expert_name, settings.node.distribution).items():
+                self._serve(expert_name, namespace + name, kind)
         self._topics = "problem" in settings.serve
         if self._topics:
             latched = QosProfile(durability="transient_local", depth=DEPTH)
             self._updates = node.publisher(namespace + UPDATE[0], UPDATE[1], QosProfile(depth=DEPTH))
             self._knowledge = node.publisher(namespace + KNOWLEDGE[0], KNOWLEDGE[1], latched)
 
-    def _serve(self, which: str, name: str, kind: str) -> None:
+    def _serve(self, expert_name: str, name: str, kind: str) -> None:
         last = name.rpartition("/")[2]
-        if which == "planner":
-            does = "plan"
+        if expert_name == "planner":
+            access = "plan"
             work = self._planner.plan if last == "get_plan" else self._planner.validate
         else:
-            service = _SERVICES[which][last]
-            does, work = "change" if service.changes else "read", partial(self._answer, name, service)
-        needs = right_of_frame("ros2-experts", does)
+            service = _SERVICES[expert_name][last]
+            access, work = "change" if service.changes else "read", partial(self._answer, name, service)
+        needs = right_of_frame("ros2-experts", access)
         self._node.serve_later(check_topic(name), kind, work, needs=needs, refuse=_refused)
 
     def _answer(self, name: str, service: ExpertService, request: Message, reply: Reply) -> None:
@@ -110,9 +108,7 @@ class ExpertServer(Closing):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a plan is being made."""
         return self._planner.is_busy
 
     def close(self) -> None:
-        """Make no more plans."""
         self._planner.close()

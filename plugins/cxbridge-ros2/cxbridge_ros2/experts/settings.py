@@ -26,7 +26,6 @@ class ExpertSettings(Struct, frozen=True):
     """The settings of experts.
 
     :param serve: keys of :data:`~cxbridge_ros2.experts.names.NODES`.
-    :param node: where they are.
     """
 
     serve: tuple[str, ...]
@@ -34,10 +33,10 @@ class ExpertSettings(Struct, frozen=True):
 
     @classmethod
     def of(cls, config: Configuration, folder: Path) -> ExpertSettings:
-        """Read them.
+        """Read the settings.
 
-        :param folder: the base of relative folders.
-        :raises CxbridgeError: when they are invalid; with file and line.
+        :param folder: the base of relative paths.
+        :raises CxbridgeError: if a setting is invalid; with file and line.
         """
         values, node = node_settings(config, TREE, ("serve",), folder, _WHOSE)
         serve = values.get("serve", ALL)

@@ -1,4 +1,4 @@
-"""The commands of plansys2_terminal, for the experts of anybody: ours, and PlanSys2's own."""
+"""The commands of plansys2_terminal, for any experts: those of cxbridge and of PlanSys2."""
 
 from __future__ import annotations
 
@@ -21,11 +21,9 @@ from cxbridge_ros2.hub.words import Life
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.plansys2 import PROTOCOL
 
-PLANNING_S: Final = 120.0
-"""Seconds that a plan may take."""
+PLANNING_S: Final = 120.0  # limit of planning in seconds
 
-LISTENING_S: Final = 2.0
-"""Seconds in which performers give signs of life."""
+LISTENING_S: Final = 2.0  # seconds to listen for heartbeats of performers
 
 _PROBLEM: Final = "/problem_expert/"
 _DOMAIN: Final = "/domain_expert/"
@@ -43,21 +41,19 @@ Lines = Iterator[str]
 
 
 class UsageError(Ros2Error):
-    """There is no command like this."""
+    """An invalid command."""
 
 
 class Terminal:
     """Carries out commands.
 
-    :param client: asks the experts.
-    :param codec: knows their numbers.
+    :param codec: the codec for the experts' distribution.
     """
 
     def __init__(self, client: ExpertClient, codec: NodeCodec) -> None:
         self._client = client
         self._codec = codec
-        self.is_over = False
-        """Whether the user has typed ``quit``."""
+        self.is_over = False  # whether the user has typed `quit`
         self._sourcing = False
         self._commands: Mapping[str, Callable[[str], Lines]] = {
             "get domain": self._domain,
@@ -90,18 +86,15 @@ class Terminal:
 
     @property
     def commands(self) -> Sequence[str]:
-        """The commands, without what follows them."""
+        """The commands without arguments."""
         return [*self._commands]
 
     def do(self, line: str) -> Lines:
-        """Carry a command out; yield its output.
-
-        :raises UsageError: when there is none like it.
-        :raises CxbridgeError: when it cannot be carried out.
-        """
+        """Carry out a command and yield its output."""
         words = line.split()
         if not words:
             return
+        # Try the longest command name first: "get problem goal" before "get problem".
         for count in (3, 2, 1):
             work = self._commands.get(" ".join(words[:count]))
             if work is not None and count <= len(words):
@@ -116,23 +109,25 @@ class Terminal:
         raise UsageError(f"there is no command '{line.strip()}'", hint=hint)
 
     def completions(self, line: str) -> list[str]:
-        """Return the words that may come next.
+        """Return the possible next words.
 
         :param line: the typed text; its last word may be incomplete.
         """
         *before, last = line.split(" ")
-        wanted = [word for word in before if word]
-        found = [each.split() for each in self._commands]
+        typed_words = [word for word in before if word]
+        commands = [each.split() for each in self._commands]
         words = [
-            each[len(wanted)] for each in found if each[: len(wanted)] == wanted and len(each) > len(wanted)
+            each[len(typed_words)]
+            for each in commands
+            if each[: len(typed_words)] == typed_words and len(each) > len(typed_words)
         ]
         return sorted({word for word in words if word.startswith(last)})
 
     # ---- the domain
 
-    def _whole(self, command: str, rest: str, where: str, field: str) -> Lines:
+    def _whole(self, command: str, rest: str, prefix: str, field: str) -> Lines:
         _no_more(command, rest)
-        yield self._client.do(f"{where}get_{field}")[field].rstrip("\n")
+        yield self._client.do(f"{prefix}get_{field}")[field].rstrip("\n")
 
     def _domain(self, rest: str) -> Lines:
         return self._whole("get domain", rest, _DOMAIN, "domain")
@@ -164,25 +159,25 @@ class Terminal:
 
     def _declared(self, noun: str, rest: str) -> Lines:
         name = _one(rest, f"get model {noun} NAME")
-        found = self._client.do(f"{_DOMAIN}get_domain_{noun}_details", {"expression": name})["node"]
-        yield _signature(found)
+        node = self._client.do(f"{_DOMAIN}get_domain_{noun}_details", {"expression": name})["node"]
+        yield _signature(node)
 
     def _action(self, rest: str) -> Lines:
         name = _one(rest, "get model action NAME")
         durative = self._client.do(f"{_DOMAIN}get_domain_durative_actions")["actions"]
         if name.lower() in map(str.lower, durative):
             request = {"durative_action": name}
-            found = self._client.do(f"{_DOMAIN}get_domain_durative_action_details", request)[
+            action = self._client.do(f"{_DOMAIN}get_domain_durative_action_details", request)[
                 "durative_action"
             ]
-            yield _signature(found)
+            yield _signature(action)
             for field, text in _OF_DURATIVE.items():
-                yield from self._about(text, found[field])
+                yield from self._about(text, action[field])
             return
-        found = self._client.do(f"{_DOMAIN}get_domain_action_details", {"action": name})["action"]
-        yield _signature(found)
-        yield from self._about("needs", found["preconditions"])
-        yield from self._about("does", found["effects"])
+        action = self._client.do(f"{_DOMAIN}get_domain_action_details", {"action": name})["action"]
+        yield _signature(action)
+        yield from self._about("needs", action["preconditions"])
+        yield from self._about("does", action["effects"])
 
     def _about(self, noun: str, tree: Message) -> Lines:
         text = self._text(tree) if tree["nodes"] else _NOTHING
@@ -335,10 +330,10 @@ class Terminal:
             self._sourcing = False
 
     def _help(self, rest: str) -> Lines:
-        found = _help_of(rest.strip())
-        if not found:
+        help_lines = _help_of(rest.strip())
+        if not help_lines:
             raise UsageError(f"there is no command '{rest.strip()}'")
-        yield from found
+        yield from help_lines
 
     def _quit(self, rest: str) -> Lines:
         _no_more("quit", rest)
@@ -346,6 +341,7 @@ class Terminal:
         yield from ()
 
 
+# Help, with at least one line per command.
 HELP: Final = (
     "get domain                                    the domain, as PDDL",
     "get model types|predicates|functions|actions  the names in the domain",
@@ -370,11 +366,10 @@ HELP: Final = (
     "help [COMMAND]",
     "quit",
 )
-"""A line about each command."""
 
 
 def _help_of(command: str) -> list[str]:
-    """Return the lines about the commands that begin with a word; all when it is empty."""
+    """Return the help of commands that begin with a word; all if the word is empty."""
     return [text for text in HELP if not command or text.split()[0] == command]
 
 
@@ -391,7 +386,6 @@ def _one(rest: str, usage: str) -> str:
 
 
 def _value_in(formula: Formula, text: str) -> tuple[FunctionTerm, float]:
-    """Return a function and its value."""
     match formula:
         case TermComparison(operator="=", left=FunctionTerm() as call, right=Constant(name=number)):
             value = number_of(number)

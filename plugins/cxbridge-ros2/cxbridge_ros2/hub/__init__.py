@@ -1,5 +1,6 @@
-"""Skills over one topic that all share, the hub, as PlanSys2 has it and the thesis after it.
+"""Skills over a shared topic, the hub, as in PlanSys2 and in the thesis.
 
-One side asks on it who can perform an action, confirms one that answers, and follows it to the end. Here are
-both sides; what differs is in :mod:`cxbridge_ros2.plansys2` and :mod:`cxbridge_ros2.skill_execution`.
+A caller requests an action on the hub, confirms one performer that responds, and follows it to the end. This
+package has both sides; :mod:`cxbridge_ros2.plansys2` and :mod:`cxbridge_ros2.skill_execution` have the
+differences of the protocols.
 """

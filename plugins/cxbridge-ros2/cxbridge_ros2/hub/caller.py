@@ -1,9 +1,8 @@
 """The calling side: an executor of the skill board whose skills are executed by performers of a hub.
 
-The caller behaves like the originals, except where they hang. REQUEST is repeated until a performer answers.
-One performer is confirmed, all other performers are rejected, also after the end. A performer whose RESPONSE
-was lost waits forever and answers no REQUEST: it is rejected. A performer that vanishes or restarts is a
-failure.
+The caller behaves like the originals, except where they hang. It repeats REQUEST until a performer responds,
+confirms one performer, and rejects all further ones, also after the end. A performer whose RESPONSE was lost
+would wait forever, so it is rejected. A performer that vanishes or restarts is a failure.
 """
 
 from __future__ import annotations
@@ -24,15 +23,13 @@ from cxbridge_ros2.hub.hub import Hub
 from cxbridge_ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
 from cxbridge_ros2.skills import fill
 
-RETRY_S: Final = 1.0
-"""Seconds between REQUESTs without an answer, as in PlanSys2."""
+RETRY_S: Final = 1.0  # seconds between REQUESTs without a response, as in PlanSys2
 
-SILENCE_S: Final = 5.0
-"""Seconds after the last sign of life of a performer until it counts as gone."""
+SILENCE_S: Final = 5.0  # seconds without a heartbeat until a performer counts as gone
 
 _OF_SKILL: Final = ("action", "arguments", "mapped", "timeout", "patience")
-_DEAF: Final = 2  # unanswered REQUESTs of a performer that reports to be ready
-_NOT_RUNNING: Final = 2  # signs of life of a performer without the confirmed action
+_DEAF: Final = 2  # unanswered REQUESTs of a performer that reports READY
+_NOT_RUNNING: Final = 2  # heartbeats of a performer without the confirmed action
 _REMEMBERED: Final = 100  # REQUESTs whose late RESPONSEs are rejected
 
 
@@ -40,8 +37,8 @@ class HubSkill(Struct, frozen=True):
     """The configuration of a skill.
 
     :param action: its name on the hub.
-    :param arguments: texts, which may have parameters of the skill in them; None: all parameters, in order.
-    :param mapped: the skill string that the action is mapped to; None: the parameter ``mapped_action``.
+    :param arguments: texts with parameters of the skill; None for all parameters in order.
+    :param mapped: the skill string mapped to the action; None for the parameter ``mapped_action``.
     """
 
     action: str
@@ -52,12 +49,12 @@ class HubSkill(Struct, frozen=True):
 
 
 class _OpenRequest:
-    """An action that was asked for, until it is over.
+    """A requested action until its end.
 
-    :ivar performer: who was confirmed; empty before.
-    :ivar feedback: its last FEEDBACK; None: none has come.
-    :ivar end: its FINISH.
-    :ivar idle_signs: how often it has said, one after the other, that it does not execute anything.
+    :ivar performer: the confirmed performer; empty before.
+    :ivar feedback: the last FEEDBACK, or None.
+    :ivar end: the FINISH, or None.
+    :ivar idle_signs: the number of consecutive heartbeats without the action.
     """
 
     def __init__(self, request: Word) -> None:
@@ -69,10 +66,10 @@ class _OpenRequest:
 
 
 class _Performer(Struct):
-    """The state of a performer as far as known.
+    """The known state of a performer.
 
-    :ivar life_us: when its last sign of life came; 0: none has come.
-    :ivar answer_us: when its last RESPONSE came, to anybody.
+    :ivar life_us: the time of the last heartbeat; 0 before the first.
+    :ivar answer_us: the time of the last RESPONSE, to any caller.
     """
 
     sign: Sign
@@ -81,7 +78,7 @@ class _Performer(Struct):
 
 
 class HubSkills(RosExecutor):
-    """Has performers on a hub execute skills. Derive from it, and name the protocol."""
+    """Executes skills through performers on a hub. Subclasses set the protocol."""
 
     protocol: ClassVar[HubProtocol]
     known_settings: ClassVar[tuple[str, ...]] = (*RosExecutor.known_settings, "agent-id")
@@ -98,39 +95,36 @@ class HubSkills(RosExecutor):
         self._name = f"cxbridge_{self.agent}_{secrets.token_hex(2)}"
         self._hub: Hub | None = None
         self._asked: _OpenRequest | None = None
-        self._ours: dict[Key, str] = {}
-        """Our open request, and the execution that waits for it."""
+        self._ours: dict[Key, str] = {}  # our recent requests: the node name of the execution by action
         self._performers: dict[str, _Performer] = {}
 
     @classmethod
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the skills that are configured; see the base class."""
         return tuple(_configured(nested(settings)))
 
     @property
     def topic(self) -> str:
-        """The hub."""
         return f"{self.node_settings.namespace}{self.protocol.topic}"
 
     def start(self) -> None:
-        """Join the domain and the hub: performers know us before we ask."""
+        """Join the domain and the hub before the first request, so that performers know us."""
         namespace = self.node_settings.namespace
         self._hub = Hub(self.join(), self.protocol, namespace, self._take_word, self._signed)
 
     def close(self) -> None:
-        """Leave the hub and the domain."""
         if self._hub is not None:
             self._hub.close()
         super().close()
 
     def execute(self, call: SkillCall) -> Steps:
-        """Have a skill executed; see the base class."""
         known = self._known[call.skill]
         key = Key(known.action, _arguments(known, call), self._agent_id)
         mapped = str(call.get(MAPPED_ACTION, "") if known.mapped is None else fill(known.mapped, call, {}))
-        asked = _OpenRequest(Word(WordKind.REQUEST, call.name or self._name, key, mapped))
+        open_request = _OpenRequest(Word(WordKind.REQUEST, call.name or self._name, key, mapped))
         return (
-            yield from self.within(known.timeout_s, f"{key} on {self.topic}", self._perform(known, asked))
+            yield from self.within(
+                known.timeout_s, f"{key} on {self.topic}", self._perform(known, open_request)
+            )
         )
 
     def _agent(self) -> str:
@@ -140,27 +134,27 @@ class HubSkills(RosExecutor):
 
     # --- steps --------------------------------------------------------------------------------------------
 
-    def _perform(self, known: HubSkill, asked: _OpenRequest) -> Generator[Any, None, Progress]:
-        self._asked = asked
+    def _perform(self, known: HubSkill, open_request: _OpenRequest) -> Generator[Any, None, Progress]:
+        self._asked = open_request
         try:
-            yield from self._deal(known, asked)
-            yield from self._follow(asked)
+            yield from self._find_performer(known, open_request)
+            yield from self._follow(open_request)
         finally:
             self._asked = None
-            if asked.performer and asked.end is None:
-                self._say(WordKind.CANCEL, asked.performer, asked.request.key)
-        assert asked.end is not None  # else it is still followed
-        if not asked.end.success:
-            words = asked.end.status or f"{asked.performer} has failed"
-            raise SkillFailedError(words, progress=asked.end.progress)
-        return Progress(1.0, asked.end.status)
+            if open_request.performer and open_request.end is None:
+                self._say(WordKind.CANCEL, open_request.performer, open_request.request.key)
+        assert open_request.end is not None  # the loop ends only with a FINISH or an error
+        if not open_request.end.success:
+            words = open_request.end.status or f"{open_request.performer} has failed"
+            raise SkillFailedError(words, progress=open_request.end.progress)
+        return Progress(1.0, open_request.end.status)
 
-    def _deal(self, known: HubSkill, asked: _OpenRequest) -> Generator[None, None, None]:
-        """Ask until a performer has answered."""
-        key, start_us, requests = asked.request.key, self.clock.now_us(), 0
+    def _find_performer(self, known: HubSkill, open_request: _OpenRequest) -> Generator[None, None, None]:
+        """Repeat the REQUEST until a performer has responded."""
+        key, start_us, requests = open_request.request.key, self.clock.now_us(), 0
         while True:
             self.poll()
-            if asked.performer:
+            if open_request.performer:
                 return
             waited_us = self.clock.now_us() - start_us
             if waited_us > known.patience_s * MICROSECONDS:
@@ -168,20 +162,20 @@ class HubSkills(RosExecutor):
             if waited_us >= requests * RETRY_S * MICROSECONDS:
                 if requests >= _DEAF:
                     self._reject_deaf(key)
-                self._request(asked.request)
+                self._request(open_request.request)
                 requests += 1
             yield
 
     def _request(self, request: Word) -> None:
-        self._ours.pop(request.key, None)  # the last one is last
+        self._ours.pop(request.key, None)  # move the key to the end, as the most recent
         self._ours[request.key] = request.node
         while len(self._ours) > _REMEMBERED:
             del self._ours[next(iter(self._ours))]
-        assert self._hub is not None  # skills are executed after the start
+        assert self._hub is not None  # skills are executed only after the start
         self._hub.say(request)
 
     def _reject_deaf(self, key: Key) -> None:
-        """Free those that say they are ready and do not answer: we may have lost their RESPONSE."""
+        """Reject performers that report READY but do not respond: their RESPONSE may be lost."""
         now_us = self.clock.now_us()
         recent_us = now_us - round(_DEAF * RETRY_S * MICROSECONDS)
         for name, performer in self._performers.items():
@@ -189,33 +183,33 @@ class HubSkills(RosExecutor):
             if is_ready and performer.sign.action == key.action and performer.answer_us < recent_us:
                 self._say(WordKind.REJECT, name, key)
 
-    def _follow(self, asked: _OpenRequest) -> Generator[Progress | None, None, None]:
+    def _follow(self, open_request: _OpenRequest) -> Generator[Progress | None, None, None]:
         feedback: Word | None = None
         since_us = self.clock.now_us()
         while True:
             self.poll()
-            if asked.end is not None:
+            if open_request.end is not None:
                 return
-            self._check(asked, since_us)
-            if asked.feedback is feedback:
+            self._check(open_request, since_us)
+            if open_request.feedback is feedback:
                 yield None
                 continue
-            feedback = asked.feedback
+            feedback = open_request.feedback
             if feedback is not None:
                 yield Progress(feedback.progress, feedback.status)
 
-    def _check(self, asked: _OpenRequest, since_us: int) -> None:
-        """Fail when the performer is not there any more, or does something else."""
-        performer = self._performers.get(asked.performer)
+    def _check(self, request: _OpenRequest, since_us: int) -> None:
+        """Raise an error if the performer has vanished or does something else."""
+        performer = self._performers.get(request.performer)
         if performer is None or not performer.life_us:
-            return  # it gives no signs of life: only the time-out helps
-        if asked.idle_signs >= _NOT_RUNNING:
+            return  # without heartbeats, only the time limit helps
+        if request.idle_signs >= _NOT_RUNNING:
             raise SkillFailedError(
-                f"{asked.performer} does not perform it any more: it was restarted, or stopped"
+                f"{request.performer} does not perform it any more: it was restarted, or stopped"
             )
         silent_us = self.clock.now_us() - max(performer.life_us, since_us)
         if silent_us > SILENCE_S * MICROSECONDS:
-            raise SkillFailedError(f"the performer {asked.performer} has vanished")
+            raise SkillFailedError(f"the performer {request.performer} has vanished")
 
     # --- the hub ------------------------------------------------------------------------------------------
 
@@ -225,29 +219,33 @@ class HubSkills(RosExecutor):
         self._hub.say(Word(kind, node, key, mapped))
 
     def _take_word(self, word: Word) -> None:
-        """Take a word of anybody, ourselves included."""
+        """Handle a message of any node, ourselves included."""
         if word.kind == WordKind.REQUEST:
             if self._ours.get(word.key) != word.node:
                 self._ours.pop(word.key, None)
         elif word.kind == WordKind.RESPONSE:
             self._answered(word)
-        asked = self._asked
-        if asked is None or (word.node, word.key) != (asked.performer, asked.request.key) or asked.end:
+        open_request = self._asked
+        if (
+            open_request is None
+            or (word.node, word.key) != (open_request.performer, open_request.request.key)
+            or open_request.end
+        ):
             return
         if word.kind == WordKind.FEEDBACK:
-            asked.feedback, asked.idle_signs = word, 0
+            open_request.feedback, open_request.idle_signs = word, 0
             performer = self._known_performer(word)
             performer.life_us = self.clock.now_us() if performer.life_us else 0
         elif word.kind == WordKind.FINISH:
-            asked.end = word
+            open_request.end = word
 
     def _answered(self, word: Word) -> None:
         self._known_performer(word).answer_us = self.clock.now_us()
         if word.key not in self._ours:
-            return  # the answer to another caller
-        asked = self._asked
-        if asked is not None and asked.request.key == word.key and not asked.performer:
-            asked.performer = word.node
+            return  # the response to another caller
+        open_request = self._asked
+        if open_request is not None and open_request.request.key == word.key and not open_request.performer:
+            open_request.performer = word.node
             self._say(WordKind.CONFIRM, word.node, word.key)
         else:
             self._say(WordKind.REJECT, word.node, word.key)
@@ -259,13 +257,13 @@ class HubSkills(RosExecutor):
     def _signed(self, sign: Sign) -> None:
         performer = self._performers.setdefault(sign.node, _Performer(sign))
         performer.sign, performer.life_us = sign, self.clock.now_us()
-        asked = self._asked
-        if asked is not None and asked.performer == sign.node:
-            asked.idle_signs = 0 if sign.life == Life.RUNNING else asked.idle_signs + 1
+        open_request = self._asked
+        if open_request is not None and open_request.performer == sign.node:
+            open_request.idle_signs = 0 if sign.life == Life.RUNNING else open_request.idle_signs + 1
 
 
 def _configured(settings: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the settings of each skill: a list names those that have none."""
+    """Return the settings of each skill; a list names skills without settings."""
     skills = settings.get("skills", {})
     if isinstance(skills, Mapping):
         return skills
@@ -292,10 +290,6 @@ def _skill(name: str, value: Any, protocol: HubProtocol) -> HubSkill:
 
 
 def _arguments(known: HubSkill, call: SkillCall) -> tuple[str, ...]:
-    """Return the arguments of a call: all are texts on a hub.
-
-    :raises SkillError: when one has no form as text.
-    """
     if known.arguments is None:
         values = [value for name, value in call.parameters.items() if name != MAPPED_ACTION]
     else:

@@ -1,4 +1,4 @@
-"""A node's place on a hub."""
+"""A node's connection to a hub."""
 
 from __future__ import annotations
 
@@ -11,18 +11,16 @@ from cxbridge_ros2.hub.words import HubProtocol, Sign, Word
 from cxbridge_ros2.node import Node, Publisher
 from cxbridge_ros2.qos import QosProfile
 
-_QOS: Final = QosProfile(depth=100)
-"""That of PlanSys2 and of the thesis."""
+_QOS: Final = QosProfile(depth=100)  # qoS of PlanSys2 and of the thesis
 
 
 class Hub(Closing):
-    """Publishes words on the topic of a protocol, and receives all words, its own included.
+    """Publishes messages on the topic of a protocol, and receives all messages, its own included.
 
-    :param node: polled by its owner.
-    :param namespace: the prefix of the topics' names.
-    :param on_word: called with each word.
-    :param signed: called with each sign of life; None: not needed.
-    :raises Ros2Error: for an invalid namespace.
+    :param node: a node that its owner polls.
+    :param namespace: the prefix of topic names.
+    :param on_word: called with each message.
+    :param signed: called with each heartbeat, or None.
     """
 
     def __init__(
@@ -60,20 +58,19 @@ class Hub(Closing):
             )
 
     def say(self, word: Word) -> None:
-        """Say a word."""
+        """Publish a message."""
         self._words.publish(self._protocol.message(word))
 
     def give_sign(self, sign: Sign, now_us: int) -> None:
-        """Give a sign of life.
+        """Publish a heartbeat.
 
-        :param now_us: the time, microseconds since the epoch.
+        :param now_us: microseconds since the epoch.
         """
         if self._signs is None:
             self._signs = self._node.publisher(self._signs_topic, self._protocol.signs_type, _QOS)
         self._signs.publish(self._protocol.sign_message(sign, now_us))
 
     def close(self) -> None:
-        """Receive and say nothing more."""
         for end in self._ends:
             end()
         self._ends = []

@@ -1,8 +1,8 @@
 """The performing side: executes requests of a hub with the skills of an agent of our skill board.
 
-The performer behaves like the originals, except where they hang: a REQUEST that arrives while no executor is
-free is answered when one is, a RESPONSE that may be lost is repeated, one that is neither confirmed nor
-rejected reserves no executor permanently, and a late CONFIRM is still carried out.
+The performer behaves like the originals, except where they hang: a REQUEST waits for a free executor, a
+RESPONSE that may be lost is repeated, an unconfirmed RESPONSE releases its executor after some time, and a
+late CONFIRM is still carried out.
 """
 
 from __future__ import annotations
@@ -30,14 +30,13 @@ from cxbridge_ros2.hub.hub import Hub
 from cxbridge_ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
 from cxbridge_ros2.node import Node
 
+# Seconds from RESPONSE to CONFIRM or REJECT; after them the executor is free again.
 RESERVE_S: Final = 2.0
-"""Seconds from RESPONSE to CONFIRM or REJECT; then the executor is free again."""
 
+# Seconds until a RESPONSE without a subscriber is repeated: the caller may have joined just now.
 REPEAT_S: Final = 0.5
-"""Seconds until a RESPONSE without a subscriber is repeated: the caller may have joined just now."""
 
-SIGN_S: Final = 1.0
-"""Seconds between signs of life."""
+SIGN_S: Final = 1.0  # seconds between heartbeats
 
 _OF_SKILL: Final = ("parameters", "call")
 _MAPPED: Final = "mapped"
@@ -47,8 +46,7 @@ class BoardCalls(Protocol):
     """The skill board; see :class:`~cxbridge.skiller.board.service.LocalSkillCalls`."""
 
     @property
-    def executors(self) -> Iterable[ExecutorInfo]:
-        """The executors that exist."""
+    def executors(self) -> Iterable[ExecutorInfo]: ...
 
     def ask(
         self,
@@ -58,18 +56,18 @@ class BoardCalls(Protocol):
         on_change: Callable[[Master], None],
         name: str = "",
     ) -> Master:
-        """Have a skill executed."""
+        """Start the execution of a skill."""
 
     def stop(self, number: int) -> bool:
-        """Cancel an action."""
+        """Cancel the execution with this number."""
 
 
 class ServedAction(Struct, frozen=True):
-    """The configuration of an action that is performed.
+    """The configuration of a performed action.
 
-    :param parameters: the skill's names for the arguments; empty: ``1``, ``2`` and so on.
-    :param call: a template of a skill string, as in action mappings; ``mapped``: the skill string that the
-        REQUEST has; empty: the skill that is called as the action.
+    :param parameters: names of the skill's parameters; empty for ``1``, ``2`` and so on.
+    :param call: the template of a skill string as in action mappings, ``mapped`` for the skill string in the
+        REQUEST, or empty for a skill with the name of the action.
     """
 
     action: str
@@ -78,10 +76,7 @@ class ServedAction(Struct, frozen=True):
 
     @classmethod
     def of(cls, action: str, value: Any, protocol: HubProtocol) -> ServedAction:
-        """Read the settings of an action.
-
-        :raises ConfigError: when they are invalid.
-        """
+        """Read the settings of an action."""
         if not isinstance(value, Mapping):
             raise ConfigError(
                 f"the action {action} has settings, not {value!r}", hint="e.g. {parameters: [to]}"
@@ -101,9 +96,9 @@ class ServedAction(Struct, frozen=True):
         return cls(action, tuple(map(str, names if isinstance(names, list) else [names])), call)
 
     def call_of(self, word: Word, arguments: tuple[str, ...], agent: str) -> SkillCall:
-        """Return the skill that a REQUEST is for.
+        """Return the skill call for a REQUEST.
 
-        :raises SkillError: when it does not fit.
+        :raises SkillError: if the REQUEST does not fit.
         """
         if self.parameters and len(arguments) != len(self.parameters):
             raise SkillError(
@@ -121,24 +116,23 @@ class ServedAction(Struct, frozen=True):
         return SkillCall(calls[0].skill, agent, calls[0].parameters, word.node)
 
     def _mapped(self, values: Mapping[str, str]) -> str:
-        found = ActionSkillMapping({self.action: self.call}).map(self.action, values)
-        if not found.text:
-            raise SkillError(found.messages[0][1])
-        return found.text
+        skill_string = ActionSkillMapping({self.action: self.call}).map(self.action, values)
+        if not skill_string.text:
+            raise SkillError(skill_string.messages[0][1])
+        return skill_string.text
 
     @property
     def skill(self) -> str:
-        """The skill, as far as the configuration says; empty: REQUESTs say it."""
+        """The configured skill; empty if REQUESTs name the skill."""
         return "" if self.call == _MAPPED else re.split(r"[{(]", self.call)[0].strip() or self.action
 
 
 class PerformerSettings(Struct, frozen=True):
     """Performers on one hub.
 
-    :param agent: whose skills these are.
-    :param agent_id: what words call that robot.
-    :param name: the prefix of the performers' node names; the action follows.
-    :param actions: the actions that they perform.
+    :param agent: the agent whose skills are performed.
+    :param agent_id: the robot's name in messages.
+    :param name: the prefix of node names; the action follows.
     """
 
     protocol: HubProtocol
@@ -150,18 +144,17 @@ class PerformerSettings(Struct, frozen=True):
 
 
 class _Job:
-    """A RESPONSE and its execution, until the end.
+    """A RESPONSE and its execution until the end.
 
-    :ivar deadline_us: until when it must be confirmed.
-    :ivar repeat_us: when RESPONSE is sent once more; 0: not, for another performer was confirmed.
+    :ivar deadline_us: the limit for its CONFIRM.
+    :ivar repeat_us: when to repeat the RESPONSE; 0 for never, after another performer was confirmed.
     :ivar master: None until CONFIRM.
     """
 
     def __init__(self, request: Word, node: str, call: SkillCall | str) -> None:
         self.request = request
         self.node = node
-        self.call = call
-        """The skill call; a text: the reason why there is none."""
+        self.call = call  # skill call, or the reason why there is none
         self.deadline_us = 0
         self.repeat_us = 0
         self.master: Master | None = None
@@ -172,9 +165,8 @@ class _Job:
 class HubPerformer(Closing):
     """Serves a hub.
 
-    :param skills: returns the skill board; None while there is none.
-    :param node: polled in each loop, and not closed.
-    :raises Ros2Error: for a namespace that there is not.
+    :param skills: returns the skill board, or None.
+    :param node: a node that is polled in each loop, but not closed.
     """
 
     def __init__(
@@ -190,8 +182,8 @@ class HubPerformer(Closing):
         self._nodes = {re.sub(r"\W", "_", f"{settings.name}_{action}"): action for action in self._actions}
         self._agent, self._agent_id = settings.agent, settings.agent_id
         self._skills, self._node, self._clock, self._log = skills, node, clock, log
-        self._wanted: dict[Key, tuple[Word, int]] = {}
-        """REQUESTs without an answer, each with the time until which an answer is useful."""
+        # REQUESTs without a response, each with the time until which a response is useful.
+        self._pending_requests: dict[Key, tuple[Word, int]] = {}
         self._jobs: dict[Key, _Job] = {}
         self._next_sign_us = 0
         self._hub = Hub(node, settings.protocol, settings.node.namespace, self._take_word)
@@ -199,21 +191,20 @@ class HubPerformer(Closing):
 
     @property
     def running(self) -> bool:
-        """Whether something is being executed."""
         return any(job.master is not None for job in self._jobs.values())
 
     @property
     def served(self) -> set[str]:
-        """The skills that it serves, as far as the configuration says."""
+        """The served skills, as far as the configuration names them."""
         return {each.skill for each in self._actions.values()}
 
     def loop(self) -> None:
-        """Receive words, answer them, and publish signs of life."""
+        """Receive and answer messages, and publish heartbeats."""
         self._node.poll()
         now_us = self._clock.now_us()
-        for key, (_, until_us) in list(self._wanted.items()):
+        for key, (_, until_us) in list(self._pending_requests.items()):
             if now_us > until_us:
-                del self._wanted[key]
+                del self._pending_requests[key]
             else:
                 self._answer(key)
         for key, job in list(self._jobs.items()):
@@ -230,7 +221,7 @@ class HubPerformer(Closing):
                 self._hub.give_sign(Sign(node, action, self._life(action)), now_us)
 
     def close(self) -> None:
-        """Stop all executions, report that, and leave the hub."""
+        """Stop all executions, report their end, and leave the hub."""
         jobs, self._jobs = self._jobs, {}
         for job in jobs.values():
             if job.master is not None:
@@ -238,22 +229,22 @@ class HubPerformer(Closing):
                 self._finish(job, success=False, status=f"the performer {job.node} was shut down")
         self._hub.close()
 
-    # --- words of other nodes -----------------------------------------------------------------------------
+    # --- messages of other nodes
 
     def _take_word(self, word: Word) -> None:
         key = word.key
         if key.action not in self._actions or key.agent != self._agent_id:
             return
         if word.kind == WordKind.REQUEST:
-            # until the next REQUEST for the key, or until the caller has given up
+            # until the caller repeats the REQUEST or gives up
             until_us = self._clock.now_us() + round(self._protocol.wanted_s * MICROSECONDS)
-            self._wanted[key] = word, until_us
+            self._pending_requests[key] = word, until_us
             self._answer(key)
             return
         is_ours = self._nodes.get(word.node) == key.action
         job = self._jobs.get(key)
         if word.kind == WordKind.CONFIRM:
-            self._wanted.pop(key, None)
+            self._pending_requests.pop(key, None)
             if is_ours and (job is None or job.master is None):
                 self._begin(job or self._job(word))
             elif job is not None:
@@ -267,8 +258,8 @@ class HubPerformer(Closing):
             self._stop(job.master)
 
     def _answer(self, key: Key) -> None:
-        """Answer a REQUEST, if an executor is free."""
-        word, _ = self._wanted[key]
+        """Respond to a REQUEST if an executor is free."""
+        word, _ = self._pending_requests[key]
         job = self._jobs.get(key)
         if job is None:
             job = self._job(word)
@@ -277,8 +268,8 @@ class HubPerformer(Closing):
             self._jobs[key] = job
         elif job.master is not None:
             return
-        # else it is asked again: our answer may be lost
-        del self._wanted[key]
+        # otherwise the REQUEST is a repetition: our RESPONSE may be lost
+        del self._pending_requests[key]
         job.deadline_us = self._clock.now_us() + round(RESERVE_S * MICROSECONDS)
         self._respond(job)
 
@@ -293,7 +284,7 @@ class HubPerformer(Closing):
         try:
             call = served.call_of(word, self._protocol.arguments_of(word.key), self._agent)
         except CxbridgeError as error:
-            call = error.message  # for the caller
+            call = error.message  # reported to the caller after CONFIRM
         return _Job(word, node, call)
 
     def _stop(self, master: Master) -> None:
@@ -302,28 +293,28 @@ class HubPerformer(Closing):
             skills.stop(master.number)
 
     def _executors(self, skill: str) -> Iterator[ExecutorInfo]:
-        """Yield the agent's executors that know a skill; of all when it has no name."""
+        """Yield the agent's executors that have a skill; all executors for an unnamed skill."""
         skills = self._skills()
         for info in () if skills is None else skills.executors:
             if info.agent == self._agent and (not skill or skill in info.skills):
                 yield info
 
     def _is_free(self, skill: str) -> bool:
-        """Whether an executor is free and not promised to a caller."""
-        able = sum(info.state is ExecutorState.IDLE for info in self._executors(skill))
-        promised = sum(
+        """Return whether an executor is free and not reserved for a caller."""
+        idle = sum(info.state is ExecutorState.IDLE for info in self._executors(skill))
+        reserved = sum(
             job.master is None or job.master.state is MasterState.ASKING for job in self._jobs.values()
         )
-        return able > promised
+        return idle > reserved
 
     def _life(self, action: str) -> Life:
         if any(job.request.key.action == action and job.master is not None for job in self._jobs.values()):
             return Life.RUNNING
-        may = self._node.rights.allow(right_of_frame("ros2-performers", "word"))
-        able = may and any(True for _ in self._executors(self._actions[action].skill))
+        is_allowed = self._node.rights.allow(right_of_frame("ros2-performers", "word"))
+        able = is_allowed and any(True for _ in self._executors(self._actions[action].skill))
         return Life.READY if able else Life.NOT_READY
 
-    # --- what becomes of it -------------------------------------------------------------------------------
+    # --- execution
 
     def _begin(self, job: _Job) -> None:
         self._jobs[job.request.key] = job
@@ -334,20 +325,20 @@ class HubPerformer(Closing):
             skills = self._skills()
             if skills is None:
                 raise SkillError("there is no skill board")
-            changed = partial(self._changed, job)
+            changed = partial(self._report_state, job)
             job.master = skills.ask(call.skill, call.parameters, call.agent, changed, call.name)
         except CxbridgeError as error:
-            self._over(job, success=False, status=error.message)
+            self._end_job(job, success=False, status=error.message)
 
-    def _changed(self, job: _Job, master: Master) -> None:
-        """Pass on what happens to a skill."""
+    def _report_state(self, job: _Job, master: Master) -> None:
+        """Report the state of a skill to the caller."""
         if self._jobs.get(job.request.key) is not job:
-            return  # it was shut down
+            return  # the performer was shut down
         if master.state is MasterState.SUCCEEDED:
-            self._over(job, success=True, status=master.feedback, progress=master.progress)
+            self._end_job(job, success=True, status=master.feedback, progress=master.progress)
         elif master.is_over:
             why = master.error or f"{master.skill} was cancelled"
-            self._over(job, success=False, status=why, progress=master.progress)
+            self._end_job(job, success=False, status=why, progress=master.progress)
         elif master.state is MasterState.RUNNING and job.said != (master.progress, master.feedback):
             job.said = (master.progress, master.feedback)
             request, (progress, status) = job.request, job.said
@@ -357,7 +348,7 @@ class HubPerformer(Closing):
                 )
             )
 
-    def _over(self, job: _Job, *, success: bool, status: str, progress: float = 0.0) -> None:
+    def _end_job(self, job: _Job, *, success: bool, status: str, progress: float = 0.0) -> None:
         del self._jobs[job.request.key]
         self._finish(job, success=success, status=status, progress=progress)
 

@@ -23,7 +23,6 @@ TREE: Final = "/ros2/performers"
 PROTOCOLS: Final[Mapping[str, HubProtocol]] = {
     each.name: each for each in (PlanSys2Protocol(), SkillExecutionProtocol())
 }
-"""The protocols by their names."""
 
 _KNOWN: Final = ("protocol", "agent", "agent-id", "name", "actions", *OF_NODE)
 
@@ -31,18 +30,18 @@ _KNOWN: Final = ("protocol", "agent", "agent-id", "name", "actions", *OF_NODE)
 def performer_settings(
     config: Configuration, agents: Sequence[str], folder: Path
 ) -> dict[str, PerformerSettings]:
-    """Return the performers of a configuration, by their keys.
+    """Return the configured performers by key.
 
-    :param agents: those of the skill board.
-    :param folder: the base of relative folders.
-    :raises CxbridgeError: when a key or a value is unknown, missing or invalid; with file and line.
+    :param agents: the agents of the skill board.
+    :param folder: the base of relative paths.
+    :raises CxbridgeError: if a setting is invalid; with file and line.
     """
-    found = {}
+    settings_of_performers = {}
     for key in config.keys(TREE):
         tree = f"{TREE}/{key}"
         with placed(config, tree):
-            found[key] = _performer(key, nested(values_below(config, tree)), agents, folder)
-    return found
+            settings_of_performers[key] = _performer(key, nested(values_below(config, tree)), agents, folder)
+    return settings_of_performers
 
 
 def _performer(key: str, values: Mapping[str, Any], agents: Sequence[str], folder: Path) -> PerformerSettings:

@@ -1,4 +1,4 @@
-"""The words that are exchanged on a hub, whatever the messages of a protocol call their fields."""
+"""The messages on a hub, independent of a protocol's field names."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from cxbridge_ros2.messages import Message
 
 
 class WordKind(IntEnum):
-    """The kind of a word."""
-
     REQUEST = 1
     RESPONSE = 2
     CONFIRM = 3
@@ -34,9 +32,9 @@ class Life(IntEnum):
 
 
 class Key(NamedTuple):
-    """The requested action. A hub has no tickets: two requests for one action cannot be told apart.
+    """The requested action. Hubs have no request ids, so two requests for one action are indistinguishable.
 
-    :param agent: the robot; empty: there is one only.
+    :param agent: the robot; empty for a single robot.
     """
 
     action: str
@@ -48,15 +46,15 @@ class Key(NamedTuple):
 
 
 class Word(Struct, frozen=True):
-    """A word on the hub.
+    """A message on the hub.
 
-    :param kind: its kind; a number when the kind is unknown.
-    :param node: the caller's node in REQUEST; else the performer's.
+    :param kind: a :class:`WordKind`, or an unknown number.
+    :param node: the caller's node in a REQUEST, else the performer's.
     :param key: the requested action.
-    :param mapped: the skill string that the action is mapped to; empty: none, or the protocol has no such.
-    :param success: of FINISH.
-    :param progress: of FEEDBACK and FINISH, from 0 to 1.
-    :param status: of FEEDBACK and FINISH: the current work, or the reason of the failure.
+    :param mapped: the skill string mapped to the action; may be empty.
+    :param success: the result in a FINISH.
+    :param progress: from 0 to 1, in FEEDBACK and FINISH.
+    :param status: the current work or the error, in FEEDBACK and FINISH.
     """
 
     kind: int
@@ -69,9 +67,9 @@ class Word(Struct, frozen=True):
 
 
 class Sign(Struct, frozen=True):
-    """A sign of life of a performer.
+    """A heartbeat of a performer.
 
-    :param life: its state, a :class:`Life`; a number when it is none that is known.
+    :param life: a :class:`Life`, or an unknown number.
     """
 
     node: str
@@ -80,56 +78,49 @@ class Sign(Struct, frozen=True):
 
 
 class HubProtocol(ABC):
-    """A protocol: its topics, and what its messages call the fields of words."""
+    """A protocol: its topics and the fields of its messages."""
 
-    name: ClassVar[str]
-    """The protocol's name in a configuration."""
+    name: ClassVar[str]  # protocol's name in a configuration
 
-    topic: ClassVar[str]
-    """The hub."""
+    topic: ClassVar[str]  # topic of the hub
 
     message_type: ClassVar[str]
 
-    signs_topic: ClassVar[str]
-    """Where performers give signs of life."""
+    signs_topic: ClassVar[str]  # topic of heartbeats
 
     signs_type: ClassVar[str]
 
+    # Seconds after which the original gives up the search for a performer.
     patience_s: ClassVar[float]
-    """Seconds that the original asks for a performer until it gives up."""
 
+    # Seconds in which a response to a REQUEST is useful; then the REQUEST is repeated or given up.
     wanted_s: ClassVar[float]
-    """Seconds after a REQUEST in which an answer still makes sense: then it is repeated, or given up."""
 
-    has_agents: ClassVar[bool] = False
-    """Whether words name a robot."""
+    has_agents: ClassVar[bool] = False  # whether messages name a robot
 
     @abstractmethod
-    def message(self, word: Word) -> Mapping[str, Any]:
-        """Return the message that says a word."""
+    def message(self, word: Word) -> Mapping[str, Any]: ...
 
     @abstractmethod
-    def word(self, message: Message) -> Word:
-        """Return the word of a message."""
+    def word(self, message: Message) -> Word: ...
 
     @abstractmethod
     def sign_message(self, sign: Sign, now_us: int) -> Mapping[str, Any]:
-        """Return the message that is a sign of life.
+        """Return the message for a heartbeat.
 
-        :param now_us: the time, microseconds since the epoch.
+        :param now_us: microseconds since the epoch.
         """
 
     @abstractmethod
-    def sign(self, message: Message) -> Sign:
-        """Return the sign of life that a message is."""
+    def sign(self, message: Message) -> Sign: ...
 
     @abstractmethod
     def after_cancel(self, finish: Word) -> Word | None:
-        """Return the last word of a performer after CANCEL; None: no word, as in the original.
+        """Return the performer's last message after CANCEL, or None to send none, as the original does.
 
-        :param finish: its last word without CANCEL.
+        :param finish: the last message without CANCEL.
         """
 
     @abstractmethod
     def arguments_of(self, key: Key) -> tuple[str, ...]:
-        """Return the arguments that a REQUEST is meant to have: some originals send one in place of none."""
+        """Return the intended arguments: some originals send one in place of none."""

@@ -1,8 +1,8 @@
-"""Definitions of ROS 2 for interfaces and their messages, made from the interface's schema.
+"""ROS 2 definitions for interfaces and their messages, generated from the interface's schema.
 
-``Position3DInterface`` becomes ``cxbridge_msgs/msg/Position3DInterface``, and the messages of an interface
-become ``cxbridge_msgs/msg/SkillerInterfaceExecSkillMessage``. Names that ROS does not take are made fit:
-fields are in small letters, constants in capitals.
+``Position3DInterface`` becomes ``cxbridge_msgs/msg/Position3DInterface``; its messages become types such as
+``cxbridge_msgs/msg/SkillerInterfaceExecSkillMessage``. Names are converted to ROS conventions: lower case for
+fields, upper case for constants.
 """
 
 from __future__ import annotations
@@ -13,15 +13,14 @@ from typing import Final
 
 from cxbridge.interfaces.schema import ConstantSchema, EnumSchema, FieldSchema, InterfaceSchema
 
-PACKAGE: Final = "cxbridge_msgs"
-"""The ROS package of all that is made here."""
+PACKAGE: Final = "cxbridge_msgs"  # ROS package of the generated definitions
 
+# Field with the interface's time stamp; interface fields with this name are renamed.
 TIME: Final = "timestamp"
-"""The field with the interface's time stamp; no field of an interface gets this name."""
 
-EXEC_SKILL: Final = f"{PACKAGE}/action/ExecSkill"
-"""The action of a Skiller: executes a skill string."""
+EXEC_SKILL: Final = f"{PACKAGE}/action/ExecSkill"  # action of a Skiller: executes a skill string
 
+# Text of each action by type.
 ACTIONS: Final = {
     EXEC_SKILL: """string skill_string  # e.g. goto{place="C-CS1"}
 bool steal           # take control of the Skiller even when somebody has it
@@ -32,7 +31,6 @@ string error         # why it failed, or was not executed
 string status        # as in SkillerInterface: S_RUNNING and the like
 """,
 }
-"""The text of each action, by its type."""
 
 _TYPES: Final = {
     **{each: each for each in ("bool", "string")},
@@ -45,20 +43,18 @@ _ENUM: Final = "int32"
 
 
 def type_of(interface: str, message: str = "") -> str:
-    """Return the name of the type for an interface, or for a message of it."""
     return f"{PACKAGE}/msg/{_camel(interface)}{_camel(message)}"
 
 
 def definitions_of(schema: InterfaceSchema) -> dict[str, str]:
-    """Return the text of the definitions for an interface and its messages, by their types."""
-    made = {type_of(schema.name): _text(schema.fields, schema, has_time=True)}
+    """Return the definitions of an interface and its messages by type."""
+    definitions = {type_of(schema.name): _text(schema.fields, schema, has_time=True)}
     for message in schema.messages:
-        made[type_of(schema.name, message.name)] = _text(message.fields, schema, has_time=False)
-    return made
+        definitions[type_of(schema.name, message.name)] = _text(message.fields, schema, has_time=False)
+    return definitions
 
 
 def field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
-    """Return what fields are called in ROS, by their names."""
     taken = {TIME}
     names = {}
     for field in fields:
@@ -96,14 +92,14 @@ def _constant(name: str, taken: set[str]) -> str:
 
 
 def _unique(name: str, prefix: str, taken: set[str]) -> str:
-    """Return a name that begins with a letter and is not taken; take it."""
-    made = plain = name if name[:1].isalpha() else f"{prefix}{name}"
+    """Return an unused name that begins with a letter, and mark it as used."""
+    unique = plain = name if name[:1].isalpha() else f"{prefix}{name}"
     number = 2
-    while made in taken:
-        made = f"{plain}{'_' if plain[-1].isdigit() else ''}{number}"
+    while unique in taken:
+        unique = f"{plain}{'_' if plain[-1].isdigit() else ''}{number}"
         number += 1
-    taken.add(made)
-    return made
+    taken.add(unique)
+    return unique
 
 
 def _camel(name: str) -> str:

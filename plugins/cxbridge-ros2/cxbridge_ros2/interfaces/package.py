@@ -1,7 +1,7 @@
-"""Two ROS packages for machines that have ROS: definitions, and cxbridge's program with a launch file.
+"""Two ROS packages for machines with ROS: the definitions, and the program with a launch file.
 
 ``cxbridge_msgs`` has a message for each interface, and the action of Skillers. ``cxbridge`` starts the
-program of this installation: ``ros2 run cxbridge cxbridge ...``, ``ros2 launch cxbridge daemon.launch.py``.
+installed program: ``ros2 run cxbridge cxbridge ...``, ``ros2 launch cxbridge daemon.launch.py``.
 """
 
 from __future__ import annotations
@@ -83,10 +83,7 @@ def generate_launch_description():
 
 
 def write_packages(schemas: Iterable[InterfaceSchema], folder: Path) -> list[Path]:
-    """Write both packages into a folder, which may be the ``src`` of a workspace; return theirs.
-
-    :raises Ros2Error: when a file cannot be written.
-    """
+    """Write both packages into a folder, such as the ``src`` of a workspace; return their folders."""
     texts = dict(ACTIONS)
     for schema in schemas:
         texts.update(definitions_of(schema))
@@ -101,8 +98,8 @@ def write_packages(schemas: Iterable[InterfaceSchema], folder: Path) -> list[Pat
 def _messages(texts: Mapping[str, str]) -> dict[str, str]:
     files = {}
     for kind, text in texts.items():
-        _, place, name = kind.split("/")
-        files[f"{place}/{name}{_SUFFIXES[place]}"] = text
+        _, subfolder, name = kind.split("/")
+        files[f"{subfolder}/{name}{_SUFFIXES[subfolder]}"] = text
     listed = "\n".join(f'  "{each}"' for each in sorted(files))
     about = "Interfaces of the blackboard as messages, and the action of Skillers"
     manifest = _MANIFEST.substitute(name=PACKAGE, version=_version(), description=about, depends=_OF_MESSAGES)
@@ -125,7 +122,7 @@ def _program() -> dict[str, str]:
 
 
 def _version() -> str:
-    """Return the version as ROS takes it: three numbers."""
+    """Return the version with three numbers, as ROS requires."""
     numbers = [part for part in __version__.split(".") if part.isdecimal()]
     return ".".join((*numbers, "0", "0", "0")[:3])
 

@@ -32,16 +32,16 @@ _GLOB: Final = re.compile(r"[*?\[]")
 
 
 class TopicSettings(Struct, frozen=True):
-    """Interfaces and their topics.
+    """The settings of interfaces and their topics.
 
-    :param key: its name in the configuration.
-    :param direction: ``publish``: writes go to the topic; ``write``: messages of the topic are written.
-    :param topic: None: ``/blackboard/TYPE/ID``.
-    :param type: None: the message that is made for the interface.
-    :param fields: paths in the message, by the interface's fields.
-    :param constants: values in the message, by their paths.
-    :param stamp: the path of the time in the message; empty: it has none.
-    :param messages: whether the interface's messages have topics, too.
+    :param key: the name in the configuration.
+    :param direction: ``publish`` to send writes to the topic, ``write`` to write received messages.
+    :param topic: None for ``/blackboard/TYPE/ID``.
+    :param type: None for the generated message type.
+    :param fields: paths in the message by interface field.
+    :param constants: values in the message by path.
+    :param stamp: the path of the time in the message; may be empty.
+    :param messages: whether the interface's messages also have topics.
     """
 
     key: str
@@ -58,16 +58,16 @@ class TopicSettings(Struct, frozen=True):
 
 
 def topic_settings(config: Configuration, folder: Path) -> list[TopicSettings]:
-    """Return the settings of a configuration.
+    """Return the configured topics.
 
-    :param folder: the base of relative folders.
-    :raises CxbridgeError: when a key or a value is unknown, missing or invalid; with file and line.
+    :param folder: the base of relative paths.
+    :raises CxbridgeError: if a setting is invalid; with file and line.
     """
-    found = []
+    topics = []
     for key in config.keys(TREE):
         with placed(config, tree := f"{TREE}/{key}"):
-            found.append(_settings(key, values_below(config, tree), folder))
-    return found
+            topics.append(_settings(key, values_below(config, tree), folder))
+    return topics
 
 
 def _settings(key: str, flat: Mapping[str, Any], folder: Path) -> TopicSettings:

@@ -1,4 +1,4 @@
-"""Interfaces as topics: writes of the blackboard are published, or messages are written to the blackboard."""
+"""Interfaces as topics: publishes writes of the blackboard, or writes received messages to it."""
 
 from __future__ import annotations
 
@@ -34,18 +34,15 @@ _END: Final = "Message"
 
 
 def topic_of(interface_type: str, interface_id: str) -> str:
-    """Return the topic of an interface that is given no other: ``/blackboard/TYPE/ID``.
-
-    What ROS does not take in names becomes ``_``.
-    """
+    """Return the default topic of an interface, ``/blackboard/TYPE/ID``, with other characters as ``_``."""
     token = re.sub(r"[^A-Za-z0-9]+", "_", interface_id).strip("_")
     return f"/blackboard/{interface_type}/{token if token[:1].isalpha() else f'id_{token}'}"
 
 
 def check_mapping(settings: TopicSettings, schema: InterfaceSchema, definitions: Definitions) -> None:
-    """Check that an interface and a message have the fields that are set.
+    """Check the configured fields of an interface and its message.
 
-    :raises CxbridgeError: when a type does not exist.
+    :raises CxbridgeError: if a type or field does not exist.
     """
     if settings.type is None:
         return
@@ -67,10 +64,9 @@ def _check_path(definitions: Definitions, kind: TypeName, path: str) -> None:
 
 
 class PublishedInterfaces(Closing):
-    """Publishes interfaces, those that exist and those to come.
+    """Publishes existing and future interfaces.
 
-    :param written: the interfaces that come from ROS: they do not go back.
-    :raises CxbridgeError: when the board or ROS does not take something.
+    :param written: interfaces written from ROS, which are not sent back.
     """
 
     def __init__(
@@ -92,11 +88,10 @@ class PublishedInterfaces(Closing):
             raise
 
     def loop(self) -> None:
-        """Publish new writes."""
         while (change := self._feed.next(Deadline(0))) is not None:
             self._take(change)
         for instance in self._feed.opened:
-            if instance.uid not in self._publishers:  # without a write so far
+            if instance.uid not in self._publishers:  # an interface without a write so far
                 self._take(self._feed.now(instance))
 
     def _take(self, change: InterfaceChange) -> None:
@@ -134,20 +129,19 @@ class PublishedInterfaces(Closing):
             send = partial(self._send, instance, each.name, field_names(each.fields))
             kind = type_of(instance.type, each.name)
             needs = self._node.rights.of_message(instance.type, each.name)
-            place = f"{topic}/{each.name.removesuffix(_END)}"
-            self._ends.append(self._node.subscribe(place, kind, send, needs=needs))
+            message_topic = f"{topic}/{each.name.removesuffix(_END)}"
+            self._ends.append(self._node.subscribe(message_topic, kind, send, needs=needs))
 
     def _send(self, instance: Interface, name: str, names: Mapping[str, str], message: Message) -> None:
         try:
-            made = instance.create_message(name)
+            interface_message = instance.create_message(name)
             for field, called in names.items():
-                made.set(field, _back(made.field(field), message[called]))
-            instance.msgq_enqueue(made)
+                interface_message.set(field, _from_ros(interface_message.field(field), message[called]))
+            instance.msgq_enqueue(interface_message)
         except CxbridgeError as error:
             self._log.warn(f"{instance.uid} did not get a {name}: {error.message}")
 
     def close(self) -> None:
-        """Publish nothing more."""
         for end in self._ends:
             end()
         for publisher in self._opened:
@@ -156,9 +150,9 @@ class PublishedInterfaces(Closing):
 
 
 class WrittenInterface(Closing):
-    """Writes an interface with the messages of its topic.
+    """Writes an interface from the messages of its topic.
 
-    :raises CxbridgeError: when the interface has another writer, or ROS refuses a name or a type.
+    :raises CxbridgeError: if the interface has another writer, or a name or type is invalid.
     """
 
     def __init__(self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger) -> None:
@@ -188,11 +182,10 @@ class WrittenInterface(Closing):
 
     @property
     def uid(self) -> str:
-        """The interface."""
         return self._instance.uid
 
     def loop(self) -> None:
-        """Publish the messages that came."""
+        """Publish the received messages."""
         while (message := self._instance.msgq_pop()) is not None:
             found = self._publishers.get(message.type)
             if found is not None:
@@ -202,7 +195,7 @@ class WrittenInterface(Closing):
     def _take(self, message: Message) -> None:
         try:
             for field, path in self._paths.items():
-                self._instance.set(field, _back(self._instance.field(field), _at(message, path)))
+                self._instance.set(field, _from_ros(self._instance.field(field), _at(message, path)))
             self._instance.write()
         except CxbridgeError as error:
             if error.message not in self._reported:
@@ -210,7 +203,6 @@ class WrittenInterface(Closing):
                 self._log.warn(f"{self.uid} was not written: {error.message}")
 
     def close(self) -> None:
-        """Write nothing more."""
         self._end()
         for publisher, _ in self._publishers.values():
             publisher.close()
@@ -218,10 +210,7 @@ class WrittenInterface(Closing):
 
 
 def _paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str]:
-    """Return where each field of an interface is in the message.
-
-    :raises ConfigError: when the interface has no such field.
-    """
+    """Return the path in the message of each interface field."""
     if settings.type is None:
         return field_names(schema.fields)
     known = [field.name for field in schema.fields]
@@ -233,7 +222,7 @@ def _paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str
 
 
 def _maker(settings: TopicSettings, schema: InterfaceSchema) -> Callable[[InterfaceChange], Message]:
-    """Return the function that turns a write into a message."""
+    """Return the function that converts a write to a message."""
     paths = _paths(settings, schema)
     stamp = TIME if settings.type is None else settings.stamp
 
@@ -242,7 +231,7 @@ def _maker(settings: TopicSettings, schema: InterfaceSchema) -> Callable[[Interf
         for path, value in settings.constants.items():
             _put(message, path, value)
         for field, path in paths.items():
-            _put(message, path, _there(change.values[field]))
+            _put(message, path, _to_ros(change.values[field]))
         if stamp:
             seconds, micros = split_us(change.time_us)
             _put(message, stamp, {"sec": seconds, "nanosec": micros * _NANOSECONDS})
@@ -253,20 +242,20 @@ def _maker(settings: TopicSettings, schema: InterfaceSchema) -> Callable[[Interf
 
 def _values(message: InterfaceMessage, names: Mapping[str, str]) -> Message:
     values = message.as_dict()
-    return {called: _there(values[field]) for field, called in names.items()}
+    return {called: _to_ros(values[field]) for field, called in names.items()}
 
 
-def _there(value: Any) -> Any:
-    """Return a value of an interface as messages have it."""
+def _to_ros(value: Any) -> Any:
+    """Convert a value of an interface for a message."""
     if isinstance(value, str):
         return value.encode("utf-8", "replace").decode()
     if isinstance(value, tuple):
-        return [_there(each) for each in value]
+        return [_to_ros(each) for each in value]
     return value.value if isinstance(value, Enum) else value
 
 
-def _back(field: FieldSchema, value: Any) -> Any:
-    """Return a value of a message as the field of an interface takes it."""
+def _from_ros(field: FieldSchema, value: Any) -> Any:
+    """Convert a value of a message for a field of an interface."""
     if isinstance(value, bytes | list):
         return tuple(value)
     return float(value) if field.type in ("float", "double") and not isinstance(value, str) else value

@@ -1,4 +1,4 @@
-"""The ways to the nodes of ROS 2: one module or package a transport."""
+"""The transports to nodes of ROS 2, one module or package each."""
 
 from importlib.machinery import EXTENSION_SUFFIXES
 from importlib.util import find_spec
@@ -15,11 +15,11 @@ TRANSPORTS: Final = {
 
 
 def has_rclpy() -> bool:
-    """Return whether a ROS 2 is sourced whose rclpy is made for this Python."""
+    """Return whether a sourced ROS 2 has an rclpy for this Python."""
     try:
-        found = find_spec("rclpy")
+        spec = find_spec("rclpy")
     except (ImportError, ValueError):
         return False
-    folders = () if found is None else found.submodule_search_locations or ()
+    folders = () if spec is None else spec.submodule_search_locations or ()
     names = [f"_rclpy_pybind11{suffix}" for suffix in EXTENSION_SUFFIXES]
     return any((Path(folder) / name).is_file() for folder in folders for name in names)

@@ -1,4 +1,4 @@
-"""The settings of the ROS environment that every transport obeys."""
+"""Settings of the ROS environment, for all transports."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ from typing import Final
 
 from cxbridge.errors import Ros2Error
 
-MOST_DDS_DOMAIN: Final = 232
-"""The ports of DDS allow no more domains."""
+MOST_DDS_DOMAIN: Final = 232  # ports of DDS allow no higher domain
 
 
 def domain_id(most: int | None = None) -> int:
-    """Return the number of the domain, of ``ROS_DOMAIN_ID``; 0 by default.
+    """Return ``ROS_DOMAIN_ID``, or 0 if it is unset.
 
-    :param most: that the transport can have.
-    :raises Ros2Error: when it is none.
+    :param most: the highest domain of the transport.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
     if not (text.isascii() and text.isdecimal()) or (most is not None and int(text) > most):
@@ -25,9 +23,9 @@ def domain_id(most: int | None = None) -> int:
 
 
 def default_reach(unset: str = "localhost") -> str:
-    """Return how far the environment lets nodes look for other nodes (ROS_AUTOMATIC_DISCOVERY_RANGE).
+    """Return the discovery range of the environment (ROS_AUTOMATIC_DISCOVERY_RANGE).
 
-    :param unset: the range when the environment names none.
+    :param unset: the range if the environment names none.
     """
     if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
         return "localhost"

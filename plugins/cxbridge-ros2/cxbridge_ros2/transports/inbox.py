@@ -1,4 +1,4 @@
-"""Messages that foreign threads deliver, for the thread that polls."""
+"""Inbox for messages from foreign threads, delivered in the polling thread."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from collections.abc import Callable
 from itertools import count
 from typing import Any, Final
 
-MOST_KEPT: Final = 1000
-"""Items that are kept of a source without a depth."""
+MOST_KEPT: Final = 1000  # default limit of queued messages of a source
 
 
 class InboxSource:
-    """One of those whom something comes for; made by :meth:`MessageInbox.source`.
+    """A source of messages; made by :meth:`MessageInbox.source`.
 
-    :param depth: the number of messages that are kept: the oldest is dropped; 0: :data:`MOST_KEPT`.
-    :param deliver: gets the messages.
+    :param depth: the limit of queued messages, whose oldest is dropped; 0 for :data:`MOST_KEPT`.
+    :param deliver: called with each message.
     """
 
     __slots__ = ("deliver", "depth", "is_open", "waiting")
@@ -28,7 +27,7 @@ class InboxSource:
 
 
 class MessageInbox:
-    """Keeps messages in the order of their arrival."""
+    """Queues messages in the order of arrival."""
 
     def __init__(self) -> None:
         self._came = threading.Condition()
@@ -36,7 +35,7 @@ class MessageInbox:
         self._numbers = count()
 
     def put(self, source: InboxSource, item: Any) -> None:
-        """Keep something; in any thread."""
+        """Queue a message; called from any thread."""
         with self._came:
             if not source.is_open:
                 return
@@ -48,23 +47,23 @@ class MessageInbox:
             self._came.notify()
 
     def end(self, source: InboxSource) -> None:
-        """Keep no more messages of a source, and forget the kept ones."""
+        """Drop the queued and all further messages of a source."""
         with self._came:
             source.is_open = False
             while source.waiting:
                 del self._items[source.waiting.popleft()]
 
     def hand_out(self, timeout_s: float) -> bool:
-        """Deliver the messages in this thread; wait ``timeout`` for one. Return whether there was one."""
+        """Deliver the queued messages in this thread, or wait for the first; return whether there was one."""
         with self._came:
             if timeout_s > 0:
                 self._came.wait_for(lambda: self._items, timeout_s)
-            left = len(self._items)
-        any_came = left > 0
-        while left and (found := self._first()) is not None:
+            remaining = len(self._items)
+        any_came = remaining > 0
+        while remaining and (found := self._first()) is not None:
             source, item = found
             source.deliver(item)
-            left -= 1
+            remaining -= 1
         return any_came
 
     def _first(self) -> tuple[InboxSource, Any] | None:

@@ -1,6 +1,6 @@
-"""Nodes within a process: a message waits in the receiver's queue until that is polled. No time passes.
+"""Nodes within a process: a message waits in the receiver's queue until it is polled, without delay.
 
-Messages become CDR and messages again on their way: each node has its own, and a broken message is found.
+Messages are encoded to CDR and decoded again, so that nodes share no objects and invalid messages are found.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from cxbridge_ros2.node import AnswerLater, Client, Failed, Node, Publisher, Rec
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.topics import check_topic
 
+# the limit stops two nodes that answer each other forever; otherwise the clock would never advance
 MOST_ROUNDS: Final = 10_000
-"""Turns of all nodes at one moment: two that answer each other without an end must not stop the clock."""
 
 
 class _Reader(Struct, eq=False):
@@ -38,33 +38,28 @@ class _Server(Struct, eq=False):
 
 
 class LocalGraph:
-    """The nodes of a process that know each other.
-
-    :param definitions: the types that are known.
-    """
+    """The nodes of a process that reach each other."""
 
     def __init__(self, definitions: Definitions) -> None:
         self.codec = Codec(definitions)
         self.readers: dict[str, list[_Reader]] = {}
         self.servers: dict[str, _Server] = {}
+        # Last messages of latched topics, for late subscriptions.
         self.kept: dict[str, deque[tuple[TypeName, bytes]]] = {}
-        """The last messages of topics whose publishers keep messages for late subscriptions."""
         self.numbers = count(1)
         self._nodes: list[LocalNode] = []
 
     @property
     def nodes(self) -> tuple[str, ...]:
-        """The names of the nodes."""
         return tuple(node.name for node in self._nodes)
 
     def join(self, name: str, report: Report | None = None) -> LocalNode:
-        """Return a new node."""
         node = LocalNode(self, name, report)
         self._nodes.append(node)
         return node
 
     def leave(self, node: LocalNode) -> None:
-        """Forget a node, and all that it offers."""
+        """Remove a node with its subscriptions and services."""
         if node in self._nodes:
             self._nodes.remove(node)
         for readers in self.readers.values():
@@ -72,17 +67,15 @@ class LocalGraph:
         self.servers = {name: each for name, each in self.servers.items() if each.node is not node}
 
     def settle(self) -> bool:
-        """Let all nodes take messages until none are left; return whether none are left."""
+        """Poll all nodes until no messages are left; return whether none are left."""
         for _ in range(MOST_ROUNDS):
-            came = [node.poll() for node in list(self._nodes)]
-            if not any(came):
+            handled = [node.poll() for node in list(self._nodes)]
+            if not any(handled):
                 return True
         return False
 
 
 class LocalNode(Node):
-    """A node of a :class:`LocalGraph`."""
-
     def __init__(self, graph: LocalGraph, name: str, report: Report | None = None) -> None:
         super().__init__(report)
         self.name = name
@@ -90,9 +83,8 @@ class LocalNode(Node):
         self.queue: deque[Callable[[], None]] = deque()
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
-        """Return a publisher; see the base class."""
         kind = parse_type(message_type)
-        self.graph.codec.encode(kind, {})  # there is such a type
+        self.graph.codec.encode(kind, {})  # checks that the type exists
         return _LocalPublisher(self.graph, check_topic(topic), kind, qos)
 
     def _subscribe(
@@ -114,19 +106,18 @@ class LocalNode(Node):
         return end
 
     def take(self, topic: str, reader: _Reader, kind: TypeName, data: bytes) -> None:
-        """Keep a message for a subscription until this node is polled."""
+        """Queue a message for a subscription until this node is polled."""
         if kind != reader.kind:
             self.complain(f"type {topic}", f"{topic}: {kind} comes, {reader.kind} is wanted")
             return
 
         def deliver() -> None:
-            if reader in self.graph.readers[topic]:  # the subscription may have ended since
+            if reader in self.graph.readers[topic]:  # the subscription may have ended meanwhile
                 reader.receive(self.graph.codec.decode(kind, data))
 
         self.queue.append(deliver)
 
     def client(self, service: str, service_type: str) -> Client:
-        """Return a client of a service; see the base class."""
         kind = parse_type(service_type, "srv")
         self.graph.codec.encode(kind.derived("Request"), {})
         return _LocalClient(self, check_topic(service), kind)
@@ -143,15 +134,13 @@ class LocalNode(Node):
 
         return end
 
-    def poll(self, timeout_s: float = 0.0) -> bool:  # noqa: ARG002  nothing comes while this waits
-        """Hand out all that has come; see the base class."""
-        left = len(self.queue)
-        for _ in range(left):
+    def poll(self, timeout_s: float = 0.0) -> bool:  # noqa: ARG002 - a wait would receive nothing
+        remaining = len(self.queue)
+        for _ in range(remaining):
             self.queue.popleft()()
-        return left > 0
+        return remaining > 0
 
     def close(self) -> None:
-        """Leave the graph."""
         self.queue.clear()
         self.graph.leave(self)
 
@@ -162,7 +151,6 @@ class _LocalPublisher(Publisher):
         self._keep = qos.depth if qos.durability == "transient_local" else 0
 
     def publish(self, message: Mapping[str, Any]) -> None:
-        """Send a message."""
         data = self._graph.codec.encode(self._kind, message)
         if self._keep:
             kept = self._graph.kept.setdefault(self._topic, deque(maxlen=self._keep))
@@ -172,11 +160,9 @@ class _LocalPublisher(Publisher):
 
     @property
     def subscriptions(self) -> int:
-        """How many subscriptions there are now."""
         return len(self._graph.readers.get(self._topic, ()))
 
-    def close(self) -> None:
-        """Publish nothing more."""
+    def close(self) -> None: ...
 
 
 class _LocalClient(Client):
@@ -186,7 +172,7 @@ class _LocalClient(Client):
         self._numbers = count(1)
 
     def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:  # noqa: ARG002
-        """Send a request; without a server it is lost, as on the network."""
+        """Send a request; without a server it is lost, as on a network."""
         codec, kind = self._node.graph.codec, self._kind
         number = next(self._numbers)
         self._waiting[number] = done
@@ -200,8 +186,8 @@ class _LocalClient(Client):
         codec, kind = self._node.graph.codec, self._kind.derived("Response")
 
         def reply(response: Mapping[str, Any]) -> None:
-            made = codec.decode(kind, codec.encode(kind, response))
-            self._node.queue.append(partial(self._answered, number, made))
+            decoded = codec.decode(kind, codec.encode(kind, response))
+            self._node.queue.append(partial(self._answered, number, decoded))
 
         server.answer(request, reply)
 
@@ -211,15 +197,12 @@ class _LocalClient(Client):
             done(response)
 
     def forget(self, number: int) -> None:
-        """Wait for the response to a request no more."""
         self._waiting.pop(number, None)
 
     @property
     def servers(self) -> frozenset[int]:
-        """The number of the server, if there is one."""
         server = self._node.graph.servers.get(self._service)
         return frozenset() if server is None or server.kind != self._kind else frozenset({server.number})
 
     def close(self) -> None:
-        """Call nothing more."""
         self._waiting.clear()

@@ -1,4 +1,4 @@
-"""The words for nodes that do not fit together, whatever the transport."""
+"""Texts about mismatches of nodes, for all transports."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ _ACTION: Final = re.compile(r"/_action/\w+$")
 
 
 def whole_type(name: TypeName) -> str:
-    """Return the type that users know: that of the service or action for its parts."""
+    """Return the type that users know: the service or action instead of its parts."""
     return str(
         TypeName(name.package, name.kind, name.name if name.kind == "msg" else _PART.sub("", name.name))
     )
 
 
 def ros_type(dds_type: str) -> str:
-    """Return what users call a type by its name in DDS; other names stay."""
-    found = _DDS_TYPE.fullmatch(dds_type)
-    return dds_type if found is None else whole_type(TypeName(found[1], found[2], found[3]))
+    """Return the ROS name of a DDS type; other names stay unchanged."""
+    match = _DDS_TYPE.fullmatch(dds_type)
+    return dds_type if match is None else whole_type(TypeName(match[1], match[2], match[3]))
 
 
 def whole_name(name: str) -> str:
-    """Return the name that users know: that of the action for its topics and services."""
+    """Return the name that users know: the action instead of its topics and services."""
     return _ACTION.sub("", name)
 
 
 def misfit(name: str, peer: str, theirs: tuple[str, str], ours: tuple[TypeName, str]) -> str:
-    """Return how another node's type differs from ours; empty when it does not.
+    """Return the mismatch between another node's type and ours; empty if there is none.
 
-    :param name: of the topic, service or action.
-    :param peer: the kind of the other endpoint, e.g. ``publisher``.
-    :param theirs: its type as in DDS, and the hash of it; empty: unknown.
-    :param ours: our type, and its hash.
+    :param name: the topic, service or action.
+    :param peer: the kind of the other endpoint, such as ``publisher``.
+    :param theirs: its DDS type and hash; an empty hash is unknown.
+    :param ours: our type and hash.
     """
     (dds_type, their_hash), (kind, our_hash) = theirs, ours
     if dds_type != kind.dds:
@@ -54,15 +54,15 @@ def misfit(name: str, peer: str, theirs: tuple[str, str], ours: tuple[TypeName, 
 
 
 def why_unserved(name: str, kind: TypeName, served: Mapping[str, str], alone_in: str) -> str:
-    """Return why a service or an action has no server, as far as known; empty when unknown.
+    """Return why a service or an action has no server; empty if unknown.
 
     :param kind: the type of our client.
-    :param served: the services and actions of other nodes, each with its type as in DDS.
-    :param alone_in: the part of the network we are alone in; empty: we are not.
+    :param served: services and actions of other nodes with their DDS types.
+    :param alone_in: the part of the network without other nodes; empty if it has more nodes.
     """
     if alone_in:
         return f"there is no other node in {alone_in}"
-    found = served.get(name)
-    if found is not None:
-        return "" if ros_type(found) == whole_type(kind) else f"it is served as {ros_type(found)}"
+    served_type = served.get(name)
+    if served_type is not None:
+        return "" if ros_type(served_type) == whole_type(kind) else f"it is served as {ros_type(served_type)}"
     return did_you_mean(name, sorted(served))

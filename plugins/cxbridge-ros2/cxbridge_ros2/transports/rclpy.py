@@ -1,7 +1,7 @@
-"""ROS 2 by its own client library, where a ROS 2 environment is sourced: everything, with any RMW.
+"""ROS 2 by its own client library in a sourced ROS 2 environment, with any RMW.
 
-Messages go through CDR (:mod:`cxbridge_ros2.messages`), so that they are checked as everywhere: topics carry
-the bytes, and rclpy makes objects of the bytes for services.
+Messages go through CDR (:mod:`cxbridge_ros2.messages`) for the same checks as in other transports: topics
+carry the bytes, and rclpy makes objects from them for services.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.topics import check_topic
 from cxbridge_ros2.transports.environment import MOST_DDS_DOMAIN
 
+# Parts of an action's Python class (`Impl`), by the suffix of their types.
 _PARTS: Final = {
     "SendGoal": "SendGoalService",
     "GetResult": "GetResultService",
     "FeedbackMessage": "FeedbackMessage",
 }
-"""Where an action's Python class keeps its parts (``Impl``), by the ends of their types' names."""
 
 _BATCH: Final = 256
 _NO_MEMBER: Final = "structure_needs_at_least_one_member"
@@ -36,11 +36,10 @@ _NO_MEMBER: Final = "structure_needs_at_least_one_member"
 class RclpyNode(Node):
     """A node of rclpy.
 
-    :param name: the node's, e.g. ``cxbridge``.
-    :param definitions: the types that are known; they must be those of the sourced environment.
-    :param domain: the domain; that of ``ROS_DOMAIN_ID`` by default.
-    :param report: gets complaints about other nodes; see the base class.
-    :raises Ros2Error: when ROS cannot begin.
+    :param definitions: must equal the types of the sourced environment.
+    :param domain: by default ``ROS_DOMAIN_ID``.
+    :param report: see the base class.
+    :raises Ros2Error: if ROS cannot start.
     """
 
     def __init__(
@@ -56,7 +55,7 @@ class RclpyNode(Node):
         self._codec = Codec(definitions)
         self._rclpy = rclpy = _rclpy()
         if domain is not None and domain > MOST_DDS_DOMAIN and "zenoh" not in _rmw(rclpy):
-            # some RMWs end the process then
+            # some RMWs abort the process for an invalid domain
             raise Ros2Error(f"there is no domain {domain}: the last of {_rmw(rclpy)} is {MOST_DDS_DOMAIN}")
         self._context = rclpy.context.Context()
         try:
@@ -73,7 +72,7 @@ class RclpyNode(Node):
                 start_parameter_services=False,  # our class Parameters serves them
                 enable_rosout=False,
             )
-        except Exception as error:  # noqa: BLE001  rclpy's own have no common class
+        except Exception as error:  # noqa: BLE001 - rclpy's errors have no common base class
             hint = "are ROS_DOMAIN_ID and RMW_IMPLEMENTATION right, and is this RMW installed?"
             raise Ros2Error(f"rclpy cannot begin: {_one_line(error)}", hint=hint) from None
         self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
@@ -83,17 +82,17 @@ class RclpyNode(Node):
     # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
-        """Return a publisher; see the base class."""
         name = parse_type(message_type)
-        made = self._node.create_publisher(self._class(name), check_topic(topic), self._qos(qos))
+        rcl_publisher = self._node.create_publisher(self._class(name), check_topic(topic), self._qos(qos))
         return _Publisher(
-            made, lambda message: self._codec.encode(name, message), self._ending("publisher", made)
+            rcl_publisher,
+            lambda message: self._codec.encode(name, message),
+            self._ending("publisher", rcl_publisher),
         )
 
     def _subscribe(
         self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
-        """Call ``receive`` for each message of a topic; see the base class."""
         name = parse_type(message_type)
 
         def take(data: bytes) -> None:
@@ -102,16 +101,15 @@ class RclpyNode(Node):
             if message is not None:
                 receive(message)
 
-        made = self._node.create_subscription(
+        rcl_subscription = self._node.create_subscription(
             self._class(name), check_topic(topic), take, self._qos(qos), raw=True
         )
-        return self._ending("subscription", made)
+        return self._ending("subscription", rcl_subscription)
 
     def client(self, service: str, service_type: str) -> Client:
-        """Return a client of a service; see the base class."""
         name = parse_type(service_type, "srv")
         kind = self._service(name)
-        made = self._node.create_client(
+        rcl_client = self._node.create_client(
             kind, check_topic(service), qos_profile=self._qos(PROFILES["services_default"])
         )
         request, response = name.derived("Request"), name.derived("Response")
@@ -123,11 +121,10 @@ class RclpyNode(Node):
             self._came += 1
             return self._from_object(response, message)
 
-        end = self._ending("client", made)
-        return _Client(made, encode, decode, lambda: self._servers(made, service), end)
+        end = self._ending("client", rcl_client)
+        return _Client(rcl_client, encode, decode, lambda: self._servers(rcl_client, service), end)
 
     def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
-        """Answer the requests of a service when there is an answer; see the base class."""
         name = parse_type(service_type, "srv")
         kind = self._service(name)
         request, response = name.derived("Request"), name.derived("Response")
@@ -138,16 +135,15 @@ class RclpyNode(Node):
             answer(self._from_object(request, message), later.reply)
             return later
 
-        made = self._node.create_service(
+        rcl_service = self._node.create_service(
             kind, check_topic(service), take, qos_profile=self._qos(PROFILES["services_default"])
         )
-        # rclpy's own way to answer later, a coroutine, keeps its executor busy until the response
-        send = made.send_response
-        made.send_response = lambda later, header: later.send_with(lambda reply: send(reply, header))
-        return self._ending("service", made)
+        # rclpy answers later with a coroutine, which would keep its executor busy until the response
+        send = rcl_service.send_response
+        rcl_service.send_response = lambda later, header: later.send_with(lambda reply: send(reply, header))
+        return self._ending("service", rcl_service)
 
     def poll(self, timeout_s: float = 0.0) -> bool:
-        """Hand out all that has come; see the base class."""
         before = self._came
         self._executor.spin_once(timeout_sec=max(0.0, timeout_s))
         for _ in range(_BATCH):
@@ -158,7 +154,6 @@ class RclpyNode(Node):
         return self._came != before
 
     def close(self) -> None:
-        """Leave the graph."""
         if self._context.ok():
             self._executor.shutdown()
             self._node.destroy_node()
@@ -167,40 +162,42 @@ class RclpyNode(Node):
     # --- rclpy --------------------------------------------------------------------------------------------
 
     def _ending(self, entity: str, made: Any) -> Callable[[], None]:
-        """Return what ends something that this node has made; once."""
+        """Return the function that closes an entity of this node."""
         destroy = getattr(self._node, f"destroy_{entity}")
         return lambda: None if not self._context.ok() else destroy(made)
 
     def _servers(self, client: Any, service: str) -> frozenset[int]:
         if not self._context.ok() or not client.service_is_ready():
             return frozenset()
-        found = self._node.get_publishers_info_by_topic(f"rr{service}Reply", no_mangle=True)
-        # an RMW without DDS has no such topics: then all servers are one
-        return frozenset(int.from_bytes(bytes(each.endpoint_gid), "big") for each in found) or frozenset({0})
+        publishers = self._node.get_publishers_info_by_topic(f"rr{service}Reply", no_mangle=True)
+        # an RMW without DDS has no such topics; then all servers count as one
+        return frozenset(int.from_bytes(bytes(each.endpoint_gid), "big") for each in publishers) or frozenset(
+            {0}
+        )
 
     def _class(self, name: TypeName) -> Any:
         """Return the Python class of a message."""
-        self._definitions.fields(name)  # its errors say more
-        found = _member(name)
-        self._compare(name, found)
-        return found
+        self._definitions.fields(name)  # raises the better error
+        message_class = _member(name)
+        self._compare(name, message_class)
+        return message_class
 
     def _service(self, name: TypeName) -> Any:
         """Return the Python class of a service."""
-        self._definitions.fields(name.derived("Request"))  # its errors say more
-        found = _member(name)
-        self._compare(name.derived("Request"), found.Request)
-        self._compare(name.derived("Response"), found.Response)
-        return found
+        self._definitions.fields(name.derived("Request"))  # raises the better error
+        service_class = _member(name)
+        self._compare(name.derived("Request"), service_class.Request)
+        self._compare(name.derived("Response"), service_class.Response)
+        return service_class
 
     def _compare(self, name: TypeName, found: Any) -> None:
-        """Check that the sourced type equals our definition: CDR does not tell."""
+        """Check that the sourced type equals our definition, since CDR does not reveal a difference."""
         ours = [field for field, _ in self._definitions.fields(name) if field != _NO_MEMBER]
         theirs = list(found.get_fields_and_field_types())
         if ours != theirs:
             hint = "name no older package in 'packages'"
-            wanted = f"{', '.join(theirs) or 'nothing'}, not {', '.join(ours) or 'nothing'}"
-            raise Ros2Error(f"the sourced {name} has the fields {wanted}", hint=hint)
+            difference = f"{', '.join(theirs) or 'nothing'}, not {', '.join(ours) or 'nothing'}"
+            raise Ros2Error(f"the sourced {name} has the fields {difference}", hint=hint)
 
     def _to_object(self, kind: Any, name: TypeName, message: Mapping[str, Any]) -> Any:
         return self._rclpy.serialization.deserialize_message(self._codec.encode(name, message), kind)
@@ -218,7 +215,6 @@ class RclpyNode(Node):
 
 
 def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> RclpyNode:
-    """Make a node that joins a domain."""
     return RclpyNode(name, definitions, domain.number, report)
 
 
@@ -279,7 +275,7 @@ class _Client(Client):
 
 
 class _Response:
-    """A response to a request: goes out when it is known, and to whom."""
+    """A response that is sent as soon as both its content and its header are known."""
 
     def __init__(self, encode: Callable[[Mapping[str, Any]], Any]) -> None:
         self._encode = encode
@@ -300,7 +296,7 @@ class _Response:
 
 
 def _rclpy() -> Any:
-    """Return the package with all of its modules that are used here."""
+    """Return rclpy with all modules that are used here."""
     try:
         for module in ("context", "executors", "qos", "serialization", "signals", "utilities"):
             import_module(f"rclpy.{module}")
@@ -314,15 +310,11 @@ def _rclpy() -> Any:
 
 
 def _rmw(rclpy: Any) -> str:
-    """Return which RMW there is."""
     return str(rclpy.utilities.get_rmw_implementation_identifier())
 
 
 def _member(name: TypeName) -> Any:
-    """Return the Python class of a message or a service.
-
-    :raises Ros2Error: when it was not built for Python.
-    """
+    """Return the Python class of a message or a service."""
     action, _, part = name.name.rpartition("_")
     try:
         module = import_module(f"{name.package}.{name.kind}")

@@ -197,8 +197,8 @@ PARTS = st.one_of(
 @given(st.one_of(st.text(), st.lists(PARTS, max_size=15).map("/".join)))
 def test_no_token_of_a_stranger_raises(token: str):
     graph = RosGraph()
-    graph.come(token)
-    graph.go(token)
+    graph.add(token)
+    graph.remove(token)
     found = endpoint_of(token)
     assert found is None or endpoint_of(found.token) == found
 
@@ -211,14 +211,14 @@ def test_no_attachment_of_a_stranger_raises(data: bytes):
 
 def test_a_graph_knows_who_is_there():
     graph, (token, (endpoint, _)) = RosGraph(), next(iter(TOKENS.items()))
-    graph.come(token)
-    graph.come(token)
+    graph.add(token)
+    graph.add(token)
     (first,) = graph.at("MS", endpoint.place)
     assert not graph.at("MP", endpoint.place)
-    graph.go(token)
-    graph.go(token)
+    graph.remove(token)
+    graph.remove(token)
     assert not graph.at("MS", endpoint.place)
-    graph.come(token)
+    graph.add(token)
     assert graph.at("MS", endpoint.place) != {first}  # it may be another one by now
 
 

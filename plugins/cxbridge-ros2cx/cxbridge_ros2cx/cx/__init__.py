@@ -1,1 +1,1 @@
-"""Today's CLIPS Executive for ROS 2 (carologistics/clips_executive): its node, its plug-ins, its agents."""
+"""Today's CLIPS Executive for ROS 2 (carologistics/clips_executive): its node, plug-ins and agents."""

@@ -1,4 +1,4 @@
-"""The files that a package installs into its share folder, from its CMakeLists.txt: for source trees."""
+"""The installed files of a package in a source tree, from its CMakeLists.txt."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ _ENDS: Final = frozenset(
 class Installed(Struct, frozen=True):
     """A file or folder that a package installs.
 
-    :param source: the file or folder.
-    :param target: where it goes, relative to the prefix.
+    :param target: the destination, relative to the prefix.
     """
 
     source: Path
@@ -41,7 +40,7 @@ class Command(Struct, frozen=True):
 
 
 def read_commands(file: Path) -> list[Command]:
-    """Return the commands of a CMakeLists.txt, with the values of variables; none when there is no file."""
+    """Return the commands of a CMakeLists.txt with expanded variables; empty without a file."""
     try:
         text = _COMMENT.sub("", file.read_text("utf-8", "replace"))
     except OSError:
@@ -61,7 +60,7 @@ def read_commands(file: Path) -> list[Command]:
 
 
 def installed(commands: list[Command], folder: Path) -> Iterator[Installed]:
-    """Yield the files and folders that the ``install`` commands of a package's folder name."""
+    """Yield the files and folders of a package's ``install`` commands."""
     for command in commands:
         words = command.words
         if command.name != "install" or not words or words[0] not in _KINDS or "DESTINATION" not in words:

@@ -1,4 +1,4 @@
-"""The log file of an environment, in the layout of the original: ``[DATE TIME] [ENV] [LEVEL] TEXT``."""
+"""The log file of an environment in the original's layout: ``[DATE TIME] [ENV] [LEVEL] TEXT``."""
 
 from __future__ import annotations
 
@@ -14,15 +14,14 @@ from cxbridge.executive.host.loggers import ClipsLogger
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_LEVEL: Final = "info"
-"""The level of each line: the original's file log has no other."""
+_LEVEL: Final = "info"  # original's file log has the same level in each line
 
 
 class EnvironmentLog:
     """Writes the lines of an environment into a file.
 
-    :param clock: stamps the lines; in UTC when the clock is virtual.
-    :raises TraceError: when the file cannot be written.
+    :param clock: the clock for time stamps; a virtual clock gives UTC.
+    :raises TraceError: if the file is not writable.
     """
 
     def __init__(self, folder: Path, name: str, clock: Clock) -> None:
@@ -36,7 +35,7 @@ class EnvironmentLog:
             raise TraceError(f"cannot write the log: {error.strerror}", file=file) from error
 
     def write(self, _level: Level, line: str) -> None:
-        """Write a line."""
+        # the formatted stamp is kept for a second: formatting each line is slow
         second, rest = divmod(self._clock.now_us(), MICROSECONDS)
         if second != self._second:
             parts = time.gmtime(second) if self._clock.is_virtual else time.localtime(second)
@@ -44,18 +43,16 @@ class EnvironmentLog:
         self._file.write(f"[{self._stamp}.{rest // 1000:03}] [{self._name}] [{_LEVEL}] {line}\n")
 
     def flush(self) -> None:
-        """Write buffered lines."""
         self._file.flush()
 
     def close(self) -> None:
-        """Close the file."""
         self._file.close()
 
 
 class EnvironmentLogs:
-    """The log files of the environments of a node.
+    """The log files of a node's environments.
 
-    :param folder: the folder for the files; None: no environment has one.
+    :param folder: the folder for the files; None for no files.
     """
 
     def __init__(self, folder: Path | None) -> None:
@@ -63,9 +60,9 @@ class EnvironmentLogs:
         self._logs: list[EnvironmentLog] = []
 
     def begin(self, env: ClipsEnvironment) -> None:
-        """Write the lines of an environment into its file.
+        """Open the log file of an environment and connect it.
 
-        :raises TraceError: when the file cannot be written.
+        :raises TraceError: if the file is not writable.
         """
         if self._folder is None:
             return
@@ -74,6 +71,5 @@ class EnvironmentLogs:
         env.loggers.add(ClipsLogger("file", log.write, component=env.name))
 
     def close(self) -> None:
-        """Close the files."""
         while self._logs:
             self._logs.pop().close()

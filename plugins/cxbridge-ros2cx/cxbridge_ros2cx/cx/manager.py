@@ -1,4 +1,4 @@
-"""The environments and plug-ins of a node, made, loaded, unloaded and destroyed in the original's order."""
+"""Life of the environments and plug-ins of a node, in the original's order."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 
 class CxManager(EnvironmentManager):
-    """The environments of a node, and its plug-ins.
+    """The environments and plug-ins of a node.
 
-    :param context: shared by the plug-ins.
+    :param context: the context for all plug-ins.
     :param logs: the log files of the environments.
     """
 
@@ -38,20 +38,19 @@ class CxManager(EnvironmentManager):
         self.log = context.bus.logger(context.parameters.name.rpartition("/")[2])
         self.plugin_log = context.bus.logger("CLIPSPluginManager")
         self._logs = logs
-        self.plugins: dict[str, CxPlugin] = {}
-        """The plug-ins that were made, by name."""
+        self.plugins: dict[str, CxPlugin] = {}  # created plug-ins by name
         self.takers: tuple[CxPlugin, ...] = ()
+        # Plug-ins that receive messages, and plug-ins with work in loops.
         self.tickers: tuple[CxPlugin, ...] = ()
-        """The plug-ins that take messages, and those that have work in loops."""
         self._loaded: dict[str, list[str]] = {}
         self._reported: set[str] = set()
+        # Whether a failed plug-in is an error; otherwise the environment runs without that plug-in.
         self.is_strict = False
-        """Whether a plug-in that cannot be made is an error; else the environment goes without."""
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
-        """Create an environment, without its plug-ins.
+        """Create an environment without its plug-ins.
 
-        :raises CxbridgeError: when there is one of that name, or a parameter of the environment is wrong.
+        :raises CxbridgeError: if the name is taken or a parameter of the environment is invalid.
         """
         if name in self._entries:
             raise ClipsError(f"Enviroment {name} already exists!")
@@ -76,10 +75,6 @@ class CxManager(EnvironmentManager):
         return env
 
     def stock(self, name: str) -> StockEnvironment:
-        """Return an environment.
-
-        :raises ClipsError: when there is none of that name.
-        """
         entry = self._entries.get(name)
         if entry is None:
             raise ClipsError(f"there is no CLIPS environment '{name}'")
@@ -87,18 +82,18 @@ class CxManager(EnvironmentManager):
         return entry.environment
 
     def load_plugins(self, name: str) -> None:
-        """Load the plug-ins that the parameters name for an environment, in their order.
+        """Load the plug-ins of an environment in the order of the parameters.
 
-        :raises CxbridgeError: when a plug-in is unknown, or its parameters are wrong.
+        :raises CxbridgeError: if a plug-in is unknown or its parameters are invalid.
         """
         self.plugin_log.info(f"Loading plugins for {name}.")
         for plugin in self.context.parameters.get_strings(f"{name}.plugins"):
             self.request(name, plugin)
 
     def request(self, name: str, feature_name: str) -> Value:
-        """Load a plug-in into an environment; FALSE when the plug-in does not work there.
+        """Load a plug-in into an environment; return FALSE if that fails.
 
-        :raises CxbridgeError: when the manager is strict, and the plug-in or its parameters are wrong.
+        :raises CxbridgeError: if a strict manager finds a wrong plug-in or parameter.
         """
         env = self._entries[name].environment
         try:
@@ -112,15 +107,15 @@ class CxManager(EnvironmentManager):
         with env.lock:
             if feature_name in self._loaded[name]:  # as in the original: it defines all again
                 env.udfs.revoke(self._entries[name].functions[feature_name], "")
-            before = env.udfs.names
+            previous_names = env.udfs.names
             if not self.attempt(plugin, partial(plugin.init_context, env)):
                 return FALSE
-            self._entries[name].functions[feature_name] = env.udfs.names - before
+            self._entries[name].functions[feature_name] = env.udfs.names - previous_names
         self._loaded[name].append(feature_name)
         return TRUE
 
     def attempt(self, plugin: CxPlugin, work: Callable[[], None]) -> bool:
-        """Let a plug-in do its work; return whether it could. The first of equal errors is reported."""
+        """Run a plug-in's work; return whether it succeeded. Of equal errors, only the first is logged."""
         try:
             work()
         except Exception as error:  # noqa: BLE001 - a plug-in of another package may raise anything
@@ -132,7 +127,7 @@ class CxManager(EnvironmentManager):
         return True
 
     def _plugin(self, name: str) -> CxPlugin:
-        """Return a plug-in, made at the first request."""
+        """Return a plug-in, created at the first request."""
         if name not in self.plugins:
             class_name = find_class(name, self.context.parameters)
             plugin = load_class(name, class_name, self.context)(name, self.context)
@@ -143,18 +138,18 @@ class CxManager(EnvironmentManager):
         return self.plugins[name]
 
     def _sort(self) -> None:
-        made = self.plugins.values()
-        self.takers = tuple(each for each in made if type(each).take is not CxPlugin.take)
-        self.tickers = tuple(each for each in made if type(each).tick is not CxPlugin.tick)
+        plugins = self.plugins.values()
+        self.takers = tuple(each for each in plugins if type(each).take is not CxPlugin.take)
+        self.tickers = tuple(each for each in plugins if type(each).tick is not CxPlugin.tick)
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
-        """Return the plug-ins of an environment, in the order in which they were loaded."""
+        """Return the plug-ins of an environment in loading order."""
         return tuple(self._loaded[name])
 
     def destroy_context(self, name: str, feature_name: str) -> None:
         """Unload a plug-in from an environment.
 
-        :raises ClipsError: when the environment does not have the plug-in.
+        :raises ClipsError: if the environment lacks the plug-in.
         """
         env = self.stock(name)
         if feature_name not in self._loaded[name]:
@@ -169,9 +164,9 @@ class CxManager(EnvironmentManager):
         plugin = self.plugins[name]
         self.attempt(plugin, partial(plugin.context_destroyed, env))
         self._loaded[env.name].remove(name)
-        gone = f"the plug-in '{name}' was unloaded from the environment '{env.name}'"
+        reason = f"the plug-in '{name}' was unloaded from the environment '{env.name}'"
         if name not in self._loaded[env.name]:
-            env.udfs.revoke(self._entries[env.name].functions.pop(name, ()), gone)
+            env.udfs.revoke(self._entries[env.name].functions.pop(name, ()), reason)
 
     def unload_plugins(self, name: str) -> None:
         """Unload all plug-ins of an environment, the last one first."""
@@ -181,7 +176,7 @@ class CxManager(EnvironmentManager):
                 self._unload(env, plugin)
 
     def finalize_plugins(self) -> None:
-        """End all plug-ins; no environment has them any more."""
+        """Finalize all plug-ins after their environments have unloaded them."""
         for name in reversed(list(self.plugins)):
             plugin = self.plugins.pop(name)
             self._sort()
@@ -189,10 +184,7 @@ class CxManager(EnvironmentManager):
             self.plugin_log.info(f"[{name}] Deactivated!")
 
     def destroy(self, name: str) -> None:
-        """Unload the plug-ins of an environment, and destroy the environment.
-
-        :raises ClipsError: when there is none of that name.
-        """
+        """Unload the plug-ins of an environment, then destroy the environment."""
         if name not in self._entries:
             raise ClipsError(f"there is no CLIPS environment '{name}'")
         env = self._entries[name].environment
@@ -201,7 +193,7 @@ class CxManager(EnvironmentManager):
         env.destroy()
 
     def close(self) -> None:
-        """Destroy all environments, and end all plug-ins."""
+        """Destroy all environments and finalize all plug-ins."""
         super().close()
         self.finalize_plugins()
         self.context.ros.close()
@@ -209,9 +201,9 @@ class CxManager(EnvironmentManager):
 
 
 def environment_names(context: NodeContext) -> tuple[str, ...]:
-    """Return the names of the environments that the parameters ask for.
+    """Return the environment names in the parameters.
 
-    :raises ConfigError: when there is none, or one of them twice, with file and line.
+    :raises ConfigError: if the list is missing, is empty or repeats a name.
     """
     parameters = context.parameters
     names = parameters.get_strings(ENVIRONMENTS)

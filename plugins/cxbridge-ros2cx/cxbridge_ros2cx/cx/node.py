@@ -1,4 +1,4 @@
-"""The node ``clips_manager`` as the executive of a run: its environments, their activation, ticks, end."""
+"""The node ``clips_manager`` as the executive of a run: activation, ticks and end of its environments."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.node_services import NodeServices
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
+# Transitions of a managed node.
 CONFIGURE, ACTIVATE, DEACTIVATE, SHUTDOWN = "configure", "activate", "deactivate", "shutdown"
-"""Transitions of a managed node."""
 
 
 class CxNode(Executive):
-    """The node. Each environment runs at its activation and its end, and when an executive plug-in ticks.
+    """The node. Each environment runs at activation, at the end, and at each tick of an executive plug-in.
 
-    :param manager: creates the environments, and has the plug-ins.
+    :param manager: the owner of environments and plug-ins.
     """
 
     knows_goals: ClassVar[bool] = False
@@ -51,16 +51,12 @@ class CxNode(Executive):
 
     @property
     def first_error(self) -> str:
-        """The first error in the log; empty: none."""
         return self._first_error
 
     def init(self) -> None:
-        """Activate the node, and let peers reach it.
+        """Activate the node and offer its services to peers.
 
-        A node whose parameters have ``autostart_node: false`` waits until a peer activates the node; without
-        peers the node does not wait.
-
-        :raises CxbridgeError: when parameters are wrong.
+        With ``autostart_node: false`` the node waits for a peer to activate it, unless it has no peers.
         """
         context = self.node.context
         starts = context.parameters.get("autostart_node", default=True)
@@ -76,7 +72,7 @@ class CxNode(Executive):
             self._services = NodeServices(self.node, work, state)
 
     def activate(self) -> bool:
-        """Load the plug-ins of each environment; then reset and run each environment."""
+        """Load the plug-ins of each environment, then reset and run each environment."""
         self.node.log.info(f"Activating [{self._title}]...")
         if self._was_active:  # plug-ins define their functions again
             for each in self.names:
@@ -100,7 +96,7 @@ class CxNode(Executive):
         return True
 
     def load_core(self) -> None:
-        """Load the plug-ins of all environments into the first, for commands that look at agents."""
+        """Load the plug-ins of all environments into the first one, for commands that inspect agents."""
         loaded: set[str] = set()
         for name in self.names:
             for plugin in self.node.context.parameters.get_strings(f"{name}.plugins"):
@@ -109,14 +105,14 @@ class CxNode(Executive):
                     self.node.request(self.names[0], plugin)
 
     def _run_environment(self, env: StockEnvironment) -> int:
-        """Run the rules of an environment to the end of its agenda; its lock must be held."""
+        """Run an environment's rules until its agenda is empty; the caller holds its lock."""
         env.refresh_agenda()
         fired = self._run() if env is self.env else env.run()
         self._fired += fired
         return fired
 
     def loop(self) -> int:
-        """Run plug-ins that are due; return how many rules fired: none while the debugger is stopped."""
+        """Run due plug-ins and return the number of fired rules: 0 while the debugger has stopped."""
         if self.control is not None and self.control.within_loop:
             return self.control.run()
         self._take()
@@ -129,33 +125,33 @@ class CxNode(Executive):
         return fired
 
     def _take(self) -> None:
-        """Take messages of other nodes."""
+        """Receive messages of other nodes."""
         self.node.context.ros.spin()
         for plugin in self.node.takers:
             self.node.attempt(plugin, plugin.take)
 
     @property
     def is_over(self) -> bool:
-        """Whether an agent has asked for the end."""
+        """Whether an agent has requested the end."""
         return any(env.quit_requested for env in self.node.environments.values())
 
     @property
     def maintained(self) -> list[str]:
-        """No goals."""
+        """Always empty: this executive has no goals."""
         return []
 
     @property
     def initialized(self) -> bool:
-        """Whether the node is active."""
         return self._is_active
 
     def follow_transitions(self) -> None:
-        """Follow nothing: agents have their own templates."""
+        """Do nothing: agents have their own templates."""
 
     def deactivate(self) -> bool:
-        """Run the rules for the shutdown, and unload the plug-ins; environments stay."""
+        """Run the shutdown rules and unload the plug-ins; environments stay."""
         self.node.log.info(f"Deactivating [{self._title}]...")
         self._is_active = False
+        # environments of the parameters first, in their order; then those created at run time
         names = sorted(self.node.environments, key=lambda name: (*self.names, name).index(name))
         for env in map(self.node.stock, names):
             with env.lock:

@@ -1,7 +1,7 @@
-"""The ROS packages that an agent finds: those of a checkout or workspace, then those of a sourced ROS.
+"""The ROS packages for an agent: those of a checkout or workspace, then those of a sourced ROS.
 
-A workspace that was built has an index of ament below each prefix. Packages of source trees have none: their
-CMakeLists.txt lists the installed files, and :class:`SourceTree` links them into a separate folder.
+A built workspace has an ament index below each prefix. Source trees have none: CMakeLists.txt lists the
+installed files, and :class:`SourceTree` links them into a separate folder.
 """
 
 from __future__ import annotations
@@ -24,40 +24,37 @@ _PACKAGES: Final = "packages"
 _PLUGIN_RESOURCE: Final = "cx_plugin__pluginlib__plugin"
 _LINKED: Final = "cx_generate_linked_protobuf_plugin_from_proto"
 _NAME: Final = re.compile(r"<name>\s*([\w-]+)\s*</name>")
+# folders that Python packages usually install
 _PLAIN: Final = ("clips", "config", "launch", "params", "pddl", "proto", "msg", "srv", "action", "resource")
-"""The folders that packages of Python are taken to install."""
 _NOT_SEARCHED: Final = frozenset({"build", "install", "log", "node_modules"})
 _IGNORED: Final = ("COLCON_IGNORE", "AMENT_IGNORE")
 
 
 class Prefix(Protocol):
-    """A place with installed packages."""
+    """A folder with installed packages."""
 
     @property
-    def path(self) -> Path:
-        """The folder."""
+    def path(self) -> Path: ...
 
     def resources(self, kind: str) -> Mapping[str, str]:
-        """Return the contents of the resources of a kind, by name; ``packages`` is the kind of packages."""
+        """Return the resources of a kind by name; the kind ``packages`` lists the packages."""
 
-    def share(self, package: str) -> Path:
-        """Return the share folder of a package."""
+    def share(self, package: str) -> Path: ...
 
     def file(self, package: str, name: str) -> Path:
-        """Return where a file of a package is, e.g. a definition."""
+        """Return the path of a package's file, e.g. of a definition."""
 
     def linked_protos(self, class_name: str) -> list[Path]:
-        """Return the .proto files of a plug-in of protobuf with its own types; none: there is no such."""
+        """Return the .proto files of a protobuf plug-in with its own types; empty if unknown."""
 
 
 class InstalledPrefix:
-    """A prefix with an index of ament."""
+    """A prefix with an ament index."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     def resources(self, kind: str) -> Mapping[str, str]:
-        """Return the contents of the resources of a kind, by name."""
         found = {}
         with suppress(OSError):
             for file in sorted((self.path / _INDEX / kind).iterdir()):
@@ -65,15 +62,13 @@ class InstalledPrefix:
         return found
 
     def share(self, package: str) -> Path:
-        """Return the share folder of a package."""
         return self.path / "share" / package
 
     def file(self, package: str, name: str) -> Path:
-        """Return where a file of a package is."""
         return self.share(package) / name
 
     def linked_protos(self, class_name: str) -> list[Path]:
-        """Return the .proto files of the package that has a class in its description of plug-ins."""
+        """Return the .proto files of the package whose plug-in description contains a class."""
         for package, description in self.resources(_PLUGIN_RESOURCE).items():
             share = self.share(package)
             files = (self.path / line for line in description.split())
@@ -83,9 +78,9 @@ class InstalledPrefix:
 
 
 class SourceTree:
-    """The packages of a source tree, installed as symbolic links when an agent asks for their files.
+    """The packages of a source tree, linked into a prefix when an agent asks for their files.
 
-    :param root: the folder that the packages are in.
+    :param root: the folder with the packages.
     """
 
     def __init__(self, root: Path) -> None:
@@ -94,7 +89,7 @@ class SourceTree:
 
     @cached_property
     def path(self) -> Path:
-        """The prefix: the same folder in each run, or a folder of this run where no cache can be written."""
+        """The prefix: a cache folder per tree, or a temporary folder without a writable cache."""
         base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
         name = hashlib.sha256(str(self.root).encode("utf-8", "surrogateescape")).hexdigest()[:12]
         path = Path(base).expanduser() / "cxbridge" / "ros2cx" / name
@@ -105,7 +100,6 @@ class SourceTree:
 
     @cached_property
     def packages(self) -> dict[str, Path]:
-        """The folders of the packages, by name."""
         return dict(sorted(_find_packages(self.root)))
 
     @cached_property
@@ -113,7 +107,6 @@ class SourceTree:
         return {name: read_commands(folder / "CMakeLists.txt") for name, folder in self.packages.items()}
 
     def resources(self, kind: str) -> Mapping[str, str]:
-        """Return the contents of the resources of a kind, by name."""
         if kind == _PACKAGES:
             return dict.fromkeys(self.packages, "")
         found = {}
@@ -127,26 +120,25 @@ class SourceTree:
         return found
 
     def share(self, package: str) -> Path:
-        """Return the share folder of a package, with links to the files that the package installs."""
+        """Return the share folder of a package, with links to its installed files."""
         share = self.path / "share" / package
         if package in self.packages and package not in self._linked:
             self._linked.add(package)
             folder = self.packages[package]
             _link(folder / "package.xml", share / "package.xml")
-            for each in installed(self._commands[package], folder):
-                if each.target.startswith("share/"):
-                    _link(each.source, self.path / each.target)
+            for entry in installed(self._commands[package], folder):
+                if entry.target.startswith("share/"):
+                    _link(entry.source, self.path / entry.target)
             if (folder / "setup.py").is_file():
                 for name in _PLAIN:
                     _link(folder / name, share / name)
         return share
 
     def file(self, package: str, name: str) -> Path:
-        """Return where a file of a package is."""
         return self.packages.get(package, self.root) / name
 
     def linked_protos(self, class_name: str) -> list[Path]:
-        """Return the .proto files that a package's CMakeLists.txt makes a plug-in of."""
+        """Return the .proto files of the plug-in that a package's CMakeLists.txt declares."""
         name = class_name.removeprefix("cx::")
         return [
             self.packages[package] / file
@@ -158,10 +150,7 @@ class SourceTree:
 
 
 class Packages:
-    """The packages of several prefixes; those of the first prefixes hide equal ones of later prefixes.
-
-    :param prefixes: the prefixes.
-    """
+    """The packages of several prefixes; a package in an earlier prefix hides equal ones in later prefixes."""
 
     def __init__(self, prefixes: Iterable[Prefix]) -> None:
         self.prefixes = tuple(prefixes)
@@ -180,33 +169,31 @@ class Packages:
     def resources(self, kind: str) -> dict[str, tuple[str, Prefix]]:
         """Return contents and prefixes of the resources of a kind, sorted by name."""
         found: dict[str, tuple[str, Prefix]] = {}
+        # reversed: the first prefix is applied last and hides equal names
         for prefix in reversed(self.prefixes):
             found.update({name: (text, prefix) for name, text in prefix.resources(kind).items()})
         return dict(sorted(found.items()))
 
     @cached_property
     def prefix_of(self) -> dict[str, Prefix]:
-        """The prefixes of all packages, sorted by package."""
         return {name: prefix for name, (_, prefix) in self.resources(_PACKAGES).items()}
 
     def share(self, package: str) -> Path | None:
-        """Return the share folder of a package; None when there is no such package."""
+        """Return the share folder of a package; None if the package does not exist."""
         prefix = self.prefix_of.get(package)
         return None if prefix is None else prefix.share(package)
 
     def linked_protos(self, class_name: str) -> list[Path]:
-        """Return the .proto files of a plug-in of protobuf with its own types; none: there is no such."""
         found = (prefix.linked_protos(class_name) for prefix in self.prefixes)
         return next(filter(None, found), [])
 
     def has_file(self, package: str, name: str) -> bool:
-        """Return whether a package exists and has a file."""
         prefix = self.prefix_of.get(package)
         return prefix is not None and prefix.file(package, name).is_file()
 
     @property
     def folders(self) -> list[Path]:
-        """The folders in which packages have definitions of messages, hiding folders first."""
+        """The folders with message definitions; earlier folders hide later ones."""
         trees = (prefix.root if isinstance(prefix, SourceTree) else prefix.path for prefix in self.prefixes)
         return [folder for folder in trees if folder.is_dir()]
 
@@ -238,13 +225,13 @@ def _find_packages(root: Path) -> Iterator[tuple[str, Path]]:
 
 
 def _installed_prefixes(folder: Path) -> list[Path]:
-    """Return the prefixes of a workspace or an installation; none when it was never built."""
+    """Return the prefixes of a workspace or an installation; empty without a build."""
     candidates = (folder, folder / "install", *sorted((folder / "install").glob("*")))
     return [path for path in candidates if (path / _INDEX).is_dir()]
 
 
 def _link(source: Path, target: Path) -> None:
-    """Make a symbolic link to a file, or links to the files in a folder: several folders may go to one."""
+    """Link a file, or each file of a folder, since several folders may be installed into one."""
     if source.is_dir():
         for item in source.iterdir():
             _link(item, target / item.name)
@@ -259,5 +246,4 @@ def _link(source: Path, target: Path) -> None:
 
 
 def package_folder(file: Path) -> Path | None:
-    """Return the folder of the package that a file is in; None when the file is in no package."""
     return next((each for each in file.resolve().parents if (each / "package.xml").is_file()), None)

@@ -1,7 +1,7 @@
-"""The parameters of the node ``clips_manager``, from a parameter file of ROS 2, each with its place.
+"""The parameters of the node ``clips_manager`` from a ROS 2 parameter file, each with its position.
 
-A parameter file has ``NODE: ros__parameters: ...``; ``/**`` stands for each node. Maps below are parts of a
-parameter's name: ``files: {load: [...]}`` is the parameter ``files.load``.
+A parameter file has ``NODE: ros__parameters: ...``; the name ``/**`` matches each node. Nested maps are parts
+of a parameter's name: ``files: {load: [...]}`` is the parameter ``files.load``.
 """
 
 from __future__ import annotations
@@ -18,10 +18,8 @@ from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlSca
 from cxbridge.errors import ConfigError
 
 NODE: Final = "clips_manager"
-"""The name of the node."""
 
-ENVIRONMENTS: Final = "environments"
-"""The parameter with the names of the environments."""
+ENVIRONMENTS: Final = "environments"  # parameter with the names of the environments
 
 _SECTION: Final = "ros__parameters"
 _TRUE: Final = frozenset({"y", "yes", "true", "on"})
@@ -29,8 +27,7 @@ _FALSE: Final = frozenset({"n", "no", "false", "off"})
 _INTEGER: Final = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|\d+)\Z")
 _FLOAT: Final = re.compile(r"[+-]?((\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?|\.(inf|Inf|INF))\Z|\.(nan|NaN|NAN)\Z")
 
-Scalar = bool | int | float | str
-"""The value of a parameter, or an element of its list."""
+Scalar = bool | int | float | str  # value of a parameter, or an element of its list
 
 _NAMES: Final[dict[type, str]] = {bool: "a bool", int: "an integer", float: "a double", str: "a string"}
 
@@ -48,11 +45,10 @@ class Parameter(Struct, frozen=True):
 
 
 class NodeParameters:
-    """The parameters of the node in a file.
+    """The parameters of a node in a file.
 
-    :param file: the file.
-    :param parameters: the parameters by their names.
-    :param name: the whole name of the node.
+    :param parameters: the parameters by name.
+    :param name: the full name of the node.
     """
 
     def __init__(self, file: Path, parameters: Mapping[str, Parameter], name: str = f"/{NODE}") -> None:
@@ -61,11 +57,10 @@ class NodeParameters:
         self._parameters = dict(parameters)
 
     @classmethod
-    def load(cls, file: Path, of: str = "") -> NodeParameters:
-        """Read the parameters that a file has for a node.
+    def load(cls, file: Path, node_name: str = "") -> NodeParameters:
+        """Read a node's parameters from a file.
 
-        :param of: the whole name of another node than ``clips_manager``.
-        :raises ConfigError: when the file is missing or wrong, with file and line.
+        :param node_name: the full name of a node other than ``clips_manager``.
         """
         try:
             data = file.read_bytes()
@@ -73,63 +68,64 @@ class NodeParameters:
             raise ConfigError(f"cannot read the parameters: {error.strerror}", file=file) from None
         sections = [section for root in parse_documents(data, str(file)) for section in _sections(root, "")]
         named = [name for name, _ in sections if "*" not in name]
-        name = of or f"/{NODE}"
-        if not of and not any(
+        name = node_name or f"/{NODE}"
+        if not node_name and not any(
             _matches(pattern, name) and _names_environments(node) for pattern, node in sections
         ):
             name = next((each for each in named if _has_environments(sections, each)), name)
-        found: dict[str, Parameter] = {}
+        parameters: dict[str, Parameter] = {}
         for pattern, node in sections:
             if _matches(pattern, name):
-                found.update(_flat(node, ""))
-        return cls(file, found, name)
+                parameters.update(_flat(node, ""))
+        return cls(file, parameters, name)
 
     def __iter__(self) -> Iterator[tuple[str, Parameter]]:
-        """Yield the parameters with their names, in the order of the file."""
+        """Yield names and parameters in the order of the file."""
         yield from self._parameters.items()
 
     def set_default(self, name: str, value: Scalar) -> None:
-        """Set a parameter that the file does not have."""
+        """Set a parameter unless the file has it."""
         self._parameters.setdefault(name, Parameter(value, Mark(str(self.file))))
 
     def find(self, name: str) -> Parameter | None:
-        """Return a parameter; None when the file does not have the parameter."""
         return self._parameters.get(name)
 
     def get(self, name: str, default: T) -> T:
-        """Return the value of a parameter, which has the type of its default.
+        """Return a parameter's value, which has the type of the default.
 
-        :raises ConfigError: when the parameter has another type, with file and line.
+        :raises ConfigError: if the parameter has another type.
         """
-        found = self._parameters.get(name)
-        if found is None:
+        parameter = self._parameters.get(name)
+        if parameter is None:
             return default
         kind = type(default)
-        if type(found.value) is not kind:
-            raise self.wrong(name, f"must be {_NAMES[kind]}, not {_shown(found.value)}")
-        return found.value
+        if type(parameter.value) is not kind:
+            raise self.wrong(name, f"must be {_NAMES[kind]}, not {_shown(parameter.value)}")
+        return parameter.value
 
     def get_strings(self, name: str) -> tuple[str, ...]:
-        """Return the strings of a list; none when the file does not have the parameter.
+        """Return the strings of a list; empty if the parameter is missing.
 
-        :raises ConfigError: when the parameter is not a list of strings, with file and line.
+        :raises ConfigError: if the parameter is not a list of strings.
         """
-        found = self._parameters.get(name)
-        if found is None:
+        parameter = self._parameters.get(name)
+        if parameter is None:
             return ()
-        if not isinstance(found.value, tuple) or not all(isinstance(each, str) for each in found.value):
-            raise self.wrong(name, f"must be a list of strings, not {_shown(found.value)}")
-        return tuple(str(each) for each in found.value)
+        if not isinstance(parameter.value, tuple) or not all(
+            isinstance(each, str) for each in parameter.value
+        ):
+            raise self.wrong(name, f"must be a list of strings, not {_shown(parameter.value)}")
+        return tuple(str(each) for each in parameter.value)
 
     def wrong(self, name: str, fault: str, hint: str | None = None) -> ConfigError:
-        """Return an error about a parameter, with its place."""
-        found = self._parameters.get(name)
-        mark = Mark(str(self.file)) if found is None else found.place
+        """Return an error about a parameter, with its position."""
+        parameter = self._parameters.get(name)
+        mark = Mark(str(self.file)) if parameter is None else parameter.place
         return mark.error(f"the parameter '{name}' {fault}", hint)
 
 
 def _sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:
-    """Yield the name of a node, or a pattern for names, and its parameters."""
+    """Yield each node name or name pattern with its parameters."""
     if not isinstance(node, YamlMap):
         return
     for key, value in node.pairs:
@@ -144,12 +140,13 @@ def _sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:
 
 
 def _matches(pattern: str, name: str) -> bool:
-    """Return whether a pattern stands for a node: ``*`` for one part of its name, ``**`` for any."""
+    """Return whether a pattern matches a node: ``*`` matches one part of its name, ``**`` any parts."""
     if "**" in pattern:
         return fnmatch.fnmatchcase(name, pattern.replace("**", "*"))
     parts = pattern.split("/")
     return len(parts) == name.count("/") + 1 and all(
-        fnmatch.fnmatchcase(one, other) for one, other in zip(name.split("/"), parts, strict=True)
+        fnmatch.fnmatchcase(part, part_pattern)
+        for part, part_pattern in zip(name.split("/"), parts, strict=True)
     )
 
 
@@ -193,7 +190,7 @@ def _list(name: str, node: YamlList) -> tuple[Scalar, ...]:
 
 
 def _scalar(node: YamlScalar) -> Scalar:
-    """Return the value that ROS reads: quotes make a string."""
+    """Return the value that ROS reads: a quoted scalar is a string."""
     text, word = node.text, node.text.lower()
     if not node.plain:
         return text

@@ -1,8 +1,8 @@
-"""The base class of the executive's plug-ins in Python, and the table of their classes.
+"""The base class of the executive's plug-ins in Python, and the table of plug-in classes.
 
-A plug-in of the original is a class in C++ (``cx::FileLoadPlugin``). For each name of a plug-in in the
-parameters one object of its class is made, which environments share. Its life: ``initialize`` once,
-``init_context`` and ``context_destroyed`` for each environment, ``finalize`` once.
+A plug-in of the original is a C++ class (``cx::FileLoadPlugin``). The environments share one object per
+plug-in name of the parameters. Its life: ``initialize`` once, ``init_context`` and ``context_destroyed`` per
+environment, ``finalize`` once.
 """
 
 from __future__ import annotations
@@ -30,11 +30,10 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.node import RosNode
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
+# The entry point group for plug-ins of other packages: the name is the original's class.
 GROUP: Final = "cxbridge.cx_plugins"
-"""The group of entry points with plug-ins of other packages: the name is the class of the original."""
 
-GENERATED: Final = "cx::CX"
-"""How the classes begin that the original generates for a type of ROS."""
+GENERATED: Final = "cx::CX"  # prefix of the classes that the original generates for ROS types
 
 _PLUGINS: Final = "cxbridge_ros2cx.cx.plugins"
 _OWN: Final = {
@@ -51,22 +50,22 @@ _OWN: Final = {
 
 
 def run_rules(env: StockEnvironment) -> int:
-    """Run the rules of an environment, and return how many fired; its lock must be held."""
+    """Run an environment's rules and return the number of firings; the caller holds its lock."""
     env.refresh_agenda()
     return env.run()
 
 
+# The classes as of pull request 33 of June 2026.
 _NEWER: Final = {
     "cx::ConfigPlugin": f"{_PLUGINS}.config:NewerConfigPlugin",
     "cx::ExecutivePlugin": f"{_PLUGINS}.newer_executive:NewerExecutivePlugin",
 }
-"""The classes as of pull request 33 of June 2026."""
 
 
 class NodeContext(Struct):
     """The shared state of a node's plug-ins.
 
-    :param run_environment: runs the rules of an environment, and returns how many fired.
+    :param run_environment: runs the rules of an environment and returns the number of firings.
     """
 
     parameters: NodeParameters
@@ -75,12 +74,10 @@ class NodeContext(Struct):
     bus: EventBus
     ros: RosNode
     run_environment: Callable[[StockEnvironment], int] = run_rules
-    connections: MakeConnections | None = None
-    """Makes what carries protobuf messages; None: sockets."""
-    is_newer: bool = False
-    """Whether the checkout is of pull request 33 of June 2026 or later."""
+    connections: MakeConnections | None = None  # factory of protobuf connections; None for sockets
+    is_newer: bool = False  # whether the checkout is of pull request 33 of June 2026 or later
+    # Whether agents are only inspected: the caller loads their files, and no rule fires.
     is_look: bool = False
-    """Whether the agents are only looked at: who looks loads their files, and no rule fires."""
 
 
 class CxPlugin(Feature):
@@ -96,55 +93,47 @@ class CxPlugin(Feature):
         self.log: Logger = context.bus.logger(name)
 
     def initialize(self) -> None:
-        """Read the parameters; environments get the plug-in afterwards."""
+        """Read the parameters, before any environment gets the plug-in."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Give the environment the plug-in's functions and templates.
+        """Define the plug-in's functions and templates in an environment.
 
-        :raises CxbridgeError: when that fails: the environment does not have the plug-in then.
+        :raises CxbridgeError: if that fails; the environment then lacks the plug-in.
         """
 
     def take(self) -> None:
-        """Take messages from other nodes; called before and after ticks."""
+        """Receive messages from other nodes; called before and after ticks."""
 
     def tick(self) -> None:
         """Do due work; called in each loop."""
 
     def finalize(self) -> None:
-        """Release everything; no environment has the plug-in any more."""
+        """Release all resources after all environments have unloaded the plug-in."""
 
     def parameter(self, name: str) -> str:
-        """Return the whole name of a parameter of the plug-in."""
+        """Return the full name of a parameter of the plug-in."""
         return f"{self.name}.{name}"
 
 
-MakePlugin = Callable[[str, NodeContext], CxPlugin]
-"""Makes a plug-in of that name."""
+MakePlugin = Callable[[str, NodeContext], CxPlugin]  # creates a plug-in with a name
 
 
 def find_class(plugin: str, parameters: NodeParameters) -> str:
-    """Return the class of the original that a plug-in's parameter names.
-
-    :raises ConfigError: when the parameter is missing or no string, with file and line.
-    """
+    """Return the original's class of a plug-in, from the parameters."""
     name = f"{plugin}.plugin"
-    found: Parameter | None = parameters.find(name)
+    parameter: Parameter | None = parameters.find(name)
     text = parameters.get(name, "")
-    if found is None or not text:
+    if parameter is None or not text:
         raise ConfigError(
             f"the plug-in '{plugin}' has no class: there is no parameter '{name}'",
             file=parameters.file,
-            line=found.place.line if found else None,
+            line=parameter.place.line if parameter else None,
             hint=f'write below {plugin}: plugin: "cx::..."',
         )
     return text
 
 
 def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin:
-    """Return the implementation of a class.
-
-    :raises ConfigError: when there is none, with file and line.
-    """
     target, parameters = _OWN.get(class_name), context.parameters
     if context.is_newer:
         target = _NEWER.get(class_name, target)
@@ -152,9 +141,9 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
         return _imported(target)
     from importlib.metadata import entry_points  # noqa: PLC0415 - only classes that cxbridge lacks pay
 
-    others = {entry.name: entry for entry in entry_points(group=GROUP)}
-    if class_name in others:
-        loaded: MakePlugin = others[class_name].load()
+    external_classes = {entry.name: entry for entry in entry_points(group=GROUP)}
+    if class_name in external_classes:
+        loaded: MakePlugin = external_classes[class_name].load()
         return loaded
     linked = context.packages.linked_protos(class_name)
     if linked:
@@ -169,7 +158,7 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
         f"names a class that cxbridge does not have: {class_name}",
         did_you_mean(
             class_name,
-            (*_OWN, *others),
+            (*_OWN, *external_classes),
             f"an own plug-in in C++ needs a stand-in in Python: a subclass of {__name__}.CxPlugin, as the "
             f"entry point '{class_name}' of the group {GROUP}",
         ),
@@ -177,12 +166,12 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
 
 
 def as_known(plugin: str, error: Exception) -> CxbridgeError:
-    """Return the error of a plug-in; of another exception one that names the plug-in, with file and line."""
+    """Return a plug-in's error; another exception becomes an error that names the plug-in, file and line."""
     if isinstance(error, CxbridgeError):
         return error
-    place = extract_tb(error.__traceback__)[-1]
+    frame = extract_tb(error.__traceback__)[-1]
     text = f"the plug-in '{plugin}' failed: {type(error).__name__}: {error}"
-    return CxbridgeError(text, file=place.filename, line=place.lineno)
+    return CxbridgeError(text, file=frame.filename, line=frame.lineno)
 
 
 def _imported(target: str) -> MakePlugin:

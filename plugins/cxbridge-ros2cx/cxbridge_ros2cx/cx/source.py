@@ -40,13 +40,13 @@ if TYPE_CHECKING:
     from cxbridge_protobuf.settings import NetworkSettings
     from cxbridge_protobuf.types import MessageTypes
 
+# files that mark pull request 33 of June 2026 in a checkout
 _NEWER_FILE = ("cx_msgs", "srv/ClipsCommand.srv")
-"""The signs of pull request 33 of June 2026 in a checkout."""
 
 _CALLBACK = "-callback"
 _TREE = "/clips-executive"
+# longest time between two receptions of messages on a real clock, which limits the delay of answers
 _REAL_LOOP_US = MICROSECONDS // 50
-"""How often messages are taken on a real clock, at least: an answer takes no longer."""
 
 
 class CxSource(Source):
@@ -57,21 +57,22 @@ class CxSource(Source):
 
     @cached_property
     def parameters(self) -> NodeParameters:
-        """The parameters of the node."""
         assert self.options.scenario is not None  # or another source is chosen
         return NodeParameters.load(self.options.scenario)
 
     @cached_property
     def packages(self) -> Packages:
-        """The packages that the agent finds: those of ``--ros2cx``, the package of the parameter file."""
+        """The packages for the agent: those of ``--ros2cx``, then the package of the parameter file."""
         assert self.options.scenario is not None
-        own, folders = package_folder(self.options.scenario), [*self.folders]
-        if own is not None and not any(own.is_relative_to(folder.resolve()) for folder in folders):
-            folders.append(own)
+        own_package, folders = package_folder(self.options.scenario), [*self.folders]
+        if own_package is not None and not any(
+            own_package.is_relative_to(folder.resolve()) for folder in folders
+        ):
+            folders.append(own_package)
         return Packages.of(folders)
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` when another option does not go with a parameter file."""
+        """Raise :class:`CxbridgeError` if another option conflicts with a parameter file."""
         self.check_folders()
         if self.options.scenario is None:
             raise CxbridgeError(
@@ -87,7 +88,7 @@ class CxSource(Source):
                 )
 
     def _parameter_file(self) -> str:
-        """Return a parameter file of the checkout, as an example."""
+        """Return a parameter file of the checkout as an example."""
         for level in ("", "*/", "*/*/", "*/*/*/"):  # not the whole tree: a user may name the root folder
             for file in sorted(self.folders[0].glob(f"{level}params/hello_world.yaml")):
                 return str(file)
@@ -101,15 +102,14 @@ class CxSource(Source):
 
     @property
     def is_checkout(self) -> bool:
-        """Whether the agent's files are those of a checkout: an environment starts without broken files."""
+        """Whether the agent's files are those of a checkout: broken files then do not stop the start."""
         return True
 
     def config_file(self) -> Path:
-        """Return the parameter file."""
         return self.parameters.file
 
     def read_configuration(self, file: Path) -> Configuration:
-        """Return a configuration that names the environments."""
+        """Return a configuration with the environment names."""
         config = Configuration()
         spec = file.stem
         config.set(f"{_TREE}/spec", spec)
@@ -123,7 +123,6 @@ class CxSource(Source):
         return ()
 
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:  # noqa: ARG002
-        """Return the paths of a run: plug-ins find the files."""
         return RunPaths(
             config_file=config_file,
             library=HOST_LIBRARY,
@@ -135,14 +134,14 @@ class CxSource(Source):
         )
 
     def loop_period_us(self, config: Configuration) -> int:  # noqa: ARG002
-        """Return the duration of a loop: that of the fastest executive plug-in, or a part of it."""
+        """Return the period of the fastest executive plug-in, divided to stay below the longest delay."""
         period_us = tick_period_us(self.parameters)
         if self.options.clock_name == "virtual":
             return period_us
+        # the fewest equal parts that are short enough
         return period_us // -(-period_us // _REAL_LOOP_US)
 
     def features(self, context: RunFacts) -> list[Feature] | None:  # noqa: ARG002
-        """Return no features: the parameters name plug-ins."""
         return []
 
     def make_manager(
@@ -151,22 +150,21 @@ class CxSource(Source):
         features: Sequence[Feature | LazyFeature],  # noqa: ARG002
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
-        """Return the manager of environments and plug-ins."""
         parameters, packages = self.parameters, self.packages
         rights = read_rights(context.config, "none")
         ros = RosNode(parameters.name, packages, context.clock, context.bus.logger, rights)
-        parts = NodeContext(parameters, packages, context.clock, context.bus, ros)
-        parts.is_newer = packages.has_file(*_NEWER_FILE)
+        node_context = NodeContext(parameters, packages, context.clock, context.bus, ros)
+        node_context.is_newer = packages.has_file(*_NEWER_FILE)
         if context.clock.is_virtual:
-            parts.connections = context.additions.values.get(CONNECTIONS) or _join_locally()
-        parts.is_look = environment is not ClipsEnvironment
-        logs = EnvironmentLogs(None if parts.is_look else self.options.option("log_dir"))
-        manager = CxManager(parts, logs, environment if parts.is_look else StockEnvironment)
+            node_context.connections = context.additions.values.get(CONNECTIONS) or _join_locally()
+        node_context.is_look = environment is not ClipsEnvironment
+        logs = EnvironmentLogs(None if node_context.is_look else self.options.option("log_dir"))
+        manager = CxManager(node_context, logs, environment if node_context.is_look else StockEnvironment)
         manager.is_strict = not self.is_lenient
         return manager
 
     def calls(self, function: str) -> bool:
-        """Return whether plug-ins call a deffunction: for a request or a goal that has come."""
+        """Return whether plug-ins call a deffunction, for a request or a received goal."""
         return function.endswith(_CALLBACK)
 
     def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile] | None:
@@ -178,16 +176,15 @@ class CxSource(Source):
     def make_executive(
         self, context: RunFacts, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
     ) -> Executive:
-        """Return the node."""
         assert isinstance(manager, CxManager)
-        made = CxNode(manager, context.config, mapper, files)
+        node = CxNode(manager, context.config, mapper, files)
         if self.options.option("hash_order"):
-            made.names = hash_order(made.names)
-        return made
+            node.names = hash_order(node.names)
+        return node
 
 
 def _join_locally() -> MakeConnections:
-    """Return what makes connections within the process, all in one network."""
+    """Return a factory of process-local connections in one network."""
     network: list[LocalNetwork] = []
 
     def join(types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> Connections:

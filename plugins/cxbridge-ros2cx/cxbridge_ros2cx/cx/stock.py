@@ -1,4 +1,4 @@
-"""A CLIPS environment as CLIPS 6.4 itself makes it: its own functions, its own lines of watched items."""
+"""An unmodified CLIPS 6.4 environment: its own functions and its own trace lines."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import OldFunctions
 from cxbridge.executive.host.values import Value, to_python
 
+# The items that an environment can watch from its start.
 WATCH_ITEMS: Final = frozenset(
     {
         *("all", "facts", "instances", "slots", "rules", "activations", "messages", "message_handlers"),
         *("generic_functions", "methods", "deffunctions", "compilations", "statistics", "globals", "focus"),
     }
 )
-"""What an environment can be asked to watch from its start."""
 
+# Firings between two checks for endless rules: CLIPS restarts its count for each part.
 _CHUNK: Final = 10_000
-"""Rules that fire between two looks for rules without an end: CLIPS counts firings from 1 again."""
 
 _COLOURS: Final = (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold")
 _LEVELS: Final[Mapping[bytes, Level]] = MappingProxyType(
@@ -42,13 +42,12 @@ _LEVELS: Final[Mapping[bytes, Level]] = MappingProxyType(
 
 
 class StockOutput(OutputRouter):
-    """One buffer for all logical names; the name that brings the end of a line decides the line's level."""
+    """One buffer for all logical names; the name of the last piece determines the level of a line."""
 
     levels: ClassVar[Mapping[bytes, Level]] = _LEVELS
 
     stdout_level = Level.INFO
-    logical_name = ""
-    """The logical name that has brought the end of the last line."""
+    logical_name = ""  # logical name that completed the last line
 
     _buffer = ""
 
@@ -64,7 +63,7 @@ class StockOutput(OutputRouter):
 
 
 class StockEnvironment(ClipsEnvironment):
-    """An environment without the functions and changes that agents of Fawkes need."""
+    """An environment without the functions and changes for agents of Fawkes."""
 
     output_router: ClassVar[type[OutputRouter]] = StockOutput
 
@@ -72,14 +71,14 @@ class StockEnvironment(ClipsEnvironment):
         self._by_index = FactsByIndex(self.env)
         self._old = OldFunctions(self.env, self.udfs, self.build_unrecorded)
         self._executing: list[Path] = []
-        for name, function, least, most, types in (
+        for name, function, minimum, maximum, types in (
             ("exit", self._exit, 0, 1, "*"),
             ("clear", self._clear, 0, 0, "*"),
             ("load*", self._load_star, 1, 1, "*;sy"),
             ("batch*", self._batch_star, 1, 1, "*;sy"),
         ):
             EXTRA.RemoveUDF(self.env, encode(name))
-            self.define(name, function, least, most, types)
+            self.define(name, function, minimum, maximum, types)
         self.define("cx-shutdown", self._quit)
         EXTRA.UnwatchString(self.env, b"all")
 
@@ -87,10 +86,7 @@ class StockEnvironment(ClipsEnvironment):
         """Do nothing: a cleared environment has all functions of CLIPS."""
 
     def watch_items(self, items: tuple[str, ...]) -> None:
-        """Watch items of :data:`WATCH_ITEMS`, in any case of letters.
-
-        :raises ClipsError: for an item that there is not.
-        """
+        """Watch items of :data:`WATCH_ITEMS`, case-insensitively."""
         for item in items:
             if item.lower() not in WATCH_ITEMS:
                 raise ClipsError(
@@ -99,38 +95,34 @@ class StockEnvironment(ClipsEnvironment):
             EXTRA.WatchString(self.env, encode(item.lower().replace("_", "-")))
 
     def redirect_stdout_to_debug(self) -> None:
-        """Log output to stdout at the level DEBUG."""
+        """Log the output to stdout at the level DEBUG."""
         assert isinstance(self.output, StockOutput)
         self.output.stdout_level = Level.DEBUG
 
     def clear(self) -> None:
-        """Do what ``(clear)`` does: no construct and no fact is left."""
+        """Remove all constructs and facts, like ``(clear)``."""
         self._clear()
 
     def reset(self) -> None:
-        """Do what ``(reset)`` does."""
         lib.Reset(self.env)
 
     def load(self, path: Path) -> bool:
-        """Load a file's constructs as ``load*`` does; whether the file could be opened."""
+        """Load a file's constructs like ``load*``; return whether the file could be opened."""
         with self._within(path):
             return bool(lib.Load(self.env, encode(str(path))) != lib.LE_OPEN_FILE_ERROR)
 
     def batch(self, path: Path) -> bool:
-        """Execute a file's commands and constructs as ``batch*`` does; whether the file could be opened."""
+        """Execute a file like ``batch*``; return whether the file could be opened."""
         with self._within(path, batch=True):
             return bool(lib.BatchStar(self.env, encode(str(path))))
 
     @contextmanager
     def _within(self, path: Path, *, batch: bool = False) -> Iterator[None]:
-        """Note a file that is read.
-
-        :raises ClipsError: when the file is being read already: CLIPS would use up the stack.
-        """
+        """Mark a file as being read."""
         file = path.resolve()
         if file in self._executing:
-            way = " -> ".join(each.name for each in (*self._executing, file))
-            raise ClipsError("this file reads itself", file=path, hint=f"files that read each other: {way}")
+            chain = " -> ".join(each.name for each in (*self._executing, file))
+            raise ClipsError("this file reads itself", file=path, hint=f"files that read each other: {chain}")
         self._forget_templates()
         self._executing.append(file)
         try:
@@ -149,7 +141,7 @@ class StockEnvironment(ClipsEnvironment):
     def eval(self, expression: str) -> Value:
         """Evaluate an expression and return its value.
 
-        :raises ClipsError: when it does not parse or fails.
+        :raises ClipsError: if it does not parse or fails.
         """
         value = ffi.new("CLIPSValue *")
         outer = self.output.begin_errors()
@@ -161,17 +153,17 @@ class StockEnvironment(ClipsEnvironment):
         return to_python(value)
 
     def assert_string(self, fact: str) -> int | None:
-        """Assert a fact written as CLIPS text; CLIPS prints the fact when facts are watched.
+        """Assert a fact in CLIPS syntax; CLIPS prints it if facts are watched.
 
-        :returns: its index; None when CLIPS refuses it.
+        :returns: its index; None if CLIPS rejects the fact.
         """
         pointer = lib.AssertString(self.env, encode(fact))
         return None if pointer == NULL else int(lib.FactIndex(pointer))
 
     def fire(self, limit: int = -1, before: int = 0) -> int:
-        """Do a part of what :meth:`run` does; an evaluation error and ``(halt)`` end the run.
+        """Fire a part of a run; an evaluation error and ``(halt)`` end the run.
 
-        :param before: how many rules have fired in the parts before.
+        :param before: the number of firings in the previous parts.
         """
         fired = 0
         self._held = self._is_halted = False
@@ -182,15 +174,15 @@ class StockEnvironment(ClipsEnvironment):
             if chunk <= 0:
                 break
             self.is_firing = self.output.is_firing = True
-            done = int(lib.Run(self.env, chunk))
+            part_fired = int(lib.Run(self.env, chunk))
             self.is_firing = self.output.is_firing = False
-            fired += done
+            fired += part_fired
             if self.api.halted() or self.api.rules_halt():
                 self.api.clear_halt()
                 break
-            if done < chunk:
+            if part_fired < chunk:
                 break
-            if (why := self.endless.look(done)) and (limit < 0 or before):
-                self.end_for_good(why)
+            if (reason := self.endless.look(part_fired)) and (limit < 0 or before):
+                self.end_for_good(reason)
                 self.api.clear_halt()
         return fired

@@ -1,6 +1,6 @@
-"""Agents of ``cx_rl_clips`` as environments of Gymnasium; an import of this package registers them.
+"""Agents of ``cx_rl_clips`` as Gymnasium environments; importing this package registers them.
 
-``gymnasium.make("cxbridge/CXRL-v0", parameters=FILE, ros2cx=DIR)`` makes one.
+``gymnasium.make("cxbridge/CXRL-v0", parameters=FILE, ros2cx=DIR)`` creates one.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ except ImportError:
         "learning needs the package gymnasium", hint="pip install 'cxbridge-ros2cx[rl]'"
     ) from None
 
-ID: Final = "cxbridge/CXRL-v0"
-"""What ``gymnasium.make`` is asked for."""
+ID: Final = "cxbridge/CXRL-v0"  # id for `gymnasium.make`
 
 register(ID, entry_point=f"{__name__}.gym:ClipsGym")

@@ -1,4 +1,4 @@
-"""A trained policy chooses the actions of an agent: the mode EXECUTION of the original's ``cx_rl_node``."""
+"""Agents whose actions a trained policy chooses: the mode EXECUTION of the original's ``cx_rl_node``."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_ros2cx.rl.interface import NODE, LearningAgent, name_of
 from cxbridge_ros2cx.rl.spaces import NO_OP, Mask, Observation, Spaces
 
+# Returns the index of an action for an observation and the mask of executable actions.
 Policy = Callable[[Observation, Mask], int]
-"""Returns the number of an action for an observation and the mask of executable actions."""
 
 
 def execute(
@@ -24,16 +24,16 @@ def execute(
     node: str = NODE,
     watch: bool = False,
 ) -> list[str]:
-    """Run an agent of ``cx_rl_clips`` and let a policy choose its actions; return the chosen actions.
+    """Run an agent of ``cx_rl_clips`` with a policy that chooses its actions; return the chosen actions.
 
     The run ends after ``seconds`` of the agent's clock, or when the agent shuts down. The spaces are those of
-    the environment that the policy was trained in.
+    the environment in which the policy was trained.
 
     :param parameters: the parameter file of ``clips_manager``.
     :param ros2cx: the checkout or workspace with the packages of the agent.
     :param node: the name of the learner's node.
-    :param watch: whether the log has facts and rules.
-    :raises CxbridgeError: when the agent is wrong, or the policy chooses an action outside its mask.
+    :param watch: whether to log facts and rules.
+    :raises CxbridgeError: if the agent is invalid, or the policy chooses an action outside its mask.
     """
     folder = None if ros2cx is None else Path(ros2cx)
     with (

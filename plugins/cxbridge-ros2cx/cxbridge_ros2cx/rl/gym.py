@@ -1,4 +1,4 @@
-"""The environment of Gymnasium, with the spaces of the original's ``CXRLGym``."""
+"""The Gymnasium environment, with the spaces of the original's ``CXRLGym``."""
 
 from __future__ import annotations
 
@@ -22,17 +22,16 @@ _DONE, _ABORTED = "Done", "Aborted"
 class ClipsGym(gymnasium.Env[Observation, np.int64]):
     """An agent of ``cx_rl_clips``: its rules give observations, executable actions and rewards.
 
-    An observation has a 1 for each predicate that holds. An action is an index of :attr:`actions`;
-    ``info["action_mask"]`` and :meth:`action_masks` have a 1 for each action that the free robot can execute.
-    A step lasts until the action has ended.
+    An observation is 1 for each true predicate. An action is an index of :attr:`actions`;
+    ``info["action_mask"]`` and :meth:`action_masks` are 1 for each action that the free robot can execute. A
+    step lasts until the action has ended.
 
     :param parameters: the parameter file of ``clips_manager``.
     :param ros2cx: the checkout or workspace with the packages of the agent.
-    :param node_parameters: the parameter file of the learner's node: see :attr:`settings`.
+    :param node_parameters: the parameter file of the learner's node; see :attr:`settings`.
     :param node: the name of the learner's node.
-    :param patience: the longest time of an action or a reset, in seconds of the agent's clock.
-    :param watch: whether the log has facts and rules; steps take several times as long.
-    :raises CxbridgeError: when the agent is wrong.
+    :param patience: the time limit of an action or a reset, in seconds of the agent's clock.
+    :param watch: whether to log facts and rules; steps then take several times as long.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as the base class has it
@@ -47,8 +46,8 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         patience: float = 600.0,
         watch: bool = False,
     ) -> None:
+        # The parameters of the learner's node by name, e.g. `training.max_episodes`, `model.gamma`.
         self.settings: dict[str, Any] = {}
-        """The parameters of the learner's node by name, e.g. ``training.max_episodes``, ``model.gamma``."""
         if node_parameters is not None:
             read = NodeParameters.load(Path(node_parameters), node)
             self.settings = {name: parameter.value for name, parameter in read}
@@ -66,10 +65,8 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
             self._folder.cleanup()
             raise
         self.spaces = Spaces.of(self.agent)
-        self.observables = self.spaces.observables
-        """The places of predicates in an observation."""
-        self.actions = self.spaces.actions
-        """The names of the actions, by number."""
+        self.observables = self.spaces.observables  # index of each predicate in an observation
+        self.actions = self.spaces.actions  # names of the actions by index
         self.observation_space = Box(0.0, 1.0, (len(self.observables),), np.float32)
         self.action_space = Discrete(len(self.actions))
         self._choice: Choice | None = None
@@ -83,7 +80,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode: the agent has the facts of its beginning again."""
+        """Start an episode; the agent's facts return to their initial state."""
         super().reset(seed=seed, options=options)
         status = self.agent.status
         status["current_episode"] += 1
@@ -93,7 +90,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         return self._observation(), self._info("")
 
     def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Let the free robot execute an action to its end; busy robots change nothing."""
+        """Let the free robot execute an action; an action of a busy robot has no effect."""
         if self._choice is None:
             raise CxbridgeError("no episode has begun", hint="call reset() first")
         status = self.agent.status
@@ -101,8 +98,8 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         status["total_steps"] += 1
         number = self._choice.actions.get(self.actions[int(action)])
         if number is None:
-            end = self.agent.ask("get_episode_end", "GetEpisodeEnd")
-            reward, is_over = float(end["reward"]), bool(end["episode_end"])
+            episode_end = self.agent.ask("get_episode_end", "GetEpisodeEnd")
+            reward, is_over = float(episode_end["reward"]), bool(episode_end["episode_end"])
             return self._observation(), reward, is_over, False, self._info("NO-ACTION-FOR-ROBOT")
         result = self.agent.do(number)
         is_over = result["info"] == _DONE
@@ -112,7 +109,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         return self._observation(), float(result["reward"]), is_over, False, self._info(outcome)
 
     def action_masks(self) -> NDArray[np.int8]:
-        """Return a 1 for each action that the free robot can execute; without any, a 1 for ``no-op``."""
+        """Return 1 for each action that the free robot can execute; ``no-op`` if there are none."""
         return self.spaces.mask(self._choice.actions if self._choice else ())
 
     def close(self) -> None:
@@ -124,6 +121,6 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         return self.spaces.observation(self.agent.observations())
 
     def _info(self, outcome: str) -> dict[str, Any]:
-        """Return the outcome of a step as the original has it, the free robot, and the robot's actions."""
+        """Return the original's outcome of a step, the free robot, and the robot's actions."""
         robot = self._choice.robot if self._choice else ""
         return {"outcome": outcome, "robot": robot, "action_mask": self.action_masks()}

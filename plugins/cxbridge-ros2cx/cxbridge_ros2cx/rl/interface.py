@@ -1,7 +1,7 @@
-"""An agent of ``cx_rl_clips`` in a run on the virtual clock, as its peer ``cx_rl_node`` sees the agent.
+"""An agent of ``cx_rl_clips`` in a run on the virtual clock, as seen by its peer ``cx_rl_node``.
 
-The peer calls services, and sends the goals ``reset_env`` and ``action_selection``. Here goals go to the
-agent's handlers, without messages, and observations and executable actions come from the facts that the
+The original peer calls services and sends the goals ``reset_env`` and ``action_selection``. Here goals go to
+the agent's handlers without messages, and observations and executable actions come from the facts that the
 agent's services read.
 """
 
@@ -33,20 +33,18 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Client
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
-NODE: Final = "/cx_rl_node"
-"""The name of the peer, unless the agent has another one in ``?*CX-RL-NODE-NAME*``."""
+NODE: Final = "/cx_rl_node"  # name of the peer, unless `?*CX-RL-NODE-NAME*` of the agent differs
 
 _PACKAGE: Final = "cx_rl_interfaces"
 _NONE_OF_A_TYPE: Final = "Not found"
 _STORAGE: Final = "storage_dir"
-_BEGIN_S: Final = 10.0
-"""How long an agent may take to offer its services, by its clock."""
+_BEGIN_S: Final = 10.0  # seconds of the agent's clock until its services must exist
 
 
 class Choice(Struct, frozen=True):
     """The next decision.
 
-    :param robot: the robot that is free; empty when the episode has ended.
+    :param robot: the free robot; empty after the end of the episode.
     :param actions: the ids of the executable actions by name: ``stack(robot1#a#b)``.
     """
 
@@ -55,33 +53,31 @@ class Choice(Struct, frozen=True):
 
 
 class _Goal(ServedGoal):
-    """A goal of a client in the same process; the goal keeps its result."""
+    """A goal of a client in the same process; it stores its result."""
 
     def __init__(self, goal: Message) -> None:
         self.number, self.goal = os.urandom(16), goal
         self.status, self.wants_cancel = GoalStatus.EXECUTING, False
         self.result: Mapping[str, Any] | None = None
 
-    def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
-        """Drop the feedback."""
+    def publish_feedback(self, feedback: Mapping[str, Any]) -> None: ...
 
     def execute(self) -> None:
-        """Do nothing: the goal is executed from the beginning."""
+        """Do nothing: the goal executes from the start."""
 
     def finish(self, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        """Keep the result."""
         self.status, self.result = status, dict(result)
 
 
 class LearningAgent(Closing):
-    """The agent of a parameter file, in a run whose clock moves while a service or a goal takes its time.
+    """The agent of a parameter file, in a run whose clock moves while a service or a goal is pending.
 
-    :param storage: a folder for the facts with which each episode begins.
+    :param storage: a folder for the initial facts of each episode.
     :param node: the name of the peer.
-    :param patience: the longest time of a service or a goal, in seconds of the agent's clock.
-    :param watch: whether the log has facts and rules; steps take several times as long.
+    :param patience: the time limit of a service or a goal, in seconds of the agent's clock.
+    :param watch: whether to log facts and rules; steps then take several times as long.
     :param mode: the mode of the peer: ``TRAINING`` or ``EXECUTION``.
-    :raises CxbridgeError: when the parameters are wrong, or the agent does not offer the services.
+    :raises CxbridgeError: if the parameters are invalid, or the agent lacks the services.
     """
 
     def __init__(
@@ -98,8 +94,7 @@ class LearningAgent(Closing):
         self._name, self._patience = node, patience
         self._file = parameters
         self._clients: dict[str, Client] = {}
-        self.status: dict[str, Any] = {"mode": mode}
-        """The peer's response to the service ``get_status``."""
+        self.status: dict[str, Any] = {"mode": mode}  # peer's response to the service `get_status`
         with ExitStack() as stack:
             options = make_options(parameters, ros2cx=ros2cx, clock="virtual", timeout=1e9)
             self._run = stack.enter_context(Run(options))
@@ -132,7 +127,6 @@ class LearningAgent(Closing):
     # --- the run ------------------------------------------------------------------------------------------
 
     def _environment(self) -> StockEnvironment:
-        """Return the environment with the agent."""
         for name in self._manager.environments:
             env = self._manager.stock(name)
             if env.has_template("cx-rl-node"):
@@ -144,35 +138,34 @@ class LearningAgent(Closing):
         )
 
     def _handler(self, action: str, kind: str) -> GoalHandler:
-        """Return the handler of an action's goals, once the agent serves the action."""
-        wanted = parse_type(f"{_PACKAGE}/action/{kind}")
-        found: list[GoalHandler] = []
+        action_type = parse_type(f"{_PACKAGE}/action/{kind}")
+        handlers: list[GoalHandler] = []
 
         def is_served() -> bool:
             for plugin in self._manager.plugins.values():
-                if isinstance(plugin, GeneratedPlugin) and plugin.kind == wanted:
-                    found.extend(plugin.handlers(self._env, f"{self._name}/{action}"))
-            return bool(found)
+                if isinstance(plugin, GeneratedPlugin) and plugin.kind == action_type:
+                    handlers.extend(plugin.handlers(self._env, f"{self._name}/{action}"))
+            return bool(handlers)
 
         self._until(is_served, f"the action {self._name}/{action} has no server", _BEGIN_S)
-        return found[0]
+        return handlers[0]
 
     def run_for(self, seconds: float) -> None:
-        """Let the agent's time pass; end early when the agent shuts down."""
+        """Advance the agent's time; stop early if the agent shuts down."""
         end_us = self._run.clock.now_us() + int(seconds * MICROSECONDS)
         while self._run.clock.now_us() < end_us and not self._run.executive.is_over:
             self._tick()
 
-    def _until(self, is_so: Callable[[], bool], otherwise: str, seconds: float = 0.0) -> None:
-        """Let the agent's time pass until a condition is true."""
+    def _until(self, condition: Callable[[], bool], timeout_message: str, seconds: float = 0.0) -> None:
+        """Advance the agent's time until a condition is true."""
         clock = self._run.clock
         end_us = clock.now_us() + int((seconds or self._patience) * MICROSECONDS)
-        while not is_so():
+        while not condition():
             executive = self._run.executive
             if clock.now_us() >= end_us or executive.is_over:
                 hint = executive.first_error and f"the first error of the agent: {executive.first_error}"
-                why = "the agent has shut down" if executive.is_over else otherwise
-                raise CxbridgeError(why, file=self._file, hint=hint or None)
+                message = "the agent has shut down" if executive.is_over else timeout_message
+                raise CxbridgeError(message, file=self._file, hint=hint or None)
             self._tick()
 
     def _tick(self) -> None:
@@ -187,39 +180,36 @@ class LearningAgent(Closing):
 
     def _client(self, service: str, kind: str) -> Client:
         if service not in self._clients:
-            made = self._peer.client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}")
-            self._clients[service] = made
+            client = self._peer.client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}")
+            self._clients[service] = client
         return self._clients[service]
 
     def serve(self, service: str, kind: str, callback: Callable[[Message], Mapping[str, Any]]) -> None:
-        """Offer a service of the peer."""
         self._peer.serve(f"{self._name}/{service}", f"{_PACKAGE}/srv/{kind}", callback)
 
     def ask(self, service: str, kind: str, **request: Any) -> Message:
-        """Return the response of a service of the agent."""
-        got: list[Message] = []
+        responses: list[Message] = []
         client = self._client(service, kind)
         self._until(lambda: client.is_served, f"the service {self._name}/{service} has no server")
-        client.call(request, got.append)
+        client.call(request, responses.append)
         self._graph.settle()
-        self._until(lambda: bool(got), f"{self._name}/{service} does not answer")
-        return got[0]
+        self._until(lambda: bool(responses), f"{self._name}/{service} does not answer")
+        return responses[0]
 
-    def _achieve(self, action: str, otherwise: str, **goal: Any) -> Mapping[str, Any]:
+    def _achieve(self, action: str, timeout_message: str, **goal: Any) -> Mapping[str, Any]:
         """Return the result of a goal."""
         handler, sent = self._handlers[action], _Goal(goal)
         handler.respond(sent)
         handler.begin(sent)
-        self._until(lambda: sent.result is not None, otherwise)
+        self._until(lambda: sent.result is not None, timeout_message)
         assert sent.result is not None
         return sent.result
 
     def reset(self) -> None:
-        """Begin an episode."""
         self._achieve("reset_env", "the agent does not end its reset")
 
     def do(self, number: str) -> Mapping[str, Any]:
-        """Let the agent execute an action to its end; return the result, with reward and info.
+        """Let the agent execute an action; return the result with reward and info.
 
         :param number: the action's id.
         """
@@ -230,71 +220,73 @@ class LearningAgent(Closing):
     # --- spaces and facts ----------------------------------------------------------------------------------
 
     def observables(self) -> list[str]:
-        """Return the names of all observations."""
         known = self.ask("get_predefined_observables", "GetPredefinedObservables")["observables"]
-        open_ones = self.ask("get_observable_predicates", "GetObservablePredicates")
-        return [*map(_text, known), *self._grounded(open_ones["predicate_names"], open_ones)]
+        predicates = self.ask("get_observable_predicates", "GetObservablePredicates")
+        return [*map(_text, known), *self._grounded(predicates["predicate_names"], predicates)]
 
     def all_actions(self) -> list[str]:
-        """Return all actions, executable or not."""
         known = self.ask("get_predefined_actions", "GetPredefinedActions")["actions"]
-        open_ones = self.ask("get_observable_actions", "GetObservableActions")
-        return [*map(_text, known), *self._grounded(open_ones["action_names"], open_ones)]
+        actions = self.ask("get_observable_actions", "GetObservableActions")
+        return [*map(_text, known), *self._grounded(actions["action_names"], actions)]
 
     def _grounded(self, names: Iterable[str], described: Message) -> Iterable[str]:
-        """Yield predicates or actions with the objects of the types; none without parameters."""
+        """Yield predicates or actions with all objects of their types; empty without parameters."""
         objects: dict[str, list[str]] = {}
         kinds = iter(described["param_types"])
         for name, count in zip(names, described["param_counts"], strict=True):
             parameters = [next(kinds) for _ in range(count)]
             for kind in parameters:
                 if kind not in objects:
-                    there = self.ask("get_observable_objects", "GetObservableObjects", type=kind)["objects"]
-                    objects[kind] = [each for each in there if each != _NONE_OF_A_TYPE]
+                    object_names = self.ask("get_observable_objects", "GetObservableObjects", type=kind)[
+                        "objects"
+                    ]
+                    objects[kind] = [each for each in object_names if each != _NONE_OF_A_TYPE]
             if parameters:
                 yield from (name_of(name, each) for each in product(*(objects[kind] for kind in parameters)))
 
     def observations(self) -> Iterable[str]:
-        """Yield the names of the present observations."""
+        """Yield the names of the current observations."""
         for node, name, parameters in self._env.columns("rl-observation", "node", "name", "params"):
             if node == self._name:
                 yield name_of(name, parameters)
 
     def choice(self) -> Choice:
-        """Return the next decision, once a robot is free."""
-        found: list[Choice] = []
+        """Return the next decision after a robot becomes free."""
+        choices: list[Choice] = []
 
         def is_free() -> bool:
-            found.extend(self._choices())
-            return bool(found)
+            choices.extend(self._choices())
+            return bool(choices)
 
         self._until(is_free, "no robot gets free")
-        return found[0]
+        return choices[0]
 
     def _choices(self) -> Iterable[Choice]:
-        """Yield a decision when a robot waits and the agent has asserted all executable actions."""
+        """Yield a decision if a robot waits and the agent has asserted all executable actions."""
         spaces = self._env.columns("rl-current-action-space", "node", "state")
         if not any(node == self._name and state == "DONE" for node, state in spaces):
             return
         slots = ("node", "assigned-to", "is-selected", "id", "name", "params")
-        waiting = self._waiting()
-        found: dict[str, dict[str, str]] = {}
+        waiting_robots = self._waiting_robots()
+        actions_of_robots: dict[str, dict[str, str]] = {}
         for node, robot, selected, number, name, parameters in self._env.columns("rl-action", *slots):
-            if node == self._name and robot in waiting and selected == "FALSE":
-                found.setdefault(str(robot), {})[name_of(name, parameters)] = str(number)
-        if found:
-            robot = next(iter(found))
-            yield Choice(robot, found[robot])
-        elif waiting and any(node == self._name for (node,) in self._env.columns("rl-episode-end", "node")):
+            if node == self._name and robot in waiting_robots and selected == "FALSE":
+                actions_of_robots.setdefault(str(robot), {})[name_of(name, parameters)] = str(number)
+        if actions_of_robots:
+            robot = next(iter(actions_of_robots))
+            yield Choice(robot, actions_of_robots[robot])
+        elif waiting_robots and any(
+            node == self._name for (node,) in self._env.columns("rl-episode-end", "node")
+        ):
             yield Choice("", {})
 
-    def _waiting(self) -> set[Value]:
+    def _waiting_robots(self) -> set[Value]:
         robots = self._env.columns("rl-robot", "node", "waiting", "name")
         return {robot for node, is_waiting, robot in robots if node == self._name and is_waiting == "TRUE"}
 
 
 def name_of(name: Value, parameters: Value) -> str:
-    """Return a predicate or an action as the spaces have it: ``on(a#b)``."""
+    """Return a predicate or an action in the notation of the spaces: ``on(a#b)``."""
     assert isinstance(parameters, tuple)
     return f"{name}({'#'.join(map(str, parameters))})" if parameters else str(name)
 

@@ -1,6 +1,6 @@
-"""Compares discovered endpoints with our endpoints: types, type hashes, and quality of service.
+"""Compares discovered endpoints with our own: types, type hashes, and quality of service.
 
-DDS itself says nothing when a publisher and a subscription do not fit: no message comes, that is all.
+DDS itself reports no mismatch of a publisher and a subscription; simply no message arrives.
 """
 
 from __future__ import annotations
@@ -28,16 +28,15 @@ from cxbridge_ros2.transports.misfits import misfit, why_unserved
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint
 
+# Policies by their numbers in the DDS specification.
 _POLICIES: Final = {
     2: "DURABILITY", 3: "PRESENTATION", 4: "DEADLINE", 5: "LATENCY_BUDGET", 6: "OWNERSHIP", 8: "LIVELINESS",
     10: "PARTITION", 11: "RELIABILITY", 12: "DESTINATION_ORDER", 23: "DATA_REPRESENTATION",
 }  # fmt: skip
-"""Policies by the numbers that the specification of DDS gives them."""
 
 _OTHER_PARTS: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
 _BATCH: Final = 1000
-_MOST: Final = 20_000
-"""The limit of remembered endpoints: other nodes decide how many exist."""
+_MOST: Final = 20_000  # limit of stored endpoints, since other nodes decide how many exist
 
 _HASH: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
 _PLACE: Final = re.compile(
@@ -45,12 +44,12 @@ _PLACE: Final = re.compile(
 )
 
 
-class Ours(Struct, frozen=True, eq=False):
-    """A reader or a writer of ours.
+class OwnEndpoint(Struct, frozen=True, eq=False):
+    """One of our readers or writers.
 
-    :param topic: its name in DDS, e.g. ``rt/chatter``.
-    :param sent: the type that goes over the wire.
-    :param type_hash: what ours is; empty: the distribution has none.
+    :param topic: the name in DDS, such as ``rt/chatter``.
+    :param sent: the type on the wire.
+    :param type_hash: our hash of the type; empty if the distribution has none.
     """
 
     entity: DataReader[Any] | DataWriter[Any]
@@ -60,24 +59,23 @@ class Ours(Struct, frozen=True, eq=False):
 
     @property
     def is_read(self) -> bool:
-        """Whether our endpoint is a reader."""
         return isinstance(self.entity, DataReader)
 
     @property
     def peer(self) -> str:
-        """The ROS term for the remote end of our endpoint."""
+        """ROS' name for the remote end of the endpoint."""
         if self.topic.startswith("rt/"):
             return "publisher" if self.is_read else "subscription"
         return "client" if self.topic.startswith("rq/") == self.is_read else "server"
 
 
 class Discovery:
-    """Knows the readers and writers of other participants, and complains about misfits.
+    """Knows the endpoints of other participants, and complains about mismatches.
 
     :param graph: reads the reports of other participants about their nodes.
     :param nodes: returns the full names in such a report.
     :param name: the full name of our node.
-    :param complain: gets the kind of a problem, and its description.
+    :param complain: called with the kind and the description of a problem.
     """
 
     def __init__(
@@ -92,30 +90,28 @@ class Discovery:
         self._graph, self._nodes, self._name = graph, nodes, name
         self._us = participant.guid
         self._participants = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
+        # Built-in readers: True for discovered writers, False for discovered readers.
         self._readers = {
             True: BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
             False: BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
         }
-        """The built-in readers: True for discovered writers, False for discovered readers."""
         self._theirs: dict[bool, dict[Any, DcpsEndpoint]] = {True: {}, False: {}}
-        self._ours: list[Ours] = []
+        self._ours: list[OwnEndpoint] = []
         self._incompatible: dict[int, int] = {}
         self._others: set[Any] = set()
         self._has_namesake = False
 
-    def add(self, ours: Ours) -> None:
-        """Add a reader or writer of ours, and compare it with the discovered endpoints."""
+    def add(self, ours: OwnEndpoint) -> None:
         self._ours.append(ours)
         for endpoint in self._theirs[ours.is_read].values():
             self._compare(ours, endpoint)
 
     def remove(self, entity: object) -> None:
-        """Forget a reader or a writer of ours."""
         self._ours = [each for each in self._ours if each.entity is not entity]
         self._incompatible.pop(id(entity), None)
 
     def look(self) -> None:
-        """Take new discoveries, and complain about endpoints that do not fit."""
+        """Take new discoveries and complain about mismatches."""
         self._look_at_nodes()
         for writes, reader in self._readers.items():
             known = self._theirs[writes]
@@ -137,7 +133,7 @@ class Discovery:
         for sample in self._take(self._graph):
             if hasattr(sample, "cdr") and self._name in self._nodes(sample.cdr):
                 self._has_namesake = True
-        # only services below the name suffer: those of parameters and of the lifecycle
+        # Only services below the name are affected: those of parameters and of the lifecycle.
         if self._has_namesake and any(each.topic.startswith(f"rq{self._name}/") for each in self._ours):
             self._complain(
                 "name", f"another node is called {self._name}, too: their parameters and lives mix"
@@ -152,17 +148,17 @@ class Discovery:
                 return
             yield from samples
 
-    def _compare(self, ours: Ours, endpoint: DcpsEndpoint) -> None:
+    def _compare(self, ours: OwnEndpoint, endpoint: DcpsEndpoint) -> None:
         if endpoint.topic_name != ours.topic:
             return
         policy = endpoint.qos[Policy.Userdata]
-        found = None if policy is None else _HASH.search(bytes(policy.data))
-        theirs = endpoint.type_name, "" if found is None else found[1].decode()
+        match = None if policy is None else _HASH.search(bytes(policy.data))
+        theirs = endpoint.type_name, "" if match is None else match[1].decode()
         name = _name(ours.topic)
         if text := misfit(name, ours.peer, theirs, (ours.sent, ours.type_hash)):
             self._complain(f"type {name} {ours.peer}", text)
 
-    def _look_at_qos(self, ours: Ours) -> None:
+    def _look_at_qos(self, ours: OwnEndpoint) -> None:
         entity = ours.entity
         status = (
             entity.get_requested_incompatible_qos_status()  # type: ignore[no-untyped-call]
@@ -183,8 +179,8 @@ class Discovery:
     def why_unserved(self, topic: str, sent: TypeName, where: str) -> str:
         """Return why a service has no server; see :func:`.misfits.why_unserved`.
 
-        :param topic: of the requests.
-        :param where: which part of the network we are in.
+        :param topic: the topic of requests.
+        :param where: our part of the network.
         """
         self.look()
         served = {
@@ -200,6 +196,6 @@ def _is_alive(sample: Any) -> bool:
 
 
 def _name(topic: str) -> str:
-    """Return what ROS calls a topic, a service or an action of DDS."""
-    found = _PLACE.fullmatch(topic)
-    return topic if found is None else found[1] or found[2]
+    """Return ROS' name of a topic, a service or an action in DDS."""
+    match = _PLACE.fullmatch(topic)
+    return topic if match is None else match[1] or match[2]

@@ -1,4 +1,4 @@
-"""Domains of DDS: which one the environment names, and how far discovery goes in it."""
+"""Domains of DDS, and the range of discovery."""
 
 from __future__ import annotations
 
@@ -13,28 +13,26 @@ from cyclonedds.domain import Domain
 
 from cxbridge.errors import Ros2Error
 
+# Hold it around each call that returns a Qos of cyclonedds, which reads policies into buffers of a class.
+# Without the lock, an endpoint gets the user data of another endpoint that another thread reads.
 READ_QOS: Final = threading.Lock()
-"""Hold it around each call that returns a Qos of cyclonedds, which reads policies into buffers of a class.
 
-Without the lock, an endpoint gets the user data of another endpoint that another thread reads.
-"""
-
+# Configuration of Cyclone DDS' discovery for the ranges within this host.
 _DISCOVERY: Final = {
     "localhost": "<ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
     '<Peers><Peer Address="localhost"/></Peers>',
     "off": f"<ParticipantIndex>none</ParticipantIndex><Tag>cxbridge_{os.getpid()}</Tag>",
 }
-"""The configuration of Cyclone DDS' discovery, by the ranges that stay on this host."""
 
+# Values of ROS_AUTOMATIC_DISCOVERY_RANGE.
 _RANGES: Final = (*_DISCOVERY, "subnet", "system_default")
-"""The values of ROS_AUTOMATIC_DISCOVERY_RANGE."""
 
 
 def lacks_security() -> str:
-    """Return the problem when the environment demands DDS security; empty when it does not.
+    """Return the problem if the environment requires DDS security, else an empty text.
 
-    :raises Ros2Error: when it must not go without.
+    :raises Ros2Error: if the environment enforces security.
     """
     if os.environ.get("ROS_SECURITY_ENABLE", "").lower() != "true":
         return ""
@@ -45,14 +43,14 @@ def lacks_security() -> str:
 
 
 _domains: dict[int, Domain] = {}
+# Number of this process's nodes by domain: a domain is configured once, and closed with its last node.
 _nodes: Counter[int] = Counter()
-"""How many nodes of this process are in each: a domain is configured once, and ends with its last node."""
 
 
 def enter(number: int, reach: str) -> Callable[[], None]:
-    """Configure a domain, once in a process; not when the user's CYCLONEDDS_URI does it.
+    """Configure a domain once per process, unless the user's CYCLONEDDS_URI does.
 
-    :returns: leaves it; only the first call does.
+    :returns: the function that leaves the domain.
     """
     if reach not in _RANGES:
         raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
@@ -74,7 +72,7 @@ def enter(number: int, reach: str) -> Callable[[], None]:
 
 
 def _on_this_host(reach: str) -> str:
-    """Return the configuration of a domain that stays on this host."""
+    """Return the configuration of a domain within this host."""
     return (
         '<CycloneDDS><Domain Id="any"><General><AllowMulticast>false</AllowMulticast>'
         '<Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces></General>'
@@ -83,20 +81,20 @@ def _on_this_host(reach: str) -> str:
 
 
 def delete(entity: Entity) -> None:
-    """End an entity now.
+    """Delete an entity now.
 
-    The wheel ends it when Python drops the last reference, but not when the garbage collector does: its table
-    of entities refers to them weakly, and the collector clears such references first; the wheel takes an
-    entity that is not in its table for ended.
+    The wheel deletes an entity when Python drops the last reference, but not when the garbage collector does:
+    the collector clears the weak references in the wheel's table first, and the wheel takes an entity outside
+    of its table for deleted.
     """
     entity.__del__()
 
 
 def delete_all(writers: Sequence[Entity]) -> None:
-    """End writers at the same time.
+    """Delete writers in parallel.
 
-    Each writer waits until its readers have acknowledged its messages: for a tenth of a second, and for a
-    whole second when a reader was killed a moment ago.
+    Each writer waits for acknowledgements of its readers: a tenth of a second, or a whole second if a reader
+    was killed just now.
     """
     threads = [threading.Thread(target=delete, args=(writer,)) for writer in writers[1:]]
     for thread in threads:

@@ -1,8 +1,8 @@
-"""ROS 2 over DDS, by the wheel of Eclipse Cyclone DDS: no ROS installation is needed.
+"""A node on DDS with the wheel of Eclipse Cyclone DDS, without a ROS installation.
 
-Topics go to nodes of every RMW. Services and actions go to those of rmw_cyclonedds (:mod:`.dds_services`);
-rmw_fastrtps keeps the client's id in a field that this wheel cannot write.
-:mod:`cxbridge_ros2.messages` writes and reads CDR; DDS gets bytes.
+Topics reach nodes of every RMW. Services and actions reach only nodes of rmw_cyclonedds (:mod:`.services`),
+since rmw_fastrtps keeps the client's id in a field that this wheel cannot write.
+:mod:`cxbridge_ros2.messages` encodes CDR; DDS transports the bytes.
 """
 
 from __future__ import annotations
@@ -41,46 +41,38 @@ from cxbridge_ros2.names import TypeName, parse_type
 from cxbridge_ros2.node import AnswerLater, Client, Domain, Node, Publisher, Receive, Report
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.topics import check_topic
-from cxbridge_ros2.transports.dds.discovery import Discovery, Ours
+from cxbridge_ros2.transports.dds.discovery import Discovery, OwnEndpoint
 from cxbridge_ros2.transports.dds.domain import delete, delete_all, enter, lacks_security
 from cxbridge_ros2.transports.dds.services import DdsClient, DdsServer, matched, named
 from cxbridge_ros2.transports.environment import MOST_DDS_DOMAIN, default_reach, domain_id
 
 _BATCH: Final = 256
-_LOOK_S: Final = 1.0
-"""Seconds between two looks at discovered endpoints."""
-
-_DISCOVERY_S: Final = 0.01
-"""Between two looks whether the reader of a response is found."""
+_LOOK_S: Final = 1.0  # seconds between two looks at discovered endpoints
+_DISCOVERY_S: Final = 0.01  # seconds between two checks for the reader of a response
 _NANOSECONDS: Final = 1000
 _GRAPH: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
 _REPORTS: Final = QosProfile(durability="transient_local", depth=1000)
 _GID: Final = parse_type("rmw_dds_common/msg/Gid")
-_ENCLAVE: Final = b"enclave=/;"
-"""The user data of a node's participant; ROS ignores a participant without it."""
+_ENCLAVE: Final = b"enclave=/;"  # user data of a node's participant; ROS ignores a participant without it
 
 _RESOURCE_WAIT: Final = duration(milliseconds=100)
 
 
 @dataclass(frozen=True, slots=True)
 class _Reader:
-    """A reader that has not ended."""
-
     entity: DataReader[Any]
     condition: ReadCondition
     take: Callable[[Any], None]
 
 
 class DdsNode(Node):
-    """A node of ROS 2 on DDS.
+    """A node on DDS.
 
-    :param name: the node's, e.g. ``cxbridge``.
-    :param definitions: the types that are known.
-    :param domain: the DDS domain; that of ``ROS_DOMAIN_ID`` by default.
-    :param reach: ``localhost``: nodes on this host are found, and find us; ``subnet``: those of the network,
-        too; that of ``ROS_AUTOMATIC_DISCOVERY_RANGE`` by default, and ``localhost`` when that is not set.
-    :param report: gets complaints about other nodes; see the base class.
-    :raises Ros2Error: when DDS cannot begin.
+    :param domain: the DDS domain; by default ``ROS_DOMAIN_ID``.
+    :param reach: ``localhost`` to find nodes on this host only, ``subnet`` for the network; by default
+        ``ROS_AUTOMATIC_DISCOVERY_RANGE``, or ``localhost``.
+    :param report: see the base class.
+    :raises Ros2Error: if DDS cannot start.
     """
 
     def __init__(
@@ -110,7 +102,7 @@ class DdsNode(Node):
             ) from None
         self._waits = WaitSet(self._participant)
         self._never = GuardCondition(self._participant)
-        self._waits.attach(self._never)  # a set of nothing does not wait
+        self._waits.attach(self._never)  # an empty wait set does not wait
         self._types: dict[str, Any] = {}
         self._readers: dict[int, _Reader] = {}
         self._writers: list[DataWriter[Any]] = []
@@ -124,7 +116,6 @@ class DdsNode(Node):
     # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
-        """Return a publisher; see the base class."""
         name = parse_type(message_type)
         writer = self._writer(f"rt{check_topic(topic)}", name, qos)
         return _DdsPublisher(writer, partial(self._codec.encode, name), partial(self._end_writer, writer))
@@ -132,7 +123,6 @@ class DdsNode(Node):
     def _subscribe(
         self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
-        """Call ``receive`` for each message of a topic; see the base class."""
         name = parse_type(message_type)
 
         def take(sample: Any) -> None:
@@ -143,58 +133,55 @@ class DdsNode(Node):
         return self._reader(f"rt{check_topic(topic)}", name, qos, take)[1]
 
     def client(self, service: str, service_type: str) -> Client:
-        """Return a client of a service; see the base class."""
         name, whose = parse_type(service_type, "srv"), named("clientid")
         request, response = name.derived("Request"), name.derived("Response")
-        place, qos = check_topic(service), PROFILES["services_default"]
-        writer = self._writer(f"rq{place}Request", request, qos, whose)
-        made = DdsClient(
+        service_topic, qos = check_topic(service), PROFILES["services_default"]
+        writer = self._writer(f"rq{service_topic}Request", request, qos, whose)
+        dds_client = DdsClient(
             writer,
             partial(_write, writer),
             partial(self._codec.encode, request),
             lambda data: self._intact(service, partial(self._codec.decode, response, data)),
-            lambda: self._discovery.why_unserved(f"rq{place}Request", request, self._where),
+            lambda: self._discovery.why_unserved(f"rq{service_topic}Request", request, self._where),
         )
-        reader, end = self._reader(f"rr{place}Reply", response, qos, made.take, whose)
+        reader, end = self._reader(f"rr{service_topic}Reply", response, qos, dds_client.take, whose)
 
         def end_both() -> None:
             end()
             self._end_writer(writer)
 
-        made.receive_from(reader, end_both)
-        return made
+        dds_client.receive_from(reader, end_both)
+        return dds_client
 
     def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
-        """Answer the requests of a service when there is an answer; see the base class."""
         name, whose = parse_type(service_type, "srv"), named("serviceid")
         request, response = name.derived("Request"), name.derived("Response")
-        place, qos = check_topic(service), PROFILES["services_default"]
-        writer = self._writer(f"rr{place}Reply", response, qos, whose)
-        made = DdsServer(
+        service_topic, qos = check_topic(service), PROFILES["services_default"]
+        writer = self._writer(f"rr{service_topic}Reply", response, qos, whose)
+        dds_server = DdsServer(
             writer,
             partial(_write, writer),
             partial(self._codec.encode, response),
             lambda data: self._intact(service, partial(self._codec.decode, request, data)),
             answer,
         )
-        reader, end = self._reader(f"rq{place}Request", request, qos, made.take, whose)
-        made.receive_from(reader)
-        self._servers.append(made)
+        reader, end = self._reader(f"rq{service_topic}Request", request, qos, dds_server.take, whose)
+        dds_server.receive_from(reader)
+        self._servers.append(dds_server)
 
         def end_both() -> None:
-            if made in self._servers:
-                self._servers.remove(made)
-                made.close()
+            if dds_server in self._servers:
+                self._servers.remove(dds_server)
+                dds_server.close()
                 end()
                 self._end_writer(writer)
 
         return end_both
 
     def poll(self, timeout_s: float = 0.0) -> bool:
-        """Hand out all that has come; see the base class."""
-        waiting = [server for server in self._servers if server.send()]
+        unsent_servers = [server for server in self._servers if server.send()]
         if timeout_s > 0:
-            wait_s = min(timeout_s, _DISCOVERY_S) if waiting else timeout_s
+            wait_s = min(timeout_s, _DISCOVERY_S) if unsent_servers else timeout_s
             self._waits.wait(int(wait_s * MICROSECONDS) * _NANOSECONDS)
         now_s = time.monotonic()
         if now_s - self._looked_s > _LOOK_S:
@@ -210,10 +197,10 @@ class DdsNode(Node):
         return any_came
 
     def close(self) -> None:
-        """Leave the network."""
         for server in self._servers:
             server.close()
-        while self._readers:  # not announced one by one: DDS tells that all is gone
+        # Readers are not announced one by one: DDS reports the end of the whole participant.
+        while self._readers:
             _, reader = self._readers.popitem()
             self._waits.detach(reader.condition)
             delete(reader.condition)
@@ -230,18 +217,18 @@ class DdsNode(Node):
         if known is None:
             self._definitions.fields(name)
             known = self._types[name.dds] = _dds_type(name)
-        try:  # without QoS: those of writers and readers count, and one topic has several of them
+        try:  # without QoS, since readers and writers of one topic may differ in theirs
             return Topic(self._participant, topic, known)
         except DDSException as error:
             raise Ros2Error(f"DDS does not take {topic} as {name}: {error}") from None
 
     def _writer(self, topic: str, name: TypeName, profile: QosProfile, whose: str = "") -> DataWriter[Any]:
         qos = self._qos(name, profile, whose)
-        made: DataWriter[Any] = DataWriter(self._participant, self._topic(topic, name), qos=qos)
-        self._writers.append(made)
-        self._discovery.add(Ours(made, topic, name, self._hash(name)))
+        writer: DataWriter[Any] = DataWriter(self._participant, self._topic(topic, name), qos=qos)
+        self._writers.append(writer)
+        self._discovery.add(OwnEndpoint(writer, topic, name, self._hash(name)))
         self._announce()
-        return made
+        return writer
 
     def _reader(
         self,
@@ -258,7 +245,7 @@ class DdsNode(Node):
         self._numbers += 1
         number = self._numbers
         self._readers[number] = _Reader(reader, condition, take)
-        self._discovery.add(Ours(reader, topic, name, self._hash(name)))
+        self._discovery.add(OwnEndpoint(reader, topic, name, self._hash(name)))
         self._announce()
         return reader, lambda: self._end(number)
 
@@ -280,7 +267,7 @@ class DdsNode(Node):
 
     @property
     def _where(self) -> str:
-        """The part of the network we are in."""
+        """Our part of the network."""
         host = " on this host (reach: subnet goes beyond)" if self._reach == "localhost" else ""
         return f"the domain {self._number}{host}"
 
@@ -290,21 +277,21 @@ class DdsNode(Node):
     # --- the graph of ROS -----------------------------------------------------------------------------------
 
     def _make_graph(self) -> tuple[DataWriter[Any], DataReader[Any]]:
-        """Return the writer that reports our node, and the reader of the reports of other participants."""
+        """Return the writer for our node's report, and the reader of other participants' reports."""
         topic = self._topic("ros_discovery_info", _GRAPH)
         writer = DataWriter(self._participant, topic, qos=self._qos(_GRAPH, PROFILES["latched"]))
         qos = Qos(Policy.IgnoreLocal.Participant, base=self._qos(_GRAPH, _REPORTS))
         return writer, DataReader(self._participant, topic, qos=qos)
 
     def _nodes_in(self, report: bytes) -> Iterable[str]:
-        """Return the full names of the nodes that a participant reports."""
+        """Return the full names of the nodes in a participant's report."""
         message = self._intact("ros_discovery_info", partial(self._codec.decode, _GRAPH, report))
         nodes = () if message is None else message["node_entities_info_seq"]
         return [f"{each['node_namespace'].rstrip('/')}/{each['node_name']}" for each in nodes]
 
     def _announce(self) -> None:
-        """Report which readers and writers belong to this node: so the node is in the graph of ROS."""
-        ((_, (_, (_, size))),) = self._definitions.fields(_GID)  # 24 bytes until Humble, 16 now
+        """Report the readers and writers of this node, so that it appears in the graph of ROS."""
+        ((_, (_, (_, size))),) = self._definitions.fields(_GID)  # 24 bytes until Humble, then 16
 
         def gid(entity: Entity) -> Mapping[str, Any]:
             return {"data": entity.guid.bytes.ljust(size, b"\0")}
@@ -320,7 +307,7 @@ class DdsNode(Node):
 
     def _qos(self, name: TypeName, profile: QosProfile, whose: str = "") -> Qos:
         type_hash = self._hash(name)
-        said = f"typehash={type_hash};{whose}" if type_hash else whose
+        user_data = f"typehash={type_hash};{whose}" if type_hash else whose
         reliable = Policy.Reliability.Reliable(_RESOURCE_WAIT)
         return Qos(
             reliable if profile.reliability == "reliable" else Policy.Reliability.BestEffort,
@@ -328,12 +315,11 @@ class DdsNode(Node):
             if profile.durability == "transient_local"
             else Policy.Durability.Volatile,
             Policy.History.KeepLast(profile.depth),
-            *([Policy.Userdata(said.encode())] if said else []),
+            *([Policy.Userdata(user_data.encode())] if user_data else []),
         )
 
 
 def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> DdsNode:
-    """Make a node that joins a domain."""
     return DdsNode(name, definitions, domain.number, domain.reach, report)
 
 
@@ -366,10 +352,10 @@ def _write(writer: DataWriter[Any], data: bytes) -> None:
 
 
 def _dds_type(name: TypeName) -> Any:
-    """Make the class that the wheel needs for a type: samples are bytes in ``cdr``."""
-    made: Any = make_idl_struct(name.name, name.dds, {"data": uint8})
-    made.serialize, made.deserialize = _serialize, classmethod(_deserialize)
-    return made
+    """Make the class for a type that the wheel needs; samples have their bytes in ``cdr``."""
+    idl_struct: Any = make_idl_struct(name.name, name.dds, {"data": uint8})
+    idl_struct.serialize, idl_struct.deserialize = _serialize, classmethod(_deserialize)
+    return idl_struct
 
 
 def _serialize(sample: Any, *_arguments: object, **_options: object) -> bytes:
@@ -378,6 +364,6 @@ def _serialize(sample: Any, *_arguments: object, **_options: object) -> bytes:
 
 
 def _deserialize(kind: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:
-    made = object.__new__(kind)
-    made.cdr = data
-    return made
+    instance = object.__new__(kind)
+    instance.cdr = data
+    return instance

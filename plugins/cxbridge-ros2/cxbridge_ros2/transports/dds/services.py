@@ -1,9 +1,9 @@
-"""Services over DDS, as in rmw_cyclonedds: the client's id and a number precede request and response.
+"""Services over DDS as in rmw_cyclonedds: a client id and a number precede each request and response.
 
-DDS finds writers and readers one by one, on each side. A message to a reader that has not found us is lost.
-So both sides name themselves in their user data, ``clientid`` and ``serviceid``: a client takes a server for
-there when it has found both ends of it, and the server has found the writer of requests; and a server keeps a
-response until the client's reader is found.
+DDS discovers writers and readers one by one on each side, and a message to a reader that has not found us is
+lost. Therefore both sides name themselves in their user data, ``clientid`` and ``serviceid``. A client counts
+a server as available only when it has found both ends of it and the server has found the writer of requests.
+A server keeps a response until it has found the client's reader.
 """
 
 from __future__ import annotations
@@ -28,12 +28,10 @@ if TYPE_CHECKING:
     from cyclonedds.pub import DataWriter
     from cyclonedds.sub import DataReader
 
-_HEADER: Final = struct.Struct("<Qq")
-"""The client's id, and the number of the request."""
+_HEADER: Final = struct.Struct("<Qq")  # client's id and the number of the request
 
 _AGAIN_S: Final = 0.2
-_INTRODUCTION_S: Final = 2.0
-"""Seconds that readers have to find a writer."""
+_INTRODUCTION_S: Final = 2.0  # seconds for readers to find a writer
 
 _CDR_HEADER: Final = 4
 _ID_BYTES: Final = 16
@@ -48,7 +46,7 @@ def named(key: str) -> str:
 
 
 class _Found:
-    """The discovered endpoints, each with the id of its owner."""
+    """The discovered endpoints with the ids of their owners."""
 
     def __init__(
         self, key: str, handles: Callable[[], list[int]], describe: Callable[[int], DcpsEndpoint | None]
@@ -59,20 +57,18 @@ class _Found:
 
     @classmethod
     def readers(cls, key: str, writer: DataWriter[Any]) -> _Found:
-        """Those of a writer's messages."""
         return cls(key, writer.get_matched_subscriptions, writer.get_matched_subscription_data)
 
     @classmethod
     def writers(cls, key: str, reader: DataReader[Any]) -> _Found:
-        """Those of a reader's messages."""
         return cls(key, reader.get_matched_publications, reader.get_matched_publication_data)
 
     def now(self) -> Mapping[int, str]:
-        """Return the owners of the discovered endpoints by handle; empty: an endpoint without an id."""
+        """Return the owners of the discovered endpoints by handle; empty for an endpoint without an id."""
         known, self._owners = self._owners, {}
         for handle in matched(self._handles):
             owner = known.get(handle)
-            if not owner:  # DDS may say it later
+            if not owner:  # DDS may report the id later
                 owner = self._owner(handle)
             if owner is not None:
                 self._owners[handle] = owner
@@ -83,29 +79,29 @@ class _Found:
         return owner in self._owners.values() or owner in self.now().values()
 
     def owner(self, handle: int) -> str:
-        """Return the owner of an endpoint; empty when unknown."""
+        """Return the owner of an endpoint; empty if unknown."""
         return self._owners.get(handle) or self.now().get(handle, "")
 
     def _owner(self, handle: int) -> str | None:
-        """Return what an endpoint says; None: DDS does not know it yet, or any more."""
+        """Return the id in an endpoint's user data; None while DDS does not know the endpoint."""
         with READ_QOS:
             endpoint = self._describe(handle)
         if endpoint is None:
             return None
         policy = endpoint.qos[Policy.Userdata]
-        found = (
+        owners = (
             None if policy is None else self._pattern.search(bytes(policy.data).decode("ascii", "replace"))
         )
-        return "" if found is None else found[1]
+        return "" if owners is None else owners[1]
 
 
 class DdsClient(Client):
     """A client of a service.
 
     :param writer: writes requests.
-    :param encode: makes the bytes of a request.
-    :param decode: reads those of a response; reports those that are broken.
-    :param why: says why there is no server.
+    :param encode: encodes a request.
+    :param decode: decodes a response, or reports a broken one.
+    :param why: returns why there is no server.
     """
 
     def __init__(
@@ -127,31 +123,29 @@ class DdsClient(Client):
         self._unpaired_s = time.monotonic()
 
     def receive_from(self, reader: DataReader[Any], end: Callable[[], None]) -> None:
-        """Get responses from a reader, which ``end`` ends."""
+        """Receive responses from a reader; ``end`` closes it."""
         self._responded, self._end = _Found.writers("serviceid", reader), end
 
     def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
-        """Send a request; see the base class."""
-        made = self._encode(request)
+        payload = self._encode(request)
         self._number += 1
         self._waiting[self._number] = done, failed
-        self._write(_with_header(made, _HEADER.pack(self._us, self._number)))
+        self._write(_with_header(payload, _HEADER.pack(self._us, self._number)))
         return self._number
 
     def forget(self, number: int) -> None:
-        """Wait for a response no more; see the base class."""
         self._waiting.pop(number, None)
 
     def take(self, sample: Any) -> None:
-        """Get a response, which may be another client's."""
+        """Handle a response, which may be for another client."""
         data = sample.cdr
         if len(data) < _CDR_HEADER + _HEADER.size:
             return
         whose, number = _HEADER.unpack_from(data, _CDR_HEADER)
-        found = self._waiting.pop(number, None) if whose == self._us else None
-        if found is None:
+        callbacks = self._waiting.pop(number, None) if whose == self._us else None
+        if callbacks is None:
             return
-        done, failed = found
+        done, failed = callbacks
         response = self._decode(_without_header(data))
         if response is not None:
             done(response)
@@ -160,36 +154,34 @@ class DdsClient(Client):
 
     @property
     def servers(self) -> frozenset[int]:
-        """The servers of which both ends are found, and that have found us; see the base class."""
+        """The servers with both ends found that have also found us."""
         if self._responded is None:
-            return frozenset()  # it is closed
+            return frozenset()  # the client is closed
         owners, requested = set(self._responded.now().values()), self._requested.now()
-        whole = frozenset(handle for handle, owner in requested.items() if owner in owners)
+        paired = frozenset(handle for handle, owner in requested.items() if owner in owners)
         now_s = time.monotonic()
-        if whole or not requested:
+        if paired or not requested:
             self._unpaired_s = now_s
         elif owners and now_s - self._unpaired_s > _INTRODUCTION_S:
-            whole = frozenset(requested)  # they do not say whose they are
-        return self._introduction.found(whole)
+            paired = frozenset(requested)  # endpoints without ids cannot be paired
+        return self._introduction.found(paired)
 
     def why_unserved(self) -> str:
-        """Return why there is no server; see the base class."""
         return self._why()
 
     def close(self) -> None:
-        """Call nothing more."""
         self._responded = None
         if self._end is not None:
             self._end()
 
 
 class _Introduction:
-    """Finds out which readers have found a writer of ours.
+    """Finds out which readers have found one of our writers.
 
-    A reader that acknowledges has found the writer. The writer disposes of an instance: readers of ROS skip
-    that, since a dispose is not a message.
+    A reader that acknowledges a sample has found the writer. The writer sends the disposal of an instance,
+    which readers of ROS skip because it is not a message.
 
-    :param writer: of messages without a key.
+    :param writer: a writer of messages without a key.
     """
 
     def __init__(self, writer: DataWriter[Any]) -> None:
@@ -199,7 +191,7 @@ class _Introduction:
         self._since_s = self._again_s = 0.0
 
     def found(self, handles: frozenset[int]) -> frozenset[int]:
-        """Return those of some readers that have found the writer."""
+        """Return the readers that have found the writer."""
         now_s = time.monotonic()
         if not handles <= self._asked:
             self._asked, self._since_s, self._again_s = handles, now_s, 0.0
@@ -208,7 +200,7 @@ class _Introduction:
         if now_s - self._again_s > _AGAIN_S:
             self._again_s = now_s
             self._writer.dispose(object.__new__(self._writer.data_type))
-        # a killed reader acknowledges nothing until DDS declares it dead: live readers do not wait for it
+        # Give up after a while: a killed reader never acknowledges, and must not delay the live ones.
         if self._is_acknowledged() or now_s - self._since_s > _INTRODUCTION_S:
             self._found = self._asked
         return handles & self._found
@@ -216,7 +208,7 @@ class _Introduction:
     def _is_acknowledged(self) -> bool:
         try:
             return self._writer.wait_for_acks(0)
-        except AttributeError:  # how cyclonedds 11.0.1 says that the time is over
+        except AttributeError:  # cyclonedds 11.0.1 raises this when the time is over
             return False
 
 
@@ -233,9 +225,9 @@ class DdsServer:
     """A server of a service.
 
     :param writer: writes responses.
-    :param write: writes bytes by it.
-    :param encode: makes the bytes of a response.
-    :param decode: reads those of a request; reports those that are broken.
+    :param write: writes encoded responses.
+    :param encode: encodes a response.
+    :param decode: decodes a request, or reports a broken one.
     :param answer: answers requests.
     """
 
@@ -253,15 +245,13 @@ class DdsServer:
         self._kept: list[_Response] = []
 
     def receive_from(self, reader: DataReader[Any]) -> None:
-        """Get requests from a reader."""
         self._writers = _Found.writers("clientid", reader)
 
     def close(self) -> None:
-        """Send nothing more, not even responses to requests in work."""
+        """Send nothing more, not even pending responses."""
         self._kept, self._writers = [], None
 
     def take(self, sample: Any) -> None:
-        """Get a request."""
         head = sample.cdr[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
         handle = _signed(sample.sample_info.publication_handle)
         client = "" if self._writers is None else self._writers.owner(handle)
@@ -277,7 +267,7 @@ class DdsServer:
             self._answer(request, reply)
 
     def send(self) -> bool:
-        """Send the responses whose readers are found; return whether some are left."""
+        """Send the responses whose readers are found; return whether some remain."""
         kept, self._kept = self._kept, []
         for each in kept:
             if not each.client or self._readers.has(each.client):
@@ -290,7 +280,7 @@ class DdsServer:
 def matched(handles: Callable[[], list[int]]) -> list[int]:
     """Return the handles of the discovered endpoints.
 
-    The wheel asks twice, for their number and for their handles, and fails when one came in between.
+    The wheel queries their number and then the handles, and fails if an endpoint appears in between.
     """
     while True:
         with suppress(IndexError):
@@ -298,7 +288,7 @@ def matched(handles: Callable[[], list[int]]) -> list[int]:
 
 
 def _signed(handle: int) -> int:
-    """Return a handle as the wheel lists handles; samples have them without a sign."""
+    """Convert an unsigned handle of a sample to the wheel's signed handles."""
     return handle - 2**64 if handle >= 2**63 else handle
 
 

@@ -1,4 +1,4 @@
-"""The connection to a rosbridge: a websocket that comes back by itself."""
+"""The connection to a rosbridge: a websocket that reconnects automatically."""
 
 from __future__ import annotations
 
@@ -15,30 +15,25 @@ from websockets.sync.client import ClientConnection, connect
 
 from cxbridge.errors import Ros2Error
 
-Operation = Mapping[str, Any]
-"""A message of the rosbridge protocol: its operation is in ``op``."""
+Operation = Mapping[str, Any]  # a message of the rosbridge protocol; `op` is its operation
 
-LOST: Final = {"op": ""}
-"""Comes in the place of an operation when the connection was lost."""
+LOST: Final = {"op": ""}  # placeholder in the inbox for a lost connection
 
 _OPEN_S: Final = 5.0
 _RETRY_S: Final = 1.0
 _STOP_S: Final = 5.0
 _NAMES: Final = ("op", "id", "topic", "service", "action")
 
+# Limit of an unpacked message in bytes. A larger one resets the connection.
 MOST_BYTES: Final = 16 * 1024 * 1024
-"""Bytes of a message of the bridge, unpacked. After a larger one the connection ends and begins again."""
 
-MOST_WAITING: Final = 10_000
-"""Operations that wait to be taken out."""
+MOST_WAITING: Final = 10_000  # limit of queued operations
 
 
 class RosbridgeConnection:
-    """The connection: reconnects by itself, and repeats messages that the bridge has to keep.
+    """A connection that reconnects automatically and repeats the registered operations.
 
-    A thread receives, and connects again.
-
-    :raises Ros2Error: when the first connection fails.
+    A thread receives messages and reconnects.
     """
 
     def __init__(self, url: str) -> None:
@@ -50,8 +45,7 @@ class RosbridgeConnection:
         self._numbers = count()
         self._lock = threading.Lock()
         self._closing = threading.Event()
-        self.connections = 0
-        """How many there have been."""
+        self.connections = 0  # number of connections so far
         self._socket: ClientConnection | None = None
         self._open = ExitStack()
         try:
@@ -68,11 +62,10 @@ class RosbridgeConnection:
 
     @property
     def is_up(self) -> bool:
-        """Whether there is a connection now."""
         return self._socket is not None
 
     def keep(self, op: Operation, undo: Operation) -> Callable[[], None]:
-        """Send an operation now and after each new connection; return what ends that."""
+        """Send an operation now and after each reconnection; return the function that undoes it."""
         number = next(self._numbers)
         with self._lock:
             self._kept[number] = op
@@ -86,7 +79,6 @@ class RosbridgeConnection:
         return end
 
     def send(self, op: Operation) -> bool:
-        """Send an operation; return whether there was a connection."""
         socket = self._socket
         if socket is None:
             return False
@@ -97,7 +89,6 @@ class RosbridgeConnection:
         return True
 
     def received(self, timeout_s: float) -> Iterator[Operation]:
-        """Yield the operations that came; wait so long for the first one."""
         try:
             yield self._inbox.get(timeout=timeout_s) if timeout_s > 0 else self._inbox.get_nowait()
             while True:
@@ -106,7 +97,7 @@ class RosbridgeConnection:
             return
 
     def close(self) -> None:
-        """Leave the bridge, and end the thread."""
+        """Close the connection and end the thread."""
         self._closing.set()
         if self._socket is not None:
             self._socket.close()
@@ -114,7 +105,7 @@ class RosbridgeConnection:
         self._open.close()
 
     def _connect(self) -> None:
-        self._open.close()  # the rest of the last connection
+        self._open.close()  # releases the previous connection
         socket: ClientConnection = self._open.enter_context(
             connect(self._url, open_timeout=_OPEN_S, max_size=MOST_BYTES, proxy=None)
         )
@@ -139,7 +130,7 @@ class RosbridgeConnection:
                     continue
 
     def _put(self, op: Operation) -> None:
-        """Add an operation to the inbox; while the inbox is full the bridge waits for this connection."""
+        """Add an operation to the inbox. A full inbox makes the bridge wait."""
         while not self._closing.is_set():
             with suppress(queue.Full):
                 self._inbox.put(op, timeout=_RETRY_S)
@@ -156,7 +147,7 @@ class RosbridgeConnection:
 
 
 def _parsed(text: str | bytes) -> Operation | None:
-    """Return an operation; None when a bridge should not send such."""
+    """Return an operation, or None for invalid data."""
     try:
         op = json.loads(text)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Messages as JSON, as a rosbridge has them, and back."""
+"""Conversion between messages and the JSON of a rosbridge."""
 
 from __future__ import annotations
 
@@ -20,25 +20,21 @@ _NOTHING: Final = "structure_needs_at_least_one_member"
 
 
 class JsonCodec:
-    """Makes JSON of messages, and messages of JSON.
-
-    :param definitions: the types that are known.
-    """
+    """Converts messages to JSON and back."""
 
     def __init__(self, definitions: Definitions) -> None:
         self._definitions = definitions
         self._codec = Codec(definitions)
 
     def to_json(self, name: TypeName, message: Mapping[str, Any]) -> Any:
-        """Return a message as the rosbridge has it."""
-        # through CDR: the one place that checks messages
+        # through CDR, the one place that checks messages
         return _plain(self._codec.decode(name, self._codec.encode(name, message)))
 
     def from_json(self, name: TypeName, value: Any) -> Message:
-        """Return a message; missing and broken fields have their defaults."""
+        """Return a message; missing and broken fields get their defaults."""
         fields = self._definitions.fields(name)
-        given = value if isinstance(value, Mapping) else {}
-        return {field: self._value(kind, given.get(field)) for field, kind in fields if field != _NOTHING}
+        members = value if isinstance(value, Mapping) else {}
+        return {field: self._value(kind, members.get(field)) for field, kind in fields if field != _NOTHING}
 
     def _value(self, kind: FieldType, value: Any) -> Any:
         node, rest = kind
@@ -53,12 +49,12 @@ class JsonCodec:
 
 
 def base_value(kind: str, value: Any) -> Any:
-    """Return a value as messages have it; one that is missing or of another type has its default."""
+    """Return a value for a base type; missing or mistyped values get the default."""
     if kind in ("float32", "float64"):
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         return float(value) if is_number else math.nan
-    wanted: Any = {"bool": bool, "string": str}.get(kind, int)
-    return value if isinstance(value, wanted) else wanted()
+    python_type: Any = {"bool": bool, "string": str}.get(kind, int)
+    return value if isinstance(value, python_type) else python_type()
 
 
 def _bytes(value: Any) -> bytes:
@@ -72,7 +68,6 @@ def _bytes(value: Any) -> bytes:
 
 
 def _plain(value: Any) -> Any:
-    """Return a message as JSON has it."""
     if isinstance(value, Mapping):
         return {name: _plain(each) for name, each in value.items()}
     if isinstance(value, bytes):

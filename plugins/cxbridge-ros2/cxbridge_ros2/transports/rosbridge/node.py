@@ -22,17 +22,15 @@ DEFAULT_URL: Final = "ws://localhost:9090"
 
 _ACTION: Final = "/_action/"
 _AWAY: Final = "the rosbridge is away"
-_KIND, _TEXT = 40, 500
-"""Characters of a bridge's complaint by which it counts as the same one, and that are shown."""
+_KIND, _TEXT = 40, 500  # lengths of a complaint: for comparison with other complaints, and for display
 
 
 class RosbridgeNode(Node):
-    """A node behind a rosbridge. A lost connection comes back, and with it topics and services.
+    """A node behind a rosbridge. A lost connection is restored with its topics and services.
 
-    :param name: the node's, for logs: in ROS all is done by the bridge's own node.
-    :param definitions: the types that are known.
-    :param url: of the bridge's websocket.
-    :raises Ros2Error: when there is no server, or the server is not a bridge.
+    :param name: for logs; in ROS, the bridge's own node does the work.
+    :param url: the bridge's websocket.
+    :raises Ros2Error: if there is no rosbridge.
     """
 
     def __init__(
@@ -47,13 +45,12 @@ class RosbridgeNode(Node):
         self._calls: dict[str, tuple[TypeName, Receive, Failed]] = {}
         self._servers: dict[str, tuple[TypeName, AnswerLater]] = {}
         self._actions: dict[str, RosbridgeAction] = {}
-        self._later: list[Callable[[], None]] = []
+        self._deferred_calls: list[Callable[[], None]] = []
         self._connection = RosbridgeConnection(url)
 
     # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
-        """Return a publisher; see the base class."""
         name = self._known(parse_type(message_type))
         op = {"op": "advertise", "topic": check_topic(topic), "type": str(name), "queue_size": qos.depth}
         op["latch"] = qos.durability == "transient_local"
@@ -69,7 +66,6 @@ class RosbridgeNode(Node):
     def _subscribe(
         self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
-        """Call ``receive`` for each message of a topic; see the base class."""
         name = parse_type(message_type, "msg")
         if _ACTION in topic:
             return self._action(topic, name).listen(topic.rpartition("/")[2], receive)
@@ -88,7 +84,6 @@ class RosbridgeNode(Node):
         return stop
 
     def client(self, service: str, service_type: str) -> Client:
-        """Return a client of a service; see the base class."""
         name = parse_type(service_type, "srv")
         if _ACTION in service:
             return ActionPartClient(self._connection, self._action(service, name), service.rpartition("/")[2])
@@ -97,7 +92,6 @@ class RosbridgeNode(Node):
         return ServiceClient(self._connection, encode, partial(self._call, check_topic(service), name))
 
     def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
-        """Answer the requests of a service when there is an answer; see the base class."""
         if _ACTION in service:
             raise Ros2Error(
                 "actions are not served over rosbridge", hint="use the transport dds for what ROS calls here"
@@ -115,8 +109,7 @@ class RosbridgeNode(Node):
         return stop
 
     def poll(self, timeout_s: float = 0.0) -> bool:
-        """Hand out all that has come; see the base class."""
-        later, self._later = self._later, []
+        later, self._deferred_calls = self._deferred_calls, []
         for call in later:
             call()
         for action in self._actions.values():
@@ -131,7 +124,6 @@ class RosbridgeNode(Node):
         return came
 
     def close(self) -> None:
-        """Leave the bridge."""
         self._connection.close()
 
     # --- incoming messages --------------------------------------------------------------------------------
@@ -141,20 +133,20 @@ class RosbridgeNode(Node):
             receive(self._codec.from_json(name, op.get("msg")))
 
     def _take_response(self, op: Operation) -> None:
-        found = self._calls.pop(str(op.get("id")), None)
-        if found is None:
+        pending = self._calls.pop(str(op.get("id")), None)
+        if pending is None:
             return
-        name, done, failed = found
+        name, done, failed = pending
         if op.get("result", True):
             done(self._codec.from_json(name.derived("Response"), op.get("values")))
         else:
             failed(str(op.get("values")))
 
     def _take_call(self, op: Operation) -> None:
-        found = self._servers.get(op.get("service", ""))
-        if found is None:
+        server = self._servers.get(op.get("service", ""))
+        if server is None:
             return
-        name, answer = found
+        name, answer = server
 
         def reply(message: Mapping[str, Any]) -> None:
             values = self._codec.to_json(name.derived("Response"), message)
@@ -197,21 +189,23 @@ class RosbridgeNode(Node):
         op = {"op": "call_service", "id": number, "service": service, "type": str(name), "args": args}
         self._calls[number] = (name, done, failed)
         if not self._connection.send(op):
-            self._later.append(lambda: self._take_response({"id": number, "result": False, "values": _AWAY}))
+            self._deferred_calls.append(
+                lambda: self._take_response({"id": number, "result": False, "values": _AWAY})
+            )
 
     def _action(self, place: str, name: TypeName) -> RosbridgeAction:
         action = place.partition(_ACTION)[0]
-        found = self._actions.get(action)
-        if found is None:
-            found = self._actions[action] = RosbridgeAction(
-                check_topic(action), self._connection, self._do_later, self._send_goal
+        known_action = self._actions.get(action)
+        if known_action is None:
+            known_action = self._actions[action] = RosbridgeAction(
+                check_topic(action), self._connection, self._defer, self._send_goal
             )
         if name.kind == "action":
-            found.type = TypeName(name.package, "action", name.name.partition("_")[0])
-        return found
+            known_action.type = TypeName(name.package, "action", name.name.partition("_")[0])
+        return known_action
 
-    def _do_later(self, call: Callable[[], None]) -> None:
-        self._later.append(call)
+    def _defer(self, call: Callable[[], None]) -> None:
+        self._deferred_calls.append(call)
 
     def _send_goal(self, action: RosbridgeAction, number: str, goal: Mapping[str, Any]) -> bool:
         args = self._codec.to_json(action.type.derived("Goal"), goal)
@@ -237,7 +231,7 @@ class _Publisher(Publisher):
 
     @property
     def subscriptions(self) -> int:
-        """One while the bridge is connected: the bridge does not report the number of its servers."""
+        """1 while the bridge is connected: the bridge does not report the number."""
         return int(self._connection.is_up)
 
     def close(self) -> None:
@@ -245,7 +239,6 @@ class _Publisher(Publisher):
 
 
 def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> RosbridgeNode:
-    """Make a node that joins a domain."""
     return RosbridgeNode(name, definitions, domain.url or DEFAULT_URL, report)
 
 

@@ -12,10 +12,10 @@ from cxbridge_ros2.transports.rosbridge.connection import RosbridgeConnection
 
 
 class ServiceClient(Client):
-    """Calls one after the other: the server of rosbridge_suite loses some of those that come at once.
+    """A client that calls one after the other: the server of rosbridge_suite loses some concurrent calls.
 
-    :param encode: makes JSON of a request.
-    :param send: sends a request as JSON; calls one of both functions with the result.
+    :param encode: converts a request to JSON.
+    :param send: sends a request and calls one of both functions with the result.
     """
 
     def __init__(
@@ -27,32 +27,31 @@ class ServiceClient(Client):
         self._connection, self._encode, self._send = connection, encode, send
         self._numbers = count(1)
         self._waiting: dict[int, tuple[Any, Receive, Failed | None]] = {}
-        self._under_way: int | None = None
+        self._active_number: int | None = None
 
     def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
-        """Send a request when those before it have ended; see the base class."""
+        """Send a request after the earlier ones have ended."""
         number = next(self._numbers)
         self._waiting[number] = (self._encode(request), done, failed)
         self._next()
         return number
 
     def forget(self, number: int) -> None:
-        """Wait for a response no longer; see the base class."""
         self._waiting.pop(number, None)
-        if number == self._under_way:  # whose response may never come
-            self._under_way = None
+        if number == self._active_number:  # its response may never arrive
+            self._active_number = None
             self._next()
 
     def _next(self) -> None:
-        if self._under_way is not None or not self._waiting:
+        if self._active_number is not None or not self._waiting:
             return
-        number = self._under_way = next(iter(self._waiting))
+        number = self._active_number = next(iter(self._waiting))
         args, done, failed = self._waiting[number]
 
         def ended(receive: Callable[[Any], None] | None, answer: Any) -> None:
             is_waited_for = self._waiting.pop(number, None) is not None
-            if self._under_way == number:
-                self._under_way = None
+            if self._active_number == number:
+                self._active_number = None
                 self._next()
             if is_waited_for and receive is not None:
                 receive(answer)
@@ -61,8 +60,8 @@ class ServiceClient(Client):
 
     @property
     def servers(self) -> frozenset[int]:
-        """A number while the bridge is connected, another one after a reconnection."""
+        """A number that changes with each reconnection."""
         return frozenset({self._connection.connections}) if self._connection.is_up else frozenset()
 
     def close(self) -> None:
-        """Do nothing: the bridge keeps nothing for a client."""
+        """Do nothing: the bridge stores nothing for a client."""

@@ -1,7 +1,7 @@
-"""What nodes with rmw_zenoh_cpp call things in Zenoh: keys, tokens of liveliness, QoS, attachments.
+"""Names of rmw_zenoh_cpp in Zenoh: keys, liveliness tokens, QoS, attachments.
 
-Its design document describes them. A token announces an entity: a node, a publisher, a subscription, a server
-or a client of a service.
+They are specified in its design document. A token announces an entity: a node, a publisher, a subscription, a
+server or a client of a service.
 """
 
 from __future__ import annotations
@@ -16,22 +16,20 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.names import TypeName
 from cxbridge_ros2.qos import Durability, QosProfile, Reliability
 
+# A publisher of messages, a subscription, a server of a service, or a client.
 Kind = Literal["MP", "MS", "SS", "SC"]
-"""A publisher of messages, a subscription, a server of a service, or a client."""
 
+# Placeholder for the hash in distributions without hashes, such as Humble.
 NO_HASH: Final = "TypeHashNotSupported"
-"""The hash of all types in distributions without hashes: Humble."""
 
-GID: Final = 16
-"""The bytes of the number of a publisher or a client."""
+GID: Final = 16  # length of the number of a publisher or a client, in bytes
 
 _SPACE: Final = "@ros2_lv"
 _NODE: Final = "NN"
 _KINDS: Final[dict[str, Kind]] = {"MP": "MP", "MS": "MS", "SS": "SS", "SC": "SC"}
 _PARTS: Final = 13
 _ATTACHMENT: Final = struct.Struct(f"<qqB{GID}s")
-_DEPTH: Final = 42
-"""The depth that is left out of the text of a QoS."""
+_DEPTH: Final = 42  # default depth, which is omitted from the text of a QoS
 
 _RELIABILITY: Final[dict[str, Reliability]] = {
     "": "reliable",
@@ -48,11 +46,11 @@ _DURABILITY: Final[dict[str, Durability]] = {
 
 
 class TypedName(Struct, frozen=True):
-    """A topic or a service, of one type: endpoints of an equal one reach each other.
+    """A topic or a service of one type. Endpoints with equal values reach each other.
 
-    :param name: e.g. ``/robot1/odom``.
-    :param kind: the type's name, as in DDS.
-    :param type_hash: the type's, e.g. ``RIHS01_df66…``.
+    :param name: such as ``/robot1/odom``.
+    :param kind: the name of the type in DDS.
+    :param type_hash: such as ``RIHS01_df66…``.
     """
 
     name: str
@@ -60,19 +58,17 @@ class TypedName(Struct, frozen=True):
     type_hash: str
 
     def key(self, domain: int) -> str:
-        """Return what messages or requests are sent to."""
+        """Return the key for messages or requests."""
         return f"{domain}/{self.name.strip('/')}/{self.kind}/{self.type_hash}"
 
 
 class NodeName(Struct, frozen=True):
     """A node.
 
-    :param domain: the number of its domain.
-    :param session: the number of its Zenoh session.
-    :param number: the node's in its session.
-    :param name: e.g. ``talker``.
-    :param namespace: ``/`` when it has none.
-    :param enclave: of its security; ``/`` when it has none.
+    :param session: the id of its Zenoh session.
+    :param number: its number in the session.
+    :param namespace: ``/`` for none.
+    :param enclave: its security enclave; ``/`` for none.
     """
 
     domain: int
@@ -84,7 +80,6 @@ class NodeName(Struct, frozen=True):
 
     @property
     def token(self) -> str:
-        """Announces the node."""
         return self._token(self.number, _NODE)
 
     def _token(self, number: int, kind: str) -> str:
@@ -95,8 +90,7 @@ class NodeName(Struct, frozen=True):
 class GraphEndpoint(Struct, frozen=True):
     """A publisher, a subscription, a server or a client.
 
-    :param node: whose it is.
-    :param number: its own in its session.
+    :param number: its number in the session.
     """
 
     node: NodeName
@@ -107,14 +101,13 @@ class GraphEndpoint(Struct, frozen=True):
 
     @property
     def token(self) -> str:
-        """Announces the endpoint."""
-        start = self.node._token(self.number, self.kind)  # noqa: SLF001  of this module
+        start = self.node._token(self.number, self.kind)  # noqa: SLF001 - of this module
         name, kind = _mangled(self.place.name), _mangled(self.place.kind)
         return f"{start}/{name}/{kind}/{self.place.type_hash}/{qos_text(self.qos)}"
 
     @property
     def gid(self) -> bytes:
-        """Its number in attachments: peers compute the number from the token, too."""
+        """Its number in attachments, which peers also compute from the token."""
         return xxh3_128_intdigest(self.token.encode()).to_bytes(GID, "little")
 
 
@@ -122,8 +115,8 @@ class MessageAttachment(Struct, frozen=True):
     """The attachment of a message, a request or a response.
 
     :param number: counts the publisher's messages, or the client's requests.
-    :param time_ns: when it was sent, since 1970.
-    :param gid: the publisher's or the client's.
+    :param time_ns: nanoseconds since the epoch.
+    :param gid: the publisher's or the client's number.
     """
 
     number: int
@@ -135,7 +128,7 @@ class MessageAttachment(Struct, frozen=True):
 
 
 def attachment_of(data: bytes) -> MessageAttachment | None:
-    """Return an attachment; None when the bytes are none (releases before 2025 have another format)."""
+    """Return an attachment, or None for other bytes (releases before 2025 have another format)."""
     if len(data) != _ATTACHMENT.size:
         return None
     number, time_ns, size, gid = _ATTACHMENT.unpack(data)
@@ -143,24 +136,20 @@ def attachment_of(data: bytes) -> MessageAttachment | None:
 
 
 def place_of(name: str, kind: TypeName, definitions: Definitions, *, is_service: bool = False) -> TypedName:
-    """Return the place of a topic or a service.
-
-    :raises Ros2Error: when there is no such type.
-    """
-    # what fields a type has is asked first: the errors say which type there is not
+    # Read the fields first: their errors name the unknown type.
     definitions.fields(kind.derived("Request") if is_service else kind)
     return TypedName(name, kind.dds, definitions.type_hash(kind) if definitions.has_hashes else NO_HASH)
 
 
 def tokens_of(domain: int) -> str:
-    """Return the expression for all tokens of a domain."""
+    """Return the expression that matches all tokens of a domain."""
     return f"{_SPACE}/{domain}/**"
 
 
 def endpoint_of(token: str) -> GraphEndpoint | None:
-    """Return the place of a token; None for a node, and for invalid tokens, which any peer may send."""
+    """Return the endpoint of a token; None for a node and for invalid tokens, which any peer may send."""
     parts = token.split("/")
-    # newer releases add a part about memory that is not the processor's
+    # newer releases append a part about the memory backend
     if len(parts) < _PARTS or parts[0] != _SPACE or not all(parts) or parts[5] not in _KINDS:
         return None
     domain, session, node, number, kind, enclave, namespace, name = parts[1:9]
@@ -173,7 +162,7 @@ def endpoint_of(token: str) -> GraphEndpoint | None:
 
 
 def qos_text(qos: QosProfile) -> str:
-    """Return a QoS as tokens write it: the values that differ from rmw_zenoh_cpp's defaults."""
+    """Return the QoS text of tokens: the values that differ from rmw_zenoh_cpp's defaults."""
     reliability = "2" if qos.reliability == "best_effort" else ""
     durability = "1" if qos.durability == "transient_local" else ""
     depth = "" if qos.depth == _DEPTH else qos.depth
@@ -181,7 +170,7 @@ def qos_text(qos: QosProfile) -> str:
 
 
 def qos_of(text: str) -> QosProfile | None:
-    """Return a QoS; None when the text is none. Times and the kind of history are not kept."""
+    """Return a QoS, or None for an invalid text. Times and the kind of history are ignored."""
     parts = [each.split(",") for each in text.split(":")]
     if [len(each) for each in parts] != [1, 1, 2, 2, 2, 3]:
         return None
@@ -198,7 +187,7 @@ def qos_of(text: str) -> QosProfile | None:
 
 
 def _is_number(text: str) -> bool:
-    return text.isascii() and text.isdecimal() and len(text) <= 20  # noqa: PLR2004  digits of 64 bits
+    return text.isascii() and text.isdecimal() and len(text) <= 20  # noqa: PLR2004 - digits of 64 bits
 
 
 def _mangled(name: str) -> str:

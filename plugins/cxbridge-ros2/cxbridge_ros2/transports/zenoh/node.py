@@ -1,7 +1,7 @@
-"""ROS 2 over Zenoh, for robots with rmw_zenoh_cpp: by the wheel of Eclipse Zenoh, without a ROS installation.
+"""A node on Zenoh with the wheel of Eclipse Zenoh, for robots with rmw_zenoh_cpp.
 
-Messages go to keys that have their type in them; a service is a queryable; tokens of liveliness announce
-endpoints. Zenoh calls back in its threads: incoming messages wait until the node is polled.
+Messages go to keys that contain their type; a service is a queryable; liveliness tokens announce endpoints.
+Zenoh calls back in its own threads, so received messages wait until the node is polled.
 """
 
 from __future__ import annotations
@@ -44,26 +44,24 @@ _SERVICES: Final = PROFILES["services_default"]
 _HEARTBEAT_S: Final = 0.5
 _REQUEST_S: Final = 600.0
 _RESULT_S: Final = 1e9  # a goal may take any time
+# Kind of the remote end of an endpoint, and ROS' term for it.
 _PEERS: Final[Mapping[Kind, tuple[Kind, str]]] = {
     "MP": ("MS", "subscription"),
     "MS": ("MP", "publisher"),
     "SS": ("SC", "client"),
     "SC": ("SS", "server"),
 }
-"""The kind of the remote end of an endpoint, and the ROS term for it."""
 
 _GET_RESULT: Final = "/_action/get_result"
 
 
 class ZenohNode(Node):
-    """A node of ROS 2 on Zenoh.
+    """A node on Zenoh.
 
-    :param name: the node's, e.g. ``cxbridge``.
-    :param definitions: the types that are known.
-    :param url: of the router, e.g. ``tcp/robot:7447``; empty: that of the environment, or this host's.
-    :param domain: the number of the domain; that of ``ROS_DOMAIN_ID`` by default.
-    :param report: gets complaints about other nodes; see the base class.
-    :raises Ros2Error: when there is no router.
+    :param url: the router, such as ``tcp/robot:7447``; empty for the environment's or this host's.
+    :param domain: by default ``ROS_DOMAIN_ID``.
+    :param report: see the base class.
+    :raises Ros2Error: if there is no router.
     """
 
     def __init__(
@@ -95,18 +93,18 @@ class ZenohNode(Node):
     # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
-        """Return a publisher; see the base class."""
         name = parse_type(message_type)
         endpoint = self._endpoint("MP", place_of(check_topic(topic), name, self._definitions), qos)
-        made = _declared_publisher(self._session, endpoint.place.key(self._domain), qos)
-        end = self._announced(endpoint, name, made)
+        zenoh_publisher = _declared_publisher(self._session, endpoint.place.key(self._domain), qos)
+        end = self._announced(endpoint, name, zenoh_publisher)
         subscriptions = partial(self._graph.at, "MS", endpoint.place)
-        return _Publisher(made, endpoint.gid, partial(self._codec.encode, name), subscriptions, end)
+        return _Publisher(
+            zenoh_publisher, endpoint.gid, partial(self._codec.encode, name), subscriptions, end
+        )
 
     def _subscribe(
         self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
-        """Call ``receive`` for each message of a topic; see the base class."""
         name = parse_type(message_type)
         endpoint = self._endpoint("MS", place_of(check_topic(topic), name, self._definitions), qos)
 
@@ -118,11 +116,10 @@ class ZenohNode(Node):
 
         source = InboxSource(take, max(1, qos.depth))
         put = _called(partial(self._inbox.put, source))
-        made = _declared_subscriber(self._session, endpoint.place.key(self._domain), put, qos)
-        return self._announced(endpoint, name, made, source)
+        zenoh_subscriber = _declared_subscriber(self._session, endpoint.place.key(self._domain), put, qos)
+        return self._announced(endpoint, name, zenoh_subscriber, source)
 
     def client(self, service: str, service_type: str) -> Client:
-        """Return a client of a service; see the base class."""
         name = parse_type(service_type, "srv")
         endpoint = self._endpoint("SC", self._service(service, name), _SERVICES)
         querier = self._session.declare_querier(
@@ -131,7 +128,7 @@ class ZenohNode(Node):
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=_RESULT_S if service.endswith(_GET_RESULT) else _REQUEST_S,
         )
-        made = _Client(
+        zenoh_client = _Client(
             querier,
             endpoint.gid,
             partial(self._codec.encode, name.derived("Request")),
@@ -139,13 +136,12 @@ class ZenohNode(Node):
             partial(self._graph.at, "SS", endpoint.place),
             lambda: self._graph.why_unserved(endpoint.place, name, f"the domain {self._domain}"),
         )
-        source = InboxSource(made.take, 0)
-        made.put = partial(self._inbox.put, source)
-        made.end = self._announced(endpoint, name, querier, source)
-        return made
+        source = InboxSource(zenoh_client.take, 0)
+        zenoh_client.put = partial(self._inbox.put, source)
+        zenoh_client.end = self._announced(endpoint, name, querier, source)
+        return zenoh_client
 
     def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
-        """Answer the requests of a service when there is an answer; see the base class."""
         name = parse_type(service_type, "srv")
         endpoint = self._endpoint("SS", self._service(service, name), _SERVICES)
         key = endpoint.place.key(self._domain)
@@ -154,7 +150,7 @@ class ZenohNode(Node):
         def take(query: zenoh.Query) -> None:
             try:
                 request = self._codec.decode(name.derived("Request"), _bytes(query.payload))
-            except Ros2Error as error:  # anybody may ask anything
+            except Ros2Error as error:  # any client may send anything
                 self.complain(f"broken {service}", f"{service}: {error.message}")
                 query.reply_err(str(error))
                 query.drop()
@@ -162,11 +158,12 @@ class ZenohNode(Node):
             answer(request, lambda response: _reply(query, key, encode(response)))
 
         source = InboxSource(take, _SERVICES.depth)
-        made = self._session.declare_queryable(key, _called(partial(self._inbox.put, source)), complete=True)
-        return self._announced(endpoint, name, made, source)
+        queryable = self._session.declare_queryable(
+            key, _called(partial(self._inbox.put, source)), complete=True
+        )
+        return self._announced(endpoint, name, queryable, source)
 
     def poll(self, timeout_s: float = 0.0) -> bool:
-        """Hand out all that has come; see the base class."""
         if self._compared != self._graph.version:
             self._compared = self._graph.version
             for ours, kind in self._ours.values():
@@ -174,7 +171,6 @@ class ZenohNode(Node):
         return self._inbox.hand_out(timeout_s)
 
     def close(self) -> None:
-        """Leave the network."""
         for end in list(self._ends.values()):
             end()
         if not self._session.is_closed():
@@ -189,7 +185,7 @@ class ZenohNode(Node):
         return place_of(check_topic(service), name, self._definitions, is_service=True)
 
     def _compare(self, ours: GraphEndpoint, kind: TypeName) -> None:
-        """Complain about remote endpoints with the name of one of our endpoints and another type."""
+        """Complain about remote endpoints with the same name and another type."""
         wanted, peer = _PEERS[ours.kind]
         name = whole_name(ours.place.name)
         for theirs in self._graph.called(wanted, ours.place.name):
@@ -200,9 +196,9 @@ class ZenohNode(Node):
                 self.complain(f"type {name} {peer}", text)
 
     def _announced(
-        self, endpoint: GraphEndpoint, name: TypeName, made: Any, source: InboxSource | None = None
+        self, endpoint: GraphEndpoint, name: TypeName, entity: Any, source: InboxSource | None = None
     ) -> Callable[[], None]:
-        """Announce an endpoint; return what ends it, once."""
+        """Announce an endpoint; return the function that closes it."""
         token = self._session.liveliness().declare_token(endpoint.token)
 
         def end() -> None:
@@ -212,7 +208,7 @@ class ZenohNode(Node):
             if source is not None:
                 self._inbox.end(source)
             token.undeclare()
-            made.undeclare()
+            entity.undeclare()
 
         self._ours[endpoint.number] = endpoint, name
         self._compare(endpoint, name)
@@ -220,13 +216,12 @@ class ZenohNode(Node):
         return end
 
     def _changed(self, sample: zenoh.Sample) -> None:
-        """Note who comes and goes; in a thread of Zenoh."""
-        note = self._graph.come if sample.kind == zenoh.SampleKind.PUT else self._graph.go
-        note(str(sample.key_expr))
+        """Update the graph; called in a thread of Zenoh."""
+        update = self._graph.add if sample.kind == zenoh.SampleKind.PUT else self._graph.remove
+        update(str(sample.key_expr))
 
 
 def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> ZenohNode:
-    """Make a node that joins a domain."""
     return ZenohNode(name, definitions, domain.url, domain.number, report)
 
 
@@ -296,11 +291,11 @@ class _Client(Client):
         self._waiting.pop(number, None)
 
     def take(self, came: tuple[int, zenoh.Reply | None]) -> None:
-        """Get a response, an error, or that nothing more will come."""
+        """Handle a response, an error, or the end of responses."""
         number, reply = came
         done, failed = self._waiting.pop(number, (None, None))
         if done is None:
-            return  # a second response, or a response to a request that was given up
+            return  # a second response, or a response to a forgotten request
         try:
             response = self._decode(_answered(reply))
         except Ros2Error as error:
@@ -321,7 +316,7 @@ class _Client(Client):
 
 
 def _called(call: Callable[[Any], None], drop: Callable[[], None] | None = None) -> Callback[Any]:
-    """Return what calls in a thread of Zenoh's own: what we call there waits for nothing."""
+    """Return a callback that runs in Zenoh's own thread: it must not block."""
     return Callback(call, drop, indirect=False)
 
 
@@ -330,7 +325,8 @@ def _declared_publisher(
 ) -> zenoh.Publisher | ext.AdvancedPublisher:
     reliable = qos.reliability == "reliable"
     options: Any = {
-        "congestion_control": zenoh.CongestionControl.DROP,  # as rmw_zenoh_cpp: no reader blocks us
+        # as in rmw_zenoh_cpp, so that no reader blocks us
+        "congestion_control": zenoh.CongestionControl.DROP,
         "reliability": zenoh.Reliability.RELIABLE if reliable else zenoh.Reliability.BEST_EFFORT,
     }
     if qos.durability != "transient_local":
@@ -366,10 +362,14 @@ def _declared_subscriber(
 
 
 def _reply(query: zenoh.Query, key: str, data: bytes) -> None:
-    """Answer a query, once; the client may be gone by then."""
-    given = _bytes(query.attachment)
-    asked = attachment_of(given)
-    sent = given if asked is None else bytes(MessageAttachment(asked.number, time.time_ns(), asked.gid))
+    """Answer a query; the client may be gone."""
+    attachment = _bytes(query.attachment)
+    request_attachment = attachment_of(attachment)
+    sent = (
+        attachment
+        if request_attachment is None
+        else bytes(MessageAttachment(request_attachment.number, time.time_ns(), request_attachment.gid))
+    )
     try:
         query.reply(key, data, attachment=sent)
         query.drop()
@@ -378,10 +378,6 @@ def _reply(query: zenoh.Query, key: str, data: bytes) -> None:
 
 
 def _answered(reply: zenoh.Reply | None) -> bytes:
-    """Return the bytes of a response.
-
-    :raises Ros2Error: when it is none.
-    """
     if reply is None:
         raise Ros2Error("the server has not answered: it is gone, or has taken too long")
     if reply.err is not None:

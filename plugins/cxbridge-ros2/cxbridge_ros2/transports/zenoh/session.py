@@ -1,4 +1,4 @@
-"""How a session of Zenoh begins: configured as rmw_zenoh_cpp does it."""
+"""Opens a Zenoh session with the configuration of rmw_zenoh_cpp."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ import zenoh
 from cxbridge.errors import Ros2Error
 from cxbridge.listening import is_loopback
 
-ROUTER: Final = "tcp/localhost:7447"
-"""Where the router of a host is by default."""
+ROUTER: Final = "tcp/localhost:7447"  # default router of a host
 
 _STEP_S: Final = 1.0
 _LOOK_S: Final = 0.02
@@ -29,10 +28,10 @@ _AWAY: Final = {"mode": "client", "scouting/multicast/enabled": False}
 
 
 def open_session(url: str) -> zenoh.Session:
-    """Open a session that reaches a router.
+    """Open a session connected to a router.
 
-    :param url: of the router, e.g. ``tcp/robot:7447``; empty: that of the environment, or this host's.
-    :raises Ros2Error: when the configuration is invalid, or there is no router.
+    :param url: the router, such as ``tcp/robot:7447``; empty for the environment's or this host's.
+    :raises Ros2Error: if the configuration is invalid, or there is no router.
     """
     attempts = _attempts()
     config = _config(url, is_needed=attempts >= 0)
@@ -57,17 +56,17 @@ def open_session(url: str) -> zenoh.Session:
 
 
 def settings_of(url: str, *, is_needed: bool = True) -> dict[str, object]:
-    """Return the configuration without that of the environment, by its keys.
+    """Return the configuration without the environment's overrides, by key.
 
-    :param is_needed: whether there is no session without a router; else it is looked for all the time.
+    :param is_needed: whether the session requires a router; otherwise it keeps looking for one.
     """
-    place = url or ROUTER
+    endpoint = url or ROUTER
     return {
-        **(_HERE if _is_here(place) else _AWAY),
-        "connect/endpoints": [place],
+        **(_HERE if _is_here(endpoint) else _AWAY),
+        "connect/endpoints": [endpoint],
         "connect/timeout_ms": 0,
         "connect/exit_on_failure": is_needed,
-        "timestamping/enabled": True,  # messages for late subscriptions have times
+        "timestamping/enabled": True,  # late subscriptions need the times of messages
     }
 
 
@@ -100,7 +99,7 @@ def _config(url: str, *, is_needed: bool) -> zenoh.Config:
 
 
 def _attempts() -> int:
-    """Return how often a router is looked for; 0: forever, less: not at all."""
+    """Return the number of attempts to find a router; 0 for endless attempts, negative for none."""
     text = os.environ.get("ZENOH_ROUTER_CHECK_ATTEMPTS", "") or "1"
     try:
         return int(text)
@@ -117,9 +116,9 @@ def _has_router(session: zenoh.Session) -> bool:
     return True
 
 
-def _endpoints(made: zenoh.Config) -> str:
-    found = json.loads(made.get_json("connect/endpoints"))
-    return ", ".join(map(str, found)) if isinstance(found, list) and found else "any place"
+def _endpoints(config: zenoh.Config) -> str:
+    endpoints = json.loads(config.get_json("connect/endpoints"))
+    return ", ".join(map(str, endpoints)) if isinstance(endpoints, list) and endpoints else "any place"
 
 
 def _is_here(endpoint: str) -> bool:
@@ -128,6 +127,6 @@ def _is_here(endpoint: str) -> bool:
 
 
 def _one_line(error: Exception) -> str:
-    """Return what Zenoh says, without the places in its sources."""
+    """Return Zenoh's error without positions in its source code."""
     text = " ".join(str(error).partition(" at /")[0].split()).rstrip(".! ")
     return text + "]" * (text.count("[") - text.count("]"))

@@ -1,1 +1,1 @@
-"""The node ``pddl_manager`` of the executive's extension for PDDL: problems that peers change."""
+"""The node ``pddl_manager`` of the executive's PDDL extension, with problems that peers change."""

@@ -1,7 +1,7 @@
-"""The node ``pddl_manager``: 19 services, an action that plans, a topic with the names of changed problems.
+"""The node ``pddl_manager``: 19 services, a planning action, and a topic with names of changed problems.
 
-It joins the nodes of the process when an agent makes a client of one of its services on the virtual clock. In
-real time another node has that name: the original's.
+It joins the process when an agent creates a client of one of its services on the virtual clock. In real time
+the original serves under that name.
 """
 
 from __future__ import annotations
@@ -29,12 +29,10 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Node
 
 NAME: Final = "/pddl_manager"
-MOST_WAITING: Final = 64
-"""Goals that wait for the planner; a further goal is rejected."""
+MOST_WAITING: Final = 64  # limit of goals that wait for the planner; further goals are rejected
 
 _UNKNOWN: Final = "Unknown pddl instance"
-_GROUP_S: Final = 0.1
-"""Seconds within which actions begin that are of one class."""
+_GROUP_S: Final = 0.1  # seconds within which actions of one class start
 
 _MARKS: Final = ("{{", "{%", "{#")
 
@@ -44,7 +42,7 @@ Fields = Mapping[str, Any]
 class PddlManager(GoalHandler, Closing):
     """The node.
 
-    :param node: its part in ROS.
+    :param node: its interface to ROS.
     :param package: the package with its types: that of the extension, or an agent's copy of earlier types.
     """
 
@@ -53,12 +51,12 @@ class PddlManager(GoalHandler, Closing):
         self._problems: dict[str, ManagedProblem] = {}
         self._planning: PlanningService | None = None
         self._waiting: deque[ServedGoal] = deque()
-        for service, (kind, answer) in self._services().items():
+        for service, (kind, handler) in self._services().items():
             with suppress(Ros2Error):  # earlier packages have fewer types
                 node.serve(
                     f"{NAME}/{service}",
                     f"{package}/srv/{kind}",
-                    self._reported(answer),
+                    self._reported(handler),
                     needs=Right.CONTROL,
                 )
         self._updates = node.publisher(f"{NAME}/instance_update", "std_msgs/msg/String")
@@ -89,12 +87,12 @@ class PddlManager(GoalHandler, Closing):
             "get_type_objects": ("GetTypeObjects", self._type_objects),
         }
 
-    def _reported(self, answer: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
-        """Return a function whose errors are the response."""
+    def _reported(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
+        """Return a function that reports errors in its response."""
 
         def respond(request: Message) -> Fields:
             try:
-                return {"success": True, **answer(request)}
+                return {"success": True, **handler(request)}
             except CxbridgeError as error:
                 if error.message != _UNKNOWN:
                     self._log.error(str(error))
@@ -118,8 +116,10 @@ class PddlManager(GoalHandler, Closing):
         self._problems[name] = ManagedProblem(domain, problem, str(folder / request["domain_file"]))
         return {}
 
-    def _all(self, items: Iterable[Message], change: Callable[[ManagedProblem, Message], None]) -> Fields:
-        """Change a problem for each item; those after a mistake count, too."""
+    def _change_each(
+        self, items: Iterable[Message], change: Callable[[ManagedProblem, Message], None]
+    ) -> Fields:
+        """Change a problem for each item; a failed item does not stop the following ones."""
         errors, name = [], ""
         for item in items:
             name = item["pddl_instance"]
@@ -132,24 +132,26 @@ class PddlManager(GoalHandler, Closing):
         return {"success": not errors, "error": " ".join(errors)}
 
     def _set_fluents(self, request: Message, *, value: bool) -> Fields:
-        return self._all(
+        return self._change_each(
             request["fluents"],
             lambda problem, item: problem.set_fluent(item["name"], item["args"], value=value),
         )
 
     def _set_functions(self, request: Message) -> Fields:
-        return self._all(
+        return self._change_each(
             request["functions"],
             lambda problem, item: problem.set_function(item["name"], item["args"], item["value"]),
         )
 
     def _add_objects(self, request: Message) -> Fields:
-        return self._all(
+        return self._change_each(
             request["objects"], lambda problem, item: problem.add_object(item["name"], item["type"])
         )
 
     def _remove_objects(self, request: Message) -> Fields:
-        return self._all(request["objects"], lambda problem, item: problem.remove_object(item["name"]))
+        return self._change_each(
+            request["objects"], lambda problem, item: problem.remove_object(item["name"])
+        )
 
     def _fluents(self, request: Message) -> Fields:
         name = request["pddl_instance"]
@@ -243,15 +245,15 @@ class PddlManager(GoalHandler, Closing):
     # --- planning -----------------------------------------------------------------------------------------
 
     def respond(self, served: ServedGoal) -> GoalResponse:
-        """Refuse a goal when :data:`MOST_WAITING` goals wait."""
+        """Reject a goal while :data:`MOST_WAITING` goals wait."""
         return super().respond(served) if len(self._waiting) < MOST_WAITING else GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
-        """Plan for a goal at the next step: its sender does not know yet that it was accepted."""
+        """Queue a goal; planning starts after its sender has received the acceptance."""
         self._waiting.append(served)
 
     def step(self) -> None:
-        """Plan for the goals that wait. No time of the virtual clock passes."""
+        """Plan for the waiting goals. No virtual time passes."""
         while self._waiting:
             served = self._waiting.popleft()
             served.finish(GoalStatus.SUCCEEDED, self._plan(served.goal))
@@ -274,7 +276,6 @@ class PddlManager(GoalHandler, Closing):
         return {"success": True, "actions": list(_timed(result.actions, name, instance))}
 
     def close(self) -> None:
-        """Leave."""
         self._server.close()
         if self._planning is not None:
             self._planning.close()
@@ -286,7 +287,7 @@ def _fluent(instance: str, ground: tuple[str, tuple[str, ...]]) -> dict[str, Any
 
 
 def _timed(actions: Iterable[PlannedAction], instance: str, goal: str) -> Iterable[Fields]:
-    """Yield the actions of a plan with times; those that begin at about the same time are of one class."""
+    """Yield a plan's actions with times; actions with about the same start are of one class."""
     group, begun = 0, 0.0
     for number, action in enumerate(actions):
         start = float(number) if action.start is None else action.start
@@ -302,10 +303,7 @@ def _timed(actions: Iterable[PlannedAction], instance: str, goal: str) -> Iterab
 
 
 def _render(folder: Path, name: str) -> str:
-    """Return the text of a file, which may be a template of jinja2; empty for no file.
-
-    :raises CxbridgeError: when there is no such file, or the template is wrong.
-    """
+    """Return the text of a file, rendered if it is a jinja2 template; empty for no file."""
     if not name:
         return ""
     file = folder / name

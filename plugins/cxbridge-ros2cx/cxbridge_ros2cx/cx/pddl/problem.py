@@ -1,7 +1,7 @@
-"""A problem of PDDL that changes: objects, fluents, functions, and several goals with filters.
+"""A PDDL problem that changes: objects, fluents, functions, and several goals with filters.
 
-Names are those of unified-planning's reader, which the original has: in small letters. A domain may use
-undeclared requirements.
+Names are lower case, as in unified-planning's reader, which the original uses. A domain may use undeclared
+requirements.
 """
 
 from __future__ import annotations
@@ -34,8 +34,7 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.problems import problem_of_facts
 from cxbridge.executive.problem.truth import KnownState
 
-BASE: Final = "base"
-"""The goal that each problem has."""
+BASE: Final = "base"  # goal of each problem
 
 _REQUIREMENTS: Final = (
     ":strips :typing :negative-preconditions :disjunctive-preconditions :equality :quantified-preconditions"
@@ -49,11 +48,11 @@ _SIGNS: Final = {"assign": "=", "increase": "+", "decrease": "-"}
 
 
 class Change(Struct, frozen=True):
-    """What an action changes.
+    """A change that an action makes.
 
     :param time_point: START or END.
-    :param sign: of a function: ``=``, ``+`` or ``-``; empty: a fluent.
-    :param value: of a fluent 1.0 for true.
+    :param sign: of a function: ``=``, ``+`` or ``-``; empty for a fluent.
+    :param value: for a fluent, 1.0 means true.
     """
 
     ground: Ground
@@ -63,7 +62,7 @@ class Change(Struct, frozen=True):
 
 
 class ManagedGoal(Struct):
-    """A goal, and what of the problem counts for it; an empty filter lets all through."""
+    """A goal and the filters of its problem; an empty filter excludes nothing."""
 
     formulas: list[Formula] = []
     objects: tuple[str, ...] = ()
@@ -74,9 +73,7 @@ class ManagedGoal(Struct):
 class ManagedProblem:
     """A problem.
 
-    :param domain_text: the domain.
-    :param problem_text: the problem; empty: no objects, nothing is true.
-    :raises PddlError: when a text is invalid.
+    :param problem_text: the problem; empty for one without objects and facts.
     """
 
     def __init__(self, domain_text: str, problem_text: str = "", file: str = "") -> None:
@@ -103,9 +100,9 @@ class ManagedProblem:
         return name, tuple(arguments)
 
     def set_fluent(self, name: str, arguments: Sequence[str], *, value: bool) -> None:
-        """Make a fluent true or false.
+        """Set the truth of a fluent.
 
-        :raises PddlError: when there is no such predicate or object.
+        :raises PddlError: if the predicate or an object is unknown.
         """
         self._check(name, arguments, {each.name: each.parameters for each in self.domain.predicates})
         ground = self._ground(name, arguments)
@@ -115,9 +112,9 @@ class ManagedProblem:
             self.fluents.pop(ground, None)
 
     def set_function(self, name: str, arguments: Sequence[str], value: float) -> None:
-        """Give a function a value.
+        """Set the value of a function.
 
-        :raises PddlError: when there is no such function or object.
+        :raises PddlError: if the function or an object is unknown.
         """
         self._check(name, arguments, {each.name: each.parameters for each in self.domain.functions})
         self.functions[self._ground(name, arguments)] = value
@@ -131,10 +128,6 @@ class ManagedProblem:
             raise PddlError(f"'{name}' has {count} arguments, not {len(arguments)}")
 
     def add_object(self, name: str, kind: str) -> None:
-        """Add an object.
-
-        :raises PddlError: when there is no such type, or there is such an object.
-        """
         if kind not in self._parents and kind != "object":
             raise PddlError(f"the domain has no type '{kind}'")
         if name in self.objects:
@@ -142,14 +135,13 @@ class ManagedProblem:
         self.objects[name] = kind
 
     def remove_object(self, name: str) -> None:
-        """Remove an object, and its facts."""
         self.objects.pop(name, None)
         for table in (self.fluents, self.functions):
             for ground in [ground for ground in table if name in ground[1]]:
                 table.pop(ground)
 
     def instances_of(self, kinds: Sequence[str]) -> list[str]:
-        """Return the objects of types and of their subtypes; of no types: all."""
+        """Return the objects of types and of their subtypes; all objects if no type is given."""
         return [name for name, kind in self.objects.items() if not kinds or self._is_one(kind, kinds)]
 
     def _is_one(self, kind: str, kinds: Sequence[str]) -> bool:
@@ -160,7 +152,6 @@ class ManagedProblem:
         return kind in kinds
 
     def has_type(self, kind: str) -> bool:
-        """Return whether the domain has a type."""
         return kind == "object" or kind in self._parents
 
     # --- actions ------------------------------------------------------------------------------------------
@@ -168,23 +159,23 @@ class ManagedProblem:
     def _bound(
         self, action: str, arguments: Sequence[str]
     ) -> tuple[Formula | None, Formula | None, dict[str, str]]:
-        """Return condition and effect of an action, and what its variables stand for."""
-        found = next((each for each in self.domain.actions if each.name == action), None)
-        if found is None:
+        """Return condition and effect of an action, and the values of its variables."""
+        action_definition = next((each for each in self.domain.actions if each.name == action), None)
+        if action_definition is None:
             raise PddlError(f"the domain has no action '{action}'")
-        variables = names_of(found.parameters)
+        variables = names_of(action_definition.parameters)
         if len(variables) != len(arguments):
             raise PddlError(f"'{action}' has {len(variables)} arguments, not {len(arguments)}")
         return (
-            found.condition,
-            found.effect,
+            action_definition.condition,
+            action_definition.effect,
             dict(zip(variables, self._ground(action, arguments)[1], strict=True)),
         )
 
     def unsatisfied(self, action: str, arguments: Sequence[str]) -> list[str]:
-        """Return the conditions for the start of an action that are not true.
+        """Return the unsatisfied start conditions of an action.
 
-        :raises PddlError: when there is no such action or object.
+        :raises PddlError: if the action or an object is unknown.
         """
         condition, _, bound = self._bound(action, arguments)
         truth = KnownState(self.fluents, self.functions, self.instances_of)
@@ -195,9 +186,9 @@ class ManagedProblem:
         ]
 
     def changes(self, action: str, arguments: Sequence[str]) -> Iterator[Change]:
-        """Yield what an action changes.
+        """Yield the changes that an action makes.
 
-        :raises PddlError: when there is no such action or object, or the effect depends on something.
+        :raises PddlError: if the action or an object is unknown, or an effect is conditional.
         """
         _, effect, bound = self._bound(action, arguments)
         truth = KnownState(self.fluents, self.functions, self.instances_of)
@@ -224,27 +215,23 @@ class ManagedProblem:
     # --- goals --------------------------------------------------------------------------------------------
 
     def goal(self, name: str) -> ManagedGoal:
-        """Return a goal.
-
-        :raises PddlError: when there is none of that name.
-        """
         if name not in self.goals:
             raise PddlError(f"there is no goal instance '{name}'", hint=f"there are: {', '.join(self.goals)}")
         return self.goals[name]
 
     def want_fluent(self, goal: str, name: str, arguments: Sequence[str]) -> None:
-        """Want a fluent to be true, too.
+        """Add a fluent to a goal.
 
-        :raises PddlError: when there is no such goal, predicate or object.
+        :raises PddlError: if the goal, the predicate or an object is unknown.
         """
         self._check(name, arguments, {each.name: each.parameters for each in self.domain.predicates})
         ground = self._ground(name, arguments)
         self.goal(goal).formulas.append(Atom(name, tuple(map(Constant, ground[1]))))
 
     def want_function(self, goal: str, name: str, arguments: Sequence[str], value: float) -> None:
-        """Want a function to have a value, too.
+        """Add a function value to a goal.
 
-        :raises PddlError: when there is no such goal, function or object.
+        :raises PddlError: if the goal, the function or an object is unknown.
         """
         self._check(name, arguments, {each.name: each.parameters for each in self.domain.functions})
         ground = self._ground(name, arguments)
@@ -252,28 +239,25 @@ class ManagedProblem:
         self.goal(goal).formulas.append(TermComparison("=", term, Constant(f"{value:g}")))
 
     def filtered(self, goal: str, name: str) -> tuple[Domain, Problem]:
-        """Return domain and problem of a goal, as far as its filters let them through.
-
-        :raises PddlError: when there is no such goal, or the goal needs a filtered action.
-        """
-        wanted = self.goal(goal)
-        objects, fluents = _filter(wanted.objects), _filter(wanted.fluents)
-        actions = _filter(wanted.actions)
+        """Return domain and problem of a goal after its filters."""
+        selected = self.goal(goal)
+        objects, fluents = _filter(selected.objects), _filter(selected.fluents)
+        actions = _filter(selected.actions)
         domain = self.domain
-        if wanted.actions:  # planners read the text, which has all actions
-            left = tuple(each for each in domain.actions if actions(each.name))
-            domain = replace(domain, actions=left, text="")
+        if selected.actions:  # planners read the text, which has all actions
+            kept_actions = tuple(each for each in domain.actions if actions(each.name))
+            domain = replace(domain, actions=kept_actions, text="")
 
-        def is_left(ground: Ground) -> bool:
+        def is_kept(ground: Ground) -> bool:
             return fluents(ground[0]) and all(map(objects, ground[1]))
 
         problem = problem_of_facts(
             domain,
             [each for each in self.objects.items() if objects(each[0])],
-            [each for each in self.fluents if is_left(each)],
-            And(tuple(wanted.formulas)),
+            [each for each in self.fluents if is_kept(each)],
+            And(tuple(selected.formulas)),
             re.sub(r"\W", "_", name) or "problem",
-            [each for each in self.functions.items() if is_left(each[0])],
+            [each for each in self.functions.items() if is_kept(each[0])],
         )
         return domain, problem
 
@@ -283,23 +267,23 @@ def _filter(names: tuple[str, ...]) -> Callable[[str], bool]:
 
 
 def _lenient(text: str) -> str:
-    """Return a domain in small letters that requires all that can be required."""
+    """Return a domain in lower case that declares all requirements."""
     plain = _DECLARED.sub("", _COMMENT.sub("", text).lower())
     return _HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", plain, count=1)
 
 
 def _names(terms: Sequence[Term], bound: dict[str, str] | None = None) -> tuple[str, ...]:
-    found = []
+    names = []
     for term in terms:
         if isinstance(term, Variable) and bound is not None:
-            found.append(bound.get(term.name, term.name))
+            names.append(bound.get(term.name, term.name))
         else:
-            found.append(getattr(term, "name", ""))
-    return tuple(found)
+            names.append(getattr(term, "name", ""))
+    return tuple(names)
 
 
 def _parts(formula: Formula | None, time: str = "START") -> Iterator[tuple[str, Formula]]:
-    """Yield the parts of a conjunction, with the times that they are for."""
+    """Yield the parts of a conjunction with their time points."""
     match formula:
         case None:
             return
@@ -313,7 +297,7 @@ def _parts(formula: Formula | None, time: str = "START") -> Iterator[tuple[str, 
 
 
 def _text(formula: Formula, bound: dict[str, str]) -> str:
-    """Return a condition as unified-planning writes it."""
+    """Return a condition in unified-planning's notation."""
     match formula:
         case Atom(predicate=name, arguments=terms):
             arguments = ", ".join(_names(terms, bound))

@@ -1,1 +1,1 @@
-"""The plug-ins of the executive, a module for each."""
+"""The plug-ins of the executive, one per module."""

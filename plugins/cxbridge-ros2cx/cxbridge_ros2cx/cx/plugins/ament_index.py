@@ -1,4 +1,4 @@
-"""``cx::AmentIndexPlugin``: the existing packages, and their resources."""
+"""``cx::AmentIndexPlugin``: the installed packages and their resources."""
 
 from __future__ import annotations
 
@@ -15,10 +15,9 @@ _PREFIX = "ament-index-"
 
 
 class AmentIndexPlugin(CxPlugin):
-    """Defines the functions ``ament-index-...``; what fails is reported and FALSE."""
+    """Defines the functions ``ament-index-...``; errors are logged, and the function returns FALSE."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the functions."""
         for name, function, count, types in (
             ("get-package-prefix", self._package_prefix, 1, "*;sy"),
             ("get-package-share-directory", self._package_share, 1, "*;sy"),
@@ -31,11 +30,11 @@ class AmentIndexPlugin(CxPlugin):
             env.define(f"{_PREFIX}{name}", self._reported(name, function), count, types=types)
 
     def _reported(self, name: str, function: Callable[..., Value]) -> Callable[..., Value]:
-        """Return a function that reports errors, and returns FALSE then."""
+        """Return a function that logs errors and then returns FALSE."""
 
         def call(*arguments: str) -> Value:
             try:
-                return function(*map(_filled, arguments))
+                return function(*map(_require_text, arguments))
             except LookupError as error:
                 self.log.error(f"{_PREFIX}{name}: {error.args[0]}")
                 return FALSE
@@ -57,8 +56,8 @@ class AmentIndexPlugin(CxPlugin):
         return tuple(text for name, prefix in found for text in (name, str(prefix.path)))
 
     def _resource(self, kind: str, name: str) -> Value:
-        found = self.context.packages.resources(kind).get(name)
-        return FALSE if found is None else (found[0], str(found[1].path))
+        resource = self.context.packages.resources(kind).get(name)
+        return FALSE if resource is None else (resource[0], str(resource[1].path))
 
     def _resources(self, kind: str) -> Value:
         found = self.context.packages.resources(kind).items()
@@ -74,11 +73,10 @@ class AmentIndexPlugin(CxPlugin):
         return ", ".join(str(prefix.path) for prefix in self.context.packages.prefixes)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Report it."""
         self.log.info(f"Destroying plugin for environment {env.name}")
 
 
-def _filled(argument: str) -> str:
+def _require_text(argument: str) -> str:
     if not argument:
         raise LookupError("an argument is empty")
     return argument

@@ -32,14 +32,13 @@ class ConfigPlugin(CxPlugin):
     """Defines ``config-load`` and the template ``confval``."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the template and the function."""
         env.build(_TEMPLATE)
         env.define(
             "config-load", lambda file, prefix: self._load(env, Path(file), prefix), 2, types="*;sy;sy"
         )
 
     def split(self, prefix: str) -> tuple[str, list[str]]:
-        """Return how the paths of facts begin, and the keys that lead to the values."""
+        """Return the path prefix of the facts, and the keys that lead to the values."""
         path = f"/{prefix.removeprefix('/')}".removesuffix("/") if prefix else ""
         return path, [segment for segment in path.split("/") if segment]
 
@@ -59,20 +58,18 @@ class ConfigPlugin(CxPlugin):
             self.log.error(str(error))
 
     def facts(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
-        """Yield the slots of the facts for the values at the prefix."""
         return _facts(node, path)
 
 
 class NewerConfigPlugin(ConfigPlugin):
-    """As of pull request 33 (June 2026): keys may be in quotes; a prefix may lead to a list or a scalar."""
+    """As of pull request 33 (June 2026): quoted keys, and prefixes of lists and scalars."""
 
     def split(self, prefix: str) -> tuple[str, list[str]]:
-        """Return the beginning of the facts' paths, and the keys: a part in single quotes is one key."""
+        """Return the path prefix of the facts, and the keys; single quotes enclose one key."""
         segments = [quoted or plain for quoted, plain in _SEGMENT.findall(prefix)]
         return "".join(f"/{segment}" for segment in segments), segments
 
     def facts(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
-        """Yield the slots of the facts for the values at the prefix."""
         if isinstance(node, YamlList):
             yield from _list_facts(node, path)
         elif isinstance(node, YamlScalar):
@@ -82,17 +79,13 @@ class NewerConfigPlugin(ConfigPlugin):
 
 
 def _below(roots: list[YamlNode], segments: list[str], file: str) -> YamlNode | None:
-    """Return the value at a path.
-
-    :raises ConfigError: when there is none.
-    """
     node = roots[0] if roots else None
     for segment in segments:
         pairs = node.pairs if isinstance(node, YamlMap) else []
-        found = [value for key, value in pairs if isinstance(key, YamlScalar) and key.text == segment]
-        if not found:
+        matches = [value for key, value in pairs if isinstance(key, YamlScalar) and key.text == segment]
+        if not matches:
             raise ConfigError(f"Segment '{segment}' not found in YAML file.", file=file)
-        node = found[-1]
+        node = matches[-1]
     return node
 
 
@@ -112,12 +105,12 @@ def _facts(node: YamlNode | None, path: str, *, in_list: bool = False) -> Iterat
 
 
 def _list_facts(node: YamlList, path: str) -> Iterator[Slots]:
-    """Yield the slots of the facts for a list: of scalars, or of maps by their indices."""
+    """Yield the slots of the facts for a list: all scalars as one fact, maps by their indices."""
     scalars = tuple(item.text for item in node.items if isinstance(item, YamlScalar))
     if scalars:
         yield {"path": path, "type": Symbol("STRING"), "is-list": TRUE, "list-value": scalars}
-    others = [item for item in node.items if not isinstance(item, YamlScalar)]
-    for index, item in enumerate(others):
+    nested = [item for item in node.items if not isinstance(item, YamlScalar)]
+    for index, item in enumerate(nested):
         if isinstance(item, YamlList):
             yield from _list_facts(item, f"{path}/{index}")
         else:

@@ -1,4 +1,4 @@
-"""``cx::ExamplePlugin``: reports its life."""
+"""``cx::ExamplePlugin``: logs its life cycle."""
 
 from __future__ import annotations
 
@@ -11,12 +11,10 @@ if TYPE_CHECKING:
 
 
 class ExamplePlugin(CxPlugin):
-    """Does nothing but to report that."""
+    """Logs each environment and nothing else."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Report it."""
         self.log.info(f"Initializing plugin for environment {env.name}")
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Report it."""
         self.log.info(f"Destroying plugin for environment {env.name}")

@@ -1,4 +1,4 @@
-"""``cx::ExecutivePlugin``: the tick, the time."""
+"""``cx::ExecutivePlugin``: ticks and time facts."""
 
 from __future__ import annotations
 
@@ -30,15 +30,13 @@ class ExecutivePlugin(CxPlugin):
     """Runs the rules of its environments at its rate, each time with a fact ``(time SECONDS)``."""
 
     refreshed_type = "std_msgs/msg/Empty"
-    """The type of the messages that report ticks."""
 
     @property
     def refreshed_topic(self) -> str:
-        """The topic of the ticks."""
         return self.context.ros.whole(_REFRESHED)
 
     def initialize(self) -> None:
-        """Read the rate, and start the timer."""
+        """Read the rate and start the timer."""
         self._asserts_time = self.parameters.get(self.parameter("assert_time"), default=True)
         self._timer = RefreshTimer(self.context.clock, period_us(self.name, self.parameters))
         self._times: dict[StockEnvironment, NumberFact] = {}
@@ -47,7 +45,7 @@ class ExecutivePlugin(CxPlugin):
             self._refreshed = self.context.ros.node.publisher(self.refreshed_topic, self.refreshed_type)
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the functions for the time, and the rule that retracts its fact."""
+        """Define the time functions and the rule that retracts the time fact."""
         if not isinstance(env, StockEnvironment):  # no rule fires in it
             env.time_of = lambda time_us: (time_us / MICROSECONDS,)
             return
@@ -64,7 +62,7 @@ class ExecutivePlugin(CxPlugin):
         return self.context.clock.now_us() / MICROSECONDS
 
     def tick(self) -> None:
-        """Run the rules of the environments, in the order in which they got the plug-in, when it is time."""
+        """At the period, run the rules of the environments in their loading order."""
         if not self._timer.due():
             return
         for env, time in list(self._times.items()):
@@ -76,7 +74,7 @@ class ExecutivePlugin(CxPlugin):
             self._refreshed.publish({})
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Run the rules of the environment no more."""
+        """Stop running the rules of the environment."""
         time = self._times.pop(env, None) if isinstance(env, StockEnvironment) else None
         if time is not None:
             time.dispose()
@@ -85,7 +83,7 @@ class ExecutivePlugin(CxPlugin):
 def period_us(plugin: str, parameters: NodeParameters) -> int:
     """Return the time between two ticks of an executive plug-in.
 
-    :raises ConfigError: when the rate is not an integer, or too small or great, with file and line.
+    :raises ConfigError: if the rate is not an integer from 1 to 10000.
     """
     name = f"{plugin}.refresh_rate"
     rate = parameters.get(name, _DEFAULT_HZ)
@@ -95,11 +93,10 @@ def period_us(plugin: str, parameters: NodeParameters) -> int:
 
 
 def tick_period_us(parameters: NodeParameters) -> int:
-    """Return the time between two ticks of the fastest executive plug-in of the parameters.
-
-    :raises ConfigError: when a rate is wrong, with file and line.
-    """
+    """Return the tick period of the fastest executive plug-in."""
     plugins = [
-        name.removesuffix(".plugin") for name, found in parameters if found.value == CLASS and "." in name
+        name.removesuffix(".plugin")
+        for name, parameter in parameters
+        if parameter.value == CLASS and "." in name
     ]
     return min((period_us(name, parameters) for name in plugins), default=MICROSECONDS // _DEFAULT_HZ)

@@ -18,12 +18,12 @@ _LISTS = ("load", "batch", "cleanup_batch")
 
 
 class FileLoadPlugin(CxPlugin):
-    """Loads and executes files when an environment gets the plug-in, and clean-up files when it ends."""
+    """Loads and executes files in a new environment, and clean-up files at its end."""
 
     def initialize(self) -> None:
         """Find the files: absolute paths, or files in the share folders of packages.
 
-        A file that is missing is reported; the files that are there are loaded.
+        Missing files are logged; the existing ones are loaded.
         """
         self._files: dict[str, list[Path]] = {name: [] for name in _LISTS}
         packages = self.parameters.get_strings(self.parameter("pkg_share_dirs"))
@@ -59,21 +59,22 @@ class FileLoadPlugin(CxPlugin):
             return
         for name, execute in (("load", env.load), ("batch", env.batch)):
             for file in self._files[name]:
+                # a file may change the current module
                 if self.context.is_newer:
                     env.call("set-current-module", Symbol("MAIN"))
                 if not execute(file):
                     raise ClipsError(f"Failed to load file '{file}' failed!, aborting...")
 
     def files(self) -> list[LoadedFile]:
-        """Return the files that are loaded, executed, and executed at the end."""
-        found = []
+        """Return the files that are loaded or executed, also those for the end."""
+        loaded_files = []
         for name, files in self._files.items():
             parameter = self.parameters.find(self.parameter(name))
             mark = Mark(str(self.parameters.file)) if parameter is None else parameter.place
-            found += [LoadedFile(file, name != "load", mark) for file in files]
-        return found
+            loaded_files += [LoadedFile(file, name != "load", mark) for file in files]
+        return loaded_files
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Execute the files for the end."""
+        """Execute the clean-up files."""
         for file in () if self.context.is_look else self._files["cleanup_batch"]:
             env.batch(file)

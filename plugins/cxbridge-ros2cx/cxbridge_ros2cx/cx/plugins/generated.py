@@ -1,6 +1,6 @@
-"""``cx::CX<Package><Type>Plugin``: the plug-ins that the original generates for a message, service or action.
+"""``cx::CX<Package><Type>Plugin``: the generated plug-ins of the original, per message, service or action.
 
-Here the class is made at run time from the definition of the type.
+Here the class is built at run time from the definition of the type.
 """
 
 from __future__ import annotations
@@ -26,30 +26,28 @@ _WORD: Final = re.compile(r"([a-z0-9])([A-Z])")
 
 
 def class_name(kind: TypeName) -> str:
-    """Return the class of the plug-in for a type."""
     return f"cx::CX{_camel(kind)}Plugin"
 
 
 def prefix_of(kind: TypeName) -> str:
-    """Return how the functions and templates for a type begin: ``std-msgs-string-``."""
-    parted = _WORD.sub(r"\1-\2", _UPPER.sub(r"\1-", _camel(kind)))
-    return f"{parted.lower()}-"
+    """Return the prefix of a type's functions and templates: ``std-msgs-string-``."""
+    hyphenated = _WORD.sub(r"\1-\2", _UPPER.sub(r"\1-", _camel(kind)))
+    return f"{hyphenated.lower()}-"
 
 
 def _camel(kind: TypeName) -> str:
     return "".join(part[:1].upper() + part[1:] for part in kind.package.split("_")) + kind.name
 
 
-def find_type(class_of: str, context: NodeContext) -> TypeName | None:
-    """Return the type that a class is for; None when there is no such type."""
-    if CLASS.fullmatch(class_of) is None:
+def find_type(class_text: str, context: NodeContext) -> TypeName | None:
+    if CLASS.fullmatch(class_text) is None:
         return None
     kinds = map(parse_type, context.ros.definitions.names())
-    return next((kind for kind in kinds if class_name(kind) == class_of), None)
+    return next((kind for kind in kinds if class_name(kind) == class_text), None)
 
 
 class GeneratedPlugin(RosPlugin):
-    """The functions and templates for a type.
+    """The functions and templates of a type.
 
     :param kind: the message, service or action.
     """
@@ -75,7 +73,6 @@ class GeneratedPlugin(RosPlugin):
             self._parts = (ActionClients(self, prefix, kind), ActionServers(self, prefix, kind))
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define functions and templates."""
         self._environments[env.name] = env
         for prefix, kind, create, destroy in self._messages:
             self.define_message(env, prefix, kind, create, destroy)
@@ -83,12 +80,11 @@ class GeneratedPlugin(RosPlugin):
             part.define(env)
 
     def handlers(self, env: ClipsEnvironment, server: str) -> list[GoalHandler]:
-        """Return the handler of an action that rules of an environment serve; empty without a server."""
         servers = (part for part in self._parts if isinstance(part, ActionServers))
-        return [found for part in servers if (found := part.handler(env, server)) is not None]
+        return [handler for part in servers if (handler := part.handler(env, server)) is not None]
 
     def tick(self) -> None:
-        """Send requests that have waited for their server."""
+        """Send requests that were waiting for their server."""
         for part in self._parts:
             if isinstance(part, ServiceClients):
                 part.tick(self._environments.get)
@@ -96,7 +92,7 @@ class GeneratedPlugin(RosPlugin):
                 part.tick()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """End the environment's open requests."""
+        """Close the environment's open requests."""
         for part in self._parts:
             part.close(env)
         self._environments.pop(env.name, None)

@@ -39,7 +39,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
     refreshed_type = "std_msgs/msg/Int64"
 
     def initialize(self) -> None:
-        """Read the parameters, start the timer, and serve."""
+        """Read the parameters, start the timer and offer the services."""
         super().initialize()
         self._is_paused = not self.parameters.get(self.parameter("autostart"), default=True)
         self._managed: list[StockEnvironment] = []
@@ -48,11 +48,10 @@ class NewerExecutivePlugin(ExecutivePlugin):
 
     @property
     def refreshed_topic(self) -> str:
-        """The topic of the ticks."""
         return f"{self.parameters.name}/{self.name}/refresh_agenda"
 
     def _serve(self) -> None:
-        node, place = self.context.ros.node, f"{self.parameters.name}/{self.name}"
+        node, prefix = self.context.ros.node, f"{self.parameters.name}/{self.name}"
         triggers: Mapping[str, Callable[[], tuple[bool, str]]] = {
             "pause": self._pause,
             "resume": self._resume,
@@ -64,20 +63,21 @@ class NewerExecutivePlugin(ExecutivePlugin):
                 success, message = act()
                 return {"success": success, "message": message}
 
-            node.serve(f"{place}/{name}", "std_srvs/srv/Trigger", answer, needs=Right.CONTROL)
+            node.serve(f"{prefix}/{name}", "std_srvs/srv/Trigger", answer, needs=Right.CONTROL)
         try:
             for name, command in (("eval", self._eval), ("build", self._build)):
-                node.serve(f"{place}/{name}", "cx_msgs/srv/ClipsCommand", command, needs=Right.PROGRAMS)
+                node.serve(f"{prefix}/{name}", "cx_msgs/srv/ClipsCommand", command, needs=Right.PROGRAMS)
         except Ros2Error as error:
             self.log.warn(f"eval and build are not offered: {error.message}")
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the functions for the time; its fact is not watched."""
+        """Define the time functions, and disable the watch of time facts."""
         if not isinstance(env, StockEnvironment):  # no rule fires in it
             env.time_of = lambda time_us: (time_us / MICROSECONDS,)
             return
         for name in ("now", "now-systime"):
             env.define(name, self._now)
+        # (unwatch facts time) needs the template, which the first fact creates
         index = env.assert_string(f"(time {self._now()})")
         env.eval("(unwatch facts time)")
         if index is not None:
@@ -88,7 +88,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
     # --- ticks --------------------------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Run the rules of the environments when it is time, unless the executive is paused."""
+        """Run the rules of the environments when a tick is due, unless paused."""
         if self._timer.due() and not self._is_paused:
             self._run_all()
 
@@ -101,7 +101,7 @@ class NewerExecutivePlugin(ExecutivePlugin):
             self._refreshed.publish({"data": fired})
 
     def _passes(self, env: StockEnvironment) -> int:
-        """Run passes until no rule fires, or the limit is reached."""
+        """Run passes until no rule fires or the limit is reached."""
         stack, limit = self._stack(env), self.parameters.get(f"{env.name}.rule_limit", -1)
         env.call("set-current-module", Symbol(_MAIN))
         time = env.assert_ordered("time", (self._now(),)) if self._asserts_time else None
@@ -130,18 +130,18 @@ class NewerExecutivePlugin(ExecutivePlugin):
         return fired
 
     def _stack(self, env: StockEnvironment) -> list[str]:
-        """Return the modules that are run; those that there are not are reported."""
+        """Return the modules of the focus stack; unknown ones are logged."""
         name = f"{env.name}.focus_stack"
         if self.parameters.find(name) is None:
             return [_MAIN]
-        found = []
+        modules = []
         for module in self.parameters.get_strings(name):
             if lib.FindDefmodule(env.env, encode(module)) == ffi.NULL:
                 text = f"Focus stack entry '{module}' is not a valid module, removing from stack."
                 self.log.error(text)
             else:
-                found.append(module)
-        return found
+                modules.append(module)
+        return modules
 
     # --- services -----------------------------------------------------------------------------------------
 
@@ -164,16 +164,12 @@ class NewerExecutivePlugin(ExecutivePlugin):
         return True, "Tick executed."
 
     def _find(self, name: str) -> StockEnvironment:
-        """Return an environment; the first for an empty name.
-
-        :raises ClipsError: when there is none.
-        """
         if not self._managed:
             raise ClipsError("No environments available.")
-        found = next((env for env in self._managed if name in ("", env.name)), None)
-        if found is None:
+        environment = next((env for env in self._managed if name in ("", env.name)), None)
+        if environment is None:
             raise ClipsError(f"Environment '{name}' not found.")
-        return found
+        return environment
 
     def _command(
         self,
@@ -202,5 +198,5 @@ class NewerExecutivePlugin(ExecutivePlugin):
         return self._command(request, lambda env, text: int(lib.Build(env.env, text)), "Build", _BUILD)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Run the rules of the environment no more."""
+        """Stop running the rules of the environment."""
         self._managed = [each for each in self._managed if each is not env]

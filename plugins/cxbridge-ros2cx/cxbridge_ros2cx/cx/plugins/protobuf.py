@@ -1,4 +1,4 @@
-"""``cx::ProtobufPlugin``: messages of protobuf, and connections that carry them."""
+"""``cx::ProtobufPlugin``: protobuf messages and their connections."""
 
 from __future__ import annotations
 
@@ -39,24 +39,22 @@ _RULE: Final = "(defrule protobuf-cleanup-{} (declare (salience -10000)) ?fact <
 
 
 class _User(ProtobufUser):
-    """What an environment has, with the templates and texts of the original."""
+    """The protobuf state of an environment, with the original's templates and texts."""
 
     def register(self, full_name: str) -> Value:
         """Register a type; the plug-in's own types are registered already."""
         return TRUE if self.types.is_registered(full_name) else super().register(full_name)
 
     def sender(self, event: Received) -> Value:
-        """Return address and port of a sender; the original knows none of a server."""
+        """Return address and port of a sender; the original does not know a server's address."""
         if event.origin.value == "CLIENT":
             return (Symbol(""),)
         return (Symbol(event.host), event.port)
 
     def time(self, time_us: int) -> Value:
-        """Return a time in seconds."""
         return time_us / MICROSECONDS
 
     def text_of(self, message: Any) -> str:
-        """Return a message as text in one line."""
         return str(message).replace("\n", " ")
 
 
@@ -65,9 +63,9 @@ class _Feature(ProtobufFeature):
 
 
 class ProtobufPlugin(CxPlugin):
-    """Messages of protobuf.
+    """The plug-in.
 
-    :param linked: the .proto files of a plug-in that was generated for them.
+    :param linked: the .proto files of a generated plug-in.
     """
 
     def __init__(self, name: str, context: NodeContext, linked: Sequence[Path] = ()) -> None:
@@ -76,21 +74,21 @@ class ProtobufPlugin(CxPlugin):
         self._environments: list[ClipsEnvironment] = []
 
     def initialize(self) -> None:
-        """Find the folders with definitions of messages."""
+        """Find the folders with message definitions."""
         packages = self.parameters.get_strings(self.parameter("pkg_share_dirs"))
         shares = [
             share for package in packages if (share := self.context.packages.share(package)) is not None
         ]
         folders = [file.parent for file in self._linked]
         for text in self.parameters.get_strings(self.parameter("proto_paths")):
-            found = next(
+            folder_path = next(
                 (folder for share in (Path("/"), *shares) if (folder := share / text).is_dir()), None
             )
-            if found is None:
+            if folder_path is None:
                 fault = f"names a folder that is not there: {text}"
                 self.log.error(str(self.parameters.wrong(self.parameter("proto_paths"), fault)))
             else:
-                folders.append(found.resolve())
+                folders.append(folder_path.resolve())
         settings = ProtobufSettings(tuple(dict.fromkeys(folders)))
         self._feature = _Feature(settings, self.context.connections, templates=False)
 

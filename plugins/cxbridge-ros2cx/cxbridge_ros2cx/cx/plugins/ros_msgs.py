@@ -22,17 +22,15 @@ _UUID_BYTES: Final = 16
 
 
 class RosMsgsPlugin(RosPlugin):
-    """Messages, topics, services, clients of services and of actions, all by the names of their types."""
+    """Messages, topics, services, and clients of services and actions, selected by type name."""
 
     def initialize(self) -> None:
-        """Have no topics, services and actions yet."""
         self._environments: dict[str, ClipsEnvironment] = {}
         self._clients = ServiceClients(self, PREFIX)
         self._actions = ActionClients(self, PREFIX)
         self._parts = (Topics(self, PREFIX), self._clients, ServiceServers(self, PREFIX), self._actions)
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define functions and templates."""
         self._environments[env.name] = env
         create, messages = f"{PREFIX}create-message", self.messages
         self.define(env, create, lambda text: messages.create(parse_type(text)), "sy")
@@ -64,18 +62,18 @@ class RosMsgsPlugin(RosPlugin):
         return Symbol(uuid.UUID(bytes=bytes(values)))
 
     def tick(self) -> None:
-        """Send requests that have waited for their server."""
+        """Send requests that were waiting for their server."""
         self._clients.tick(self._environments.get)
         self._actions.tick()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """End the environment's open requests."""
+        """Close the environment's open requests."""
         for part in self._parts:
             part.close(env)
         self._environments.pop(env.name, None)
 
     def finalize(self) -> None:
-        """Warn of messages that were never destroyed."""
+        """Warn about messages that the rules never destroyed."""
         left = len(self.messages)
         if left:
             self.log.warn(f"Found {left} message(s), cleaning up ...")

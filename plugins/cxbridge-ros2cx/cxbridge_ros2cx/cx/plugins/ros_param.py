@@ -1,4 +1,4 @@
-"""``cx::RosParamPlugin``: parameters of the node in rules."""
+"""``cx::RosParamPlugin``: reads parameters of the node in rules."""
 
 from __future__ import annotations
 
@@ -12,44 +12,37 @@ from cxbridge_ros2cx.cx.plugin import CxPlugin
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
+# The parameters that the node itself declares.
 _DEFAULTS: Final[dict[str, Scalar]] = {"autostart_node": False, "bond_heartbeat_period": 0.0}
-"""The parameters that the node declares by itself."""
 
 _BOOLS: Final = frozenset({"TRUE", "FALSE"})
 
 
 class RosParamPlugin(CxPlugin):
-    """Defines ``ros-param-get-value``."""
-
     def initialize(self) -> None:
-        """Know the parameters that are declared, with their values."""
+        """Start with the declared parameters of the node."""
         self._declared: dict[str, Scalar | tuple[Scalar, ...]] = dict(_DEFAULTS)
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define the function."""
         env.define("ros-param-get-value", self._get, 2, types="*;sy;*")
 
     def _get(self, name: str, default: Value) -> Value:
-        """Return a parameter, which has the type of its default and is declared with it."""
-        found = self.parameters.find(str(name))
-        wanted = _plain(default)
-        value = self._declared.get(str(name), wanted) if found is None else found.value
+        """Return a parameter's value and declare it with the type of its default."""
+        parameter = self.parameters.find(str(name))
+        wanted = _ros_value(default)
+        value = self._declared.get(str(name), wanted) if parameter is None else parameter.value
         self._declared[str(name)] = value
-        if not _same_type(value, wanted):
+        if not _has_same_type(value, wanted):
             raise ClipsError(f"the parameter '{name}' is {value!r}: its type is not that of the default")
-        return _clips(value)
+        return _clips_value(value)
 
 
-def _plain(value: Value) -> Scalar | tuple[Scalar, ...]:
-    """Return a default as ROS has it.
-
-    :raises ClipsError: when ROS has nothing like it.
-    """
+def _ros_value(value: Value) -> Scalar | tuple[Scalar, ...]:
     if isinstance(value, tuple):
-        kinds = {type(_plain(each)) for each in value}
+        kinds = {type(_ros_value(each)) for each in value}
         if len(kinds) > 1:
             raise ClipsError("the values of a list must be of one type")
-        return tuple(each for each in map(_plain, value) if not isinstance(each, tuple))
+        return tuple(each for each in map(_ros_value, value) if not isinstance(each, tuple))
     if isinstance(value, str):
         return value == "TRUE" if value in _BOOLS else str(value)
     if isinstance(value, int | float):
@@ -57,16 +50,16 @@ def _plain(value: Value) -> Scalar | tuple[Scalar, ...]:
     raise ClipsError(f"a parameter is not a {value!r}")
 
 
-def _same_type(value: Scalar | tuple[Scalar, ...], wanted: Scalar | tuple[Scalar, ...]) -> bool:
+def _has_same_type(value: Scalar | tuple[Scalar, ...], wanted: Scalar | tuple[Scalar, ...]) -> bool:
     if isinstance(value, tuple) and isinstance(wanted, tuple):
         wanted = wanted or ("",)
         return not value or type(value[0]) is type(wanted[0])
     return type(value) is type(wanted)
 
 
-def _clips(value: Scalar | tuple[Scalar, ...]) -> Value:
+def _clips_value(value: Scalar | tuple[Scalar, ...]) -> Value:
     if isinstance(value, tuple):
-        return tuple(map(_clips, value))
+        return tuple(map(_clips_value, value))
     if isinstance(value, bool):
         return TRUE if value else FALSE
     return value

@@ -1,4 +1,4 @@
-"""``cx::Tf2PoseTrackerPlugin``: where a frame is in another, in a fact that follows it."""
+"""``cx::Tf2PoseTrackerPlugin``: keeps the pose of a frame relative to another in a fact."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 
 
 class _Lookup(Struct, eq=False):
-    """A frame that is followed.
+    """A tracked frame.
 
     :param fact: the index of its fact; None before the first success.
     """
@@ -52,7 +52,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
     """Defines ``tf2-start-periodic-lookup`` and ``tf2-stop-periodic-lookup``."""
 
     def initialize(self) -> None:
-        """Listen to the frames."""
+        """Subscribe to the transforms."""
         self._buffer = TransformBuffer()
         self._timers: Handles[_Lookup] = Handles("timer", _FIRST_TIMER)
         self._lookups: list[_Lookup] = []
@@ -68,7 +68,6 @@ class Tf2PoseTrackerPlugin(RosPlugin):
                 self.log.warn(f"a frame is left out: {error.message}")
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Define functions and template."""
         if not env.has_template(_TEMPLATE):
             env.build(f"(deftemplate {_TEMPLATE} {_SLOTS})")
         self.define(env, "tf2-start-periodic-lookup", partial(self._start, env), "sy;sy;d", "b")
@@ -93,26 +92,26 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         return TRUE
 
     def tick(self) -> None:
-        """Look for the frames whose time it is."""
+        """Look up the frames that are due."""
         for lookup in list(self._lookups):
             if lookup.timer.due():
                 try:
-                    found = self._buffer.lookup(lookup.parent, lookup.child)
+                    pose = self._buffer.lookup(lookup.parent, lookup.child)
                 except TransformError as error:
                     self.log.warn(f"TF lookup failed: {error.message}")
                 else:
                     with lookup.env.lock:
-                        self._show(lookup, found)
+                        self._show(lookup, pose)
 
-    def _show(self, lookup: _Lookup, found: StampedTransform) -> None:
-        """Assert the fact, or change it."""
-        env, values = lookup.env, _values(found)
-        before, lookup.values = lookup.values, values
+    def _show(self, lookup: _Lookup, pose: StampedTransform) -> None:
+        """Assert or modify the fact of a tracked frame."""
+        env, values = lookup.env, _values(pose)
+        previous_values, lookup.values = lookup.values, values
         if lookup.fact is not None and env.has_fact(lookup.fact):
             slots = " ".join(
                 f"({name} {' '.join(map(show, value)) if isinstance(value, tuple) else show(value)})"
                 for name, value in values.items()
-                if before.get(name) != value
+                if previous_values.get(name) != value
             )
             env.eval(f"(modify {lookup.fact} {slots})")
             return
@@ -124,16 +123,16 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         )
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Follow no frame for an environment any more."""
+        """Stop the lookups of an environment."""
         self._lookups = [lookup for lookup in self._lookups if lookup.env is not env]
 
 
-def _values(found: StampedTransform) -> dict[str, Value]:
+def _values(pose: StampedTransform) -> dict[str, Value]:
     """Return stamp, translation and rotation; whole numbers are INTEGERs, as in the original."""
     return {
-        "stamp": found.stamp_us / MICROSECONDS,
-        "translation": tuple(map(_number, found.transform.translation)),
-        "rotation": tuple(map(_number, found.transform.rotation)),
+        "stamp": pose.stamp_us / MICROSECONDS,
+        "translation": tuple(map(_number, pose.transform.translation)),
+        "rotation": tuple(map(_number, pose.transform.rotation)),
     }
 
 

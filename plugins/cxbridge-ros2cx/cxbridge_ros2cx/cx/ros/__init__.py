@@ -1,1 +1,1 @@
-"""The node's part in ROS: its topics, services and actions, and the messages that rules have."""
+"""The node's interface to ROS: topics, services, actions, and the messages of rules."""

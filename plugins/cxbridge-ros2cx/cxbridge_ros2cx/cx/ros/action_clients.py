@@ -1,4 +1,4 @@
-"""Actions in rules, the side of clients: goals are sent; responses, feedback and results are facts."""
+"""Action clients in rules: functions send goals; responses, feedback and results become facts."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2.names import TypeName
 
-NO_HANDLE: Final = ExternalAddress(0)
-"""The handle of a goal that the server has rejected."""
+NO_HANDLE: Final = ExternalAddress(0)  # handle of a rejected goal
 
 _FIRST_HANDLE: Final = 0x5100_0000_1000
 _CODES: Final = {
@@ -37,7 +36,7 @@ _Key = tuple[str, str]  # environment, server
 
 
 class _Names(Struct, frozen=True):
-    """What functions and templates of a plug-in are called behind its prefix."""
+    """Names of functions and templates behind the plug-in's prefix."""
 
     client: str
     create: str
@@ -68,30 +67,28 @@ _GENERATED: Final = _Names(
 )
 
 
-class _Open(Struct, eq=False):
+class _OpenClient(Struct, eq=False):
     kind: TypeName
     client: ActionClient
     fact: int | None
-    waiting: list[Mapping[str, Any]]
-    """Goals that wait for the server."""
+    waiting: list[Mapping[str, Any]]  # goals that wait for the server
 
 
 class ActionClients:
-    """The clients of a plug-in.
+    """The action clients of a plug-in.
 
-    :param prefix: how functions and templates begin: ``ros-msgs-``.
-    :param kind: the type of all actions; None: functions have the type as argument.
+    :param prefix: the prefix of functions and templates: ``ros-msgs-``.
+    :param kind: the type of all actions; None if functions take the type as an argument.
     """
 
     def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
         self.plugin, self.prefix, self.kind = plugin, prefix, kind
         self._names = _TYPED if kind is None else _GENERATED
-        self._clients: dict[_Key, _Open] = {}
+        self._clients: dict[_Key, _OpenClient] = {}
         self._environments: dict[str, ClipsEnvironment] = {}
         self.handles: Handles[SentGoal] = Handles("goal handle", _FIRST_HANDLE)
 
     def define(self, env: ClipsEnvironment) -> None:
-        """Define functions and templates."""
         plugin, prefix, names = self.plugin, self.prefix, self._names
         self._environments[env.name] = env
         self._define_templates(env)
@@ -167,39 +164,40 @@ class ActionClients:
         if self.kind is None:
             slots["type"] = str(text)
         fact = self.plugin.add_fact(env, f"{self.prefix}{self._names.client}", slots)
-        self._clients[key] = _Open(kind, client, fact, [])
+        self._clients[key] = _OpenClient(kind, client, fact, [])
 
     def _create_goal(self, text: str) -> Value:
         return self.plugin.messages.create(parse_type(text, "action").derived("Goal"))
 
-    def _find(self, env: ClipsEnvironment, server: str) -> _Open:
-        found = self._clients.get((env.name, str(server)))
-        if found is None:
+    def _find(self, env: ClipsEnvironment, server: str) -> _OpenClient:
+        entry = self._clients.get((env.name, str(server)))
+        if entry is None:
             raise ClipsError(f"there is no client of the action {server}: create a client first")
-        return found
+        return entry
 
     def _send(self, env: ClipsEnvironment, message: ExternalAddress, server: str) -> None:
-        """Send a goal as soon as there is a server."""
-        found, view = self._find(env, server), self.plugin.messages.find(message)
-        if view.kind != found.kind.derived("Goal"):
-            raise ClipsError(f"the action {server} has the type {found.kind}, the message {view.kind}")
-        if found.client.is_served and not found.waiting:
-            self._call(env, str(server), found, view.fields)
+        """Send a goal as soon as a server exists."""
+        entry, view = self._find(env, server), self.plugin.messages.find(message)
+        if view.kind != entry.kind.derived("Goal"):
+            raise ClipsError(f"the action {server} has the type {entry.kind}, the message {view.kind}")
+        if entry.client.is_served and not entry.waiting:
+            self._call(env, str(server), entry, view.fields)
             return
-        if not found.waiting:
+        if not entry.waiting:
             self.plugin.log.warn(f"server {server} not available, start waiting")
-        found.waiting.append(copied(view.fields))
+        # rules may change or destroy the message before the server appears
+        entry.waiting.append(copied(view.fields))
 
-    def _call(self, env: ClipsEnvironment, server: str, found: _Open, goal: Mapping[str, Any]) -> None:
-        found.client.send(goal, _GoalFacts(self, env, server, found.kind))
+    def _call(self, env: ClipsEnvironment, server: str, entry: _OpenClient, goal: Mapping[str, Any]) -> None:
+        entry.client.send(goal, _GoalFacts(self, env, server, entry.kind))
 
     def tick(self) -> None:
         """Send the goals whose servers have appeared."""
-        for (name, server), found in list(self._clients.items()):
-            if found.waiting and found.client.is_served:
+        for (name, server), entry in list(self._clients.items()):
+            if entry.waiting and entry.client.is_served:
                 self.plugin.log.info(f"server {server} is finally reachable")
-                while found.waiting:
-                    self._call(self._environments[name], server, found, found.waiting.pop(0))
+                while entry.waiting:
+                    self._call(self._environments[name], server, entry, entry.waiting.pop(0))
 
     def _cancel(self, env: ClipsEnvironment, server: str, address: ExternalAddress) -> None:
         self._find(env, server)
@@ -212,7 +210,7 @@ class ActionClients:
     def cancel_answered(
         self, env: ClipsEnvironment, server: str, handle: ExternalAddress, response: Message
     ) -> None:
-        """Assert a server's answer to a request to cancel goals."""
+        """Assert a server's response to a cancel request."""
         plugin, prefix = self.plugin, self.prefix
         if self.kind is None:
             kind = parse_type(CANCEL_GOAL, "srv").derived("Response")
@@ -235,27 +233,26 @@ class ActionClients:
             )
 
     def is_open(self, env: ClipsEnvironment, server: str) -> bool:
-        """Return whether an environment has a client of a server."""
         return (env.name, server) in self._clients
 
     def _end(self, env: ClipsEnvironment, server: str) -> None:
-        found = self._clients.pop((env.name, str(server)), None)
-        if found is None:
+        entry = self._clients.pop((env.name, str(server)), None)
+        if entry is None:
             self.plugin.log.warn(f"Action client {server} not found in environment {env.name}")
             return
-        found.client.close()
-        if found.fact is not None:
-            env.retract(found.fact)
+        entry.client.close()
+        if entry.fact is not None:
+            env.retract(entry.fact)
 
     def close(self, env: ClipsEnvironment) -> None:
-        """End the clients that an environment has left open, and warn of them."""
+        """Close the clients that an environment has left open, with a warning."""
         for key in [key for key in self._clients if key[0] == env.name]:
             self._clients.pop(key).client.close()
             self.plugin.log.warn(f"Environment {env.name} has open {key[1]} action client, cleaning up ...")
 
 
 class _GoalFacts(GoalObserver):
-    """Asserts what happens to a goal, in its order."""
+    """Asserts the events of a goal in order."""
 
     def __init__(self, clients: ActionClients, env: ClipsEnvironment, server: str, kind: TypeName) -> None:
         self._clients, self._env, self._server, self._kind = clients, env, server, kind
@@ -267,19 +264,16 @@ class _GoalFacts(GoalObserver):
             clients.plugin.add_fact(self._env, f"{clients.prefix}{name}", {"server": self._server, **slots})
 
     def answered(self, sent: SentGoal) -> None:
-        """Assert the response of the server."""
         if sent.is_accepted:
             self._handle = self._clients.handles.add(sent)
         self._add("goal-response", {"client-goal-handle-ptr": self._handle})
 
     def feedback(self, sent: SentGoal, feedback: Message) -> None:  # noqa: ARG002
-        """Assert feedback."""
         name = "feedback" if self._clients.kind is None else "goal-feedback"
         address = self._clients.plugin.messages.take(self._kind.derived("Feedback"), feedback)
         self._add(name, {"client-goal-handle-ptr": self._handle, "feedback-ptr": address})
 
     def ended(self, sent: SentGoal) -> None:
-        """Assert the result."""
         messages, kind = self._clients.plugin.messages, self._kind.derived("Result")
         address = messages.take(kind, sent.result) if sent.result else messages.create(kind)
         self._add(
@@ -294,5 +288,4 @@ class _GoalFacts(GoalObserver):
         )
 
     def cancel_answered(self, sent: SentGoal, response: Message) -> None:  # noqa: ARG002
-        """Assert the server's answer to a request to cancel the goal."""
         self._clients.cancel_answered(self._env, self._server, self._handle, response)

@@ -1,4 +1,4 @@
-"""Actions in rules, the side of servers: a deffunction accepts goals, rules execute them by their handles."""
+"""Action servers in rules: a deffunction accepts goals, rules execute them by their handles."""
 
 from __future__ import annotations
 
@@ -25,26 +25,24 @@ _FIRST_HANDLE: Final = 0x5200_0000_1000
 _CANCEL_ACCEPTED: Final = 2
 
 
-class _Open(Struct, eq=False):
+class _OpenServer(Struct, eq=False):
     server: GoalServer
     handler: GoalHandler
     fact: int | None
 
 
 class ActionServers:
-    """The servers of a generated plug-in.
+    """The action servers of a generated plug-in.
 
-    :param prefix: how functions and templates begin: ``example-interfaces-fibonacci-``.
-    :param kind: the type of all actions.
+    :param prefix: the prefix of functions and templates: ``example-interfaces-fibonacci-``.
     """
 
     def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName) -> None:
         self.plugin, self.prefix, self.kind = plugin, prefix, kind
-        self._servers: dict[tuple[str, str], _Open] = {}
+        self._servers: dict[tuple[str, str], _OpenServer] = {}
         self.handles: Handles[ServedGoal] = Handles("goal handle or result pointer", _FIRST_HANDLE)
 
     def define(self, env: ClipsEnvironment) -> None:
-        """Define functions and templates."""
         plugin, prefix = self.plugin, self.prefix
         plugin.template(env, f"{prefix}server", name=STRING)
         plugin.template(env, f"{prefix}accepted-goal", server=STRING, server_goal_handle_ptr=ADDRESS)
@@ -62,16 +60,16 @@ class ActionServers:
         for name, function in (
             ("get-goal", self._goal),
             ("get-goal-id", lambda address: _id(self.handles.find(address))),
-            ("is-canceling", partial(self._is, GoalStatus.CANCELING)),
-            ("is-executing", partial(self._is, GoalStatus.EXECUTING)),
-            ("is-active", partial(self._is, *GoalStatus.__members__.values())),
+            ("is-canceling", partial(self._has_status, GoalStatus.CANCELING)),
+            ("is-executing", partial(self._has_status, GoalStatus.EXECUTING)),
+            ("is-active", partial(self._has_status, *GoalStatus.__members__.values())),
             ("execute", lambda address: self.handles.find(address).execute()),
             ("destroy", self.handles.destroy),
         ):
             plugin.define(env, f"{handle}{name}", self._reported(function), "e")
 
     def _reported(self, function: Callable[..., Value]) -> Callable[..., Value]:
-        """Return a function that reports an unknown handle, and continues."""
+        """Return a function that logs an unknown handle and then returns FALSE."""
 
         def call(*arguments: Value) -> Value:
             try:
@@ -88,7 +86,7 @@ class ActionServers:
             self.plugin.log.warn(f"Already registered to server {server}")
             return
         ros, handler = self.plugin.ros, _Handler(self, env, str(server))
-        made = GoalServer(
+        goal_server = GoalServer(
             ros.node,
             ros.whole(server),
             str(self.kind),
@@ -97,19 +95,19 @@ class ActionServers:
             needs=Right.CONTROL,
         )
         fact = self.plugin.add_fact(env, f"{self.prefix}server", {"name": str(server)})
-        self._servers[key] = _Open(made, handler, fact)
+        self._servers[key] = _OpenServer(goal_server, handler, fact)
 
     def handler(self, env: ClipsEnvironment, server: str) -> GoalHandler | None:
-        """Return the handler of a server of an environment; None without such a server."""
-        found = self._servers.get((env.name, server))
-        return None if found is None else found.handler
+        """Return the handler of an environment's server; None without such a server."""
+        entry = self._servers.get((env.name, server))
+        return None if entry is None else entry.handler
 
     def _goal(self, address: ExternalAddress) -> Value:
         goal = self.handles.find(address).goal
         return self.plugin.messages.take(self.kind.derived("Goal"), goal)
 
-    def _is(self, *arguments: GoalStatus | ExternalAddress) -> Value:
-        """Return whether a goal that has not ended has one of these states."""
+    def _has_status(self, *arguments: GoalStatus | ExternalAddress) -> Value:
+        """Return whether an active goal has one of the given states."""
         *states, address = arguments
         assert isinstance(address, ExternalAddress)
         status = self.handles.find(address).status
@@ -131,30 +129,30 @@ class ActionServers:
         self.handles.find(address).publish_feedback(self._message(feedback, "Feedback"))
 
     def _end(self, env: ClipsEnvironment, server: str) -> None:
-        found = self._servers.pop((env.name, str(server)), None)
-        if found is None:
+        entry = self._servers.pop((env.name, str(server)), None)
+        if entry is None:
             self.plugin.log.warn(f"Server {server} not found in environment {env.name}")
             return
-        found.server.close()
-        if found.fact is not None:
-            env.retract(found.fact)
+        entry.server.close()
+        if entry.fact is not None:
+            env.retract(entry.fact)
 
     def close(self, env: ClipsEnvironment) -> None:
-        """End the servers that an environment has left open, and warn of them."""
+        """Close the servers that an environment has left open, with a warning."""
         for key in [key for key in self._servers if key[0] == env.name]:
             self._servers.pop(key).server.close()
             self.plugin.log.warn(f"Environment {env.name} has open {key[1]} server, cleaning up ...")
 
 
 class _Handler(GoalHandler):
-    """Calls deffunctions for the goals of a server, at once."""
+    """Calls deffunctions for the goals of a server at once."""
 
     def __init__(self, servers: ActionServers, env: ClipsEnvironment, server: str) -> None:
         self._servers, self._env, self._server = servers, env, server
         self._addresses: dict[bytes, ExternalAddress] = {}
 
     def _call(self, name: str, *arguments: Value) -> Value:
-        """Call a deffunction with the server's name; return None when there is none, or it fails."""
+        """Call a deffunction with the server's name; return None if undefined, 1 if it fails."""
         function = f"{self._servers.prefix}{name}-callback"
         with self._env.lock:
             if not self._env.has_deffunction(function):
@@ -169,7 +167,7 @@ class _Handler(GoalHandler):
         return self._servers.plugin.messages.take(self._servers.kind.derived("Goal"), served.goal)
 
     def respond(self, served: ServedGoal) -> GoalResponse:
-        """Ask the deffunction what becomes of a goal; without one it is executed."""
+        """Let the deffunction decide about a goal; without a deffunction, accept and execute."""
         goal = self._goal(served)
         answer = self._call("handle-goal", goal, _id(served))
         self._servers.plugin.messages.destroy(goal)
@@ -181,13 +179,12 @@ class _Handler(GoalHandler):
         return GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
-        """Assert that a goal was accepted."""
         address = self._addresses[served.number] = self._servers.handles.add(served)
         slots = {"server": self._server, "server-goal-handle-ptr": address}
         self._servers.plugin.add_fact(self._env, f"{self._servers.prefix}accepted-goal", slots)
 
     def may_cancel(self, served: ServedGoal) -> bool:
-        """Ask the deffunction whether a goal may be cancelled; without one it may."""
+        """Let the deffunction decide about a cancel request; without a deffunction, accept."""
         goal = self._goal(served)
         answer = self._call("cancel-goal", goal, self._addresses[served.number])
         self._servers.plugin.messages.destroy(goal)

@@ -1,7 +1,7 @@
-"""The messages that rules have: each an address, its fields read and set by name.
+"""The messages of rules: each has an address; fields are read and set by name.
 
-The message within a message is a view: a field that is set there is set in the whole. A message that is put
-into a field is moved, as in the original: its strings and lists are empty afterwards.
+A nested message is a view: a change to its field changes the whole message. A message that is put into a
+field is moved, as in the original: its strings and lists are empty afterwards.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from cxbridge_ros2.definitions import Definitions, FieldType
 from cxbridge_ros2.messages import Codec
 from cxbridge_ros2.names import TypeName, parse_type
 
-Fields = dict[str, Any]
-"""The fields of a message; those of messages within it are mappings, too."""
+Fields = dict[str, Any]  # fields of a message; nested messages are mappings, too
 
 _BITS: Final = {f"{sign}int{bits}": bits for bits in (8, 16, 32, 64) for sign in ("", "u")} | {
     "byte": 8,
@@ -33,29 +32,27 @@ _STEP: Final = 0x40
 
 
 class Addresses:
-    """Addresses that are given out; one that was freed is used again, as in the original."""
+    """Allocates addresses; freed addresses are reused, as in the original."""
 
     def __init__(self, first: int = _FIRST_ADDRESS) -> None:
         self._free: list[ExternalAddress] = []
         self._numbers = count(first, _STEP)
 
     def take(self) -> ExternalAddress:
-        """Return a fresh address."""
         return self._free.pop() if self._free else ExternalAddress(next(self._numbers))
 
     def free(self, address: ExternalAddress) -> None:
-        """Take an address back."""
         self._free.append(address)
 
 
 class FieldError(ClipsError):
-    """A field that there is not, or a value that it does not take."""
+    """An unknown field, or a value that does not fit its type."""
 
 
 class MessageView(Struct, eq=False):
-    """A message, or the part of one, at an address.
+    """A message, or a part of one, at an address.
 
-    :param parent: the message that has this one in a field; None: it is whole.
+    :param parent: the message that contains this one; None for a whole message.
     """
 
     kind: TypeName
@@ -64,9 +61,9 @@ class MessageView(Struct, eq=False):
 
 
 class MessageTable:
-    """Messages by their addresses, of all environments.
+    """The messages of all environments by address.
 
-    :param definitions: the types that are known.
+    :param definitions: the known types.
     """
 
     def __init__(self, definitions: Definitions) -> None:
@@ -77,19 +74,18 @@ class MessageTable:
         self._addresses = Addresses()
 
     def __len__(self) -> int:
-        """Return how many whole messages there are."""
+        """Return the number of whole messages."""
         return sum(view.parent is None for view in self._views.values())
 
-    def create(self, kind: TypeName, given: Mapping[str, Any] | None = None) -> ExternalAddress:
-        """Return the address of a new message; fields that are not given have their defaults.
+    def create(self, kind: TypeName, field_values: Mapping[str, Any] | None = None) -> ExternalAddress:
+        """Return the address of a new message, with defaults for the missing fields.
 
-        :raises Ros2Error: when there is no such type, or the given fields do not fit.
+        :raises Ros2Error: if the type is unknown, or a field does not fit.
         """
-        fields = self._codec.decode(kind, self._codec.encode(kind, given or {}))
+        fields = self._codec.decode(kind, self._codec.encode(kind, field_values or {}))
         return self._add(MessageView(kind, fields))
 
     def take(self, kind: TypeName, fields: Fields) -> ExternalAddress:
-        """Return the address of a message that has come."""
         return self._add(MessageView(kind, fields))
 
     def _add(self, view: MessageView) -> ExternalAddress:
@@ -102,7 +98,7 @@ class MessageTable:
     def find(self, address: ExternalAddress) -> MessageView:
         """Return the message at an address.
 
-        :raises ClipsError: when there is none, e.g. no more.
+        :raises ClipsError: if the address is unknown, e.g. already freed.
         """
         view = self._views.get(address)
         if view is None:
@@ -110,17 +106,13 @@ class MessageTable:
         return view
 
     def destroy(self, address: ExternalAddress) -> None:
-        """Forget a message, and the addresses of its parts; without one nothing happens."""
+        """Remove a message and the addresses of its parts; unknown addresses are ignored."""
         if self._views.pop(address, None) is not None:
             self._addresses.free(address)
         for part in self._parts.pop(address, ()):
             self.destroy(part)
 
     def kind_of(self, view: MessageView, field: str) -> FieldType:
-        """Return the type of a field.
-
-        :raises FieldError: when there is no such field.
-        """
         known = dict(self.definitions.fields(view.kind))
         if field not in known:
             raise FieldError(f"{view.kind} has no field '{field}'", hint=f"it has: {', '.join(known)}")
@@ -129,7 +121,7 @@ class MessageTable:
     def get(self, address: ExternalAddress, field: str) -> Value:
         """Return the value of a field.
 
-        :raises ClipsError: when there is no such message or field.
+        :raises ClipsError: if the message or field is unknown.
         """
         view = self.find(address)
         node, rest = kind = self.kind_of(view, field)
@@ -144,15 +136,16 @@ class MessageTable:
             return self._add(MessageView(parse_type(rest), value, address))
         if rest[0] == "bool":
             return TRUE if value else FALSE
+        # CLIPS has signed 64-bit integers only
         if rest[0] == "uint64" and value >= 1 << 63:
             return int(value) - (1 << 64)
-        made: Value = value
-        return made
+        clips_value: Value = value
+        return clips_value
 
     def set(self, address: ExternalAddress, field: str, value: Value) -> None:
         """Set a field.
 
-        :raises ClipsError: when there is no such message or field, or the field takes no such value.
+        :raises ClipsError: if the message or field is unknown, or the value does not fit.
         """
         view = self.find(address)
         node, rest = kind = self.kind_of(view, field)
@@ -161,31 +154,33 @@ class MessageTable:
             return
         if not isinstance(value, Sequence) or isinstance(value, str):
             raise FieldError("expected multifield value!")
-        of, most = rest
-        if node == Nodetype.ARRAY and len(value) != most:
-            raise FieldError(f"the field '{field}' takes {most} values, not {len(value)}")
-        if node == Nodetype.SEQUENCE and most and len(value) > most:
-            raise FieldError(f"the field '{field}' takes up to {most} values, not {len(value)}")
-        view.fields[field] = [self._written(of, each, field, None) for each in value]
+        element_type, max_length = rest
+        if node == Nodetype.ARRAY and len(value) != max_length:
+            raise FieldError(f"the field '{field}' takes {max_length} values, not {len(value)}")
+        if node == Nodetype.SEQUENCE and max_length and len(value) > max_length:
+            raise FieldError(f"the field '{field}' takes up to {max_length} values, not {len(value)}")
+        view.fields[field] = [self._written(element_type, each, field, None) for each in value]
 
-    def _written(self, kind: FieldType, value: Value, field: str, before: Any) -> Any:
+    def _written(self, kind: FieldType, value: Value, field: str, previous: Any) -> Any:
         node, rest = kind
         if node == Nodetype.NAME:
-            return self._moved(parse_type(rest), value, field, before)
-        made = _CONVERT[rest[0]](value, rest[0])
-        if made is None:
+            return self._moved(parse_type(rest), value, field, previous)
+        converted = _CONVERT[rest[0]](value, rest[0])
+        if converted is None:
             raise FieldError(f"the field '{field}' of type {rest[0]} takes no {_shown(value)}")
-        if isinstance(made, str) and rest[1] and len(made) > rest[1]:
-            raise FieldError(f"the field '{field}' takes up to {rest[1]} characters, not {len(made)}")
-        return made
+        if isinstance(converted, str) and rest[1] and len(converted) > rest[1]:
+            raise FieldError(f"the field '{field}' takes up to {rest[1]} characters, not {len(converted)}")
+        return converted
 
-    def _is_alike(self, one: TypeName, other: TypeName) -> bool:
-        """Return whether two types have the same fields: the original checks nothing, agents know."""
+    def _is_alike(self, first: TypeName, second: TypeName) -> bool:
+        """Return whether two types have the same fields.
+
+        The original checks no types, and agents rely on that.
+        """
         fields = self.definitions.fields
-        return one == other or list(fields(one)) == list(fields(other))
+        return first == second or list(fields(first)) == list(fields(second))
 
-    def _moved(self, kind: TypeName, value: Value, field: str, before: Any) -> Fields:
-        """Return the fields of a message that is moved into another one."""
+    def _moved(self, kind: TypeName, value: Value, field: str, previous: Any) -> Fields:
         view = self._views.get(value) if isinstance(value, ExternalAddress) else None
         if view is None:
             raise FieldError(f"Failed to set unknown message: the field '{field}' takes a {kind}")
@@ -193,15 +188,15 @@ class MessageTable:
             raise FieldError(f"the field '{field}' takes a {kind}, not a {view.kind}")
         fields = dict(view.fields)
         _empty(view.fields)
-        if isinstance(before, dict):  # views of the part stay views
-            before.clear()
-            before.update(fields)
-            return before
+        if isinstance(previous, dict):  # views of the part stay views
+            previous.clear()
+            previous.update(fields)
+            return previous
         return fields
 
 
 def _empty(fields: Fields) -> None:
-    """Empty the strings and lists of a message that was moved."""
+    """Empty the strings and lists of a moved message."""
     for name, value in fields.items():
         if isinstance(value, str | list | bytes):
             fields[name] = type(value)()
@@ -219,14 +214,14 @@ def _bool(value: Value, _kind: str) -> bool | None:
 
 
 def _integer(value: Value, kind: str) -> int | None:
-    """Return an integer as the field has room for; a FLOAT without a fraction is one."""
+    """Return an integer wrapped to the field's width; a FLOAT without a fraction is accepted."""
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if not isinstance(value, int):
         return None
     bits = _BITS[kind]
-    rest = value % (1 << bits)
-    return rest - (1 << bits) if kind.startswith("int") and rest >> (bits - 1) else rest
+    wrapped = value % (1 << bits)
+    return wrapped - (1 << bits) if kind.startswith("int") and wrapped >> (bits - 1) else wrapped
 
 
 def _double(value: Value, _kind: str) -> float | None:
@@ -237,10 +232,10 @@ def _single(value: Value, _kind: str) -> float | None:
     if not isinstance(value, int | float):
         return None
     try:
-        found: float = struct.unpack("<f", struct.pack("<f", value))[0]
+        single: float = struct.unpack("<f", struct.pack("<f", value))[0]
     except OverflowError:
         return None
-    return found
+    return single
 
 
 def _text(value: Value, _kind: str) -> str | None:

@@ -1,4 +1,4 @@
-"""The node in ROS: nodes of this process on a virtual clock, DDS or another transport on a real one."""
+"""The node's connection to ROS: process-local on a virtual clock, a transport such as DDS on a real one."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.messages import MessageTable
 
 _PDDL: Final = "/pddl_manager/"
+# types that neither the checkout nor rosbags has: bonds, and the types of the examples
 _TYPES: Final = {
     "bond/msg/Status": "std_msgs/Header header\nstring id\nstring instance_id\nbool active\n"
     "float32 heartbeat_timeout\nfloat32 heartbeat_period\n",
@@ -33,15 +34,13 @@ _TYPES: Final = {
     ),
     "turtlesim/srv/TeleportAbsolute": "float32 x\nfloat32 y\nfloat32 theta\n---\n",
 }
-"""Types that neither the checkout nor rosbags has: of bonds, and of the examples."""
 
 
 class RosNode(Closing):
-    """The node, joined when a plug-in needs ROS for the first time.
+    """The node, which joins ROS when a plug-in first needs it.
 
-    :param name: the whole name: ``/clips_manager``.
-    :param packages: where types are looked for first.
-    :param rights: the rights of other nodes.
+    :param name: the full name: ``/clips_manager``.
+    :param packages: the packages that are searched for types first.
     """
 
     def __init__(
@@ -52,36 +51,30 @@ class RosNode(Closing):
         self._log_of, self._log = log_of, log_of(name.rpartition("/")[2])
         self._pddl: PddlManager | None = None
         self._namespace = name.rpartition("/")[0]
+        # Request numbers, counted over all clients: the RMW of the recordings counts the same way.
         self.requests = count(1)
-        """The numbers of requests, of all clients: the RMW of the recordings counts so."""
 
     @cached_property
     def definitions(self) -> Definitions:
-        """The types that are known."""
         from cxbridge_ros2.definitions import Definitions  # noqa: PLC0415 - only agents with ROS pay
 
         return Definitions(self._packages.folders, texts=_TYPES)
 
     @cached_property
     def messages(self) -> MessageTable:
-        """The messages that rules have."""
         from cxbridge_ros2cx.cx.ros.messages import MessageTable  # noqa: PLC0415 - likewise
 
         return MessageTable(self.definitions)
 
     @cached_property
     def graph(self) -> LocalGraph:
-        """The nodes of this process, on a virtual clock; peers join here."""
+        """The nodes of this process on a virtual clock; peers join here."""
         from cxbridge_ros2.transports.local import LocalGraph  # noqa: PLC0415 - likewise
 
         return LocalGraph(self.definitions)
 
     @cached_property
     def node(self) -> Node:
-        """The node of a transport.
-
-        :raises Ros2Error: when it cannot join.
-        """
         name = self.name.rpartition("/")[2]
         if self._clock.is_virtual:
             return self.graph.join(name, self._log.warn)
@@ -95,37 +88,37 @@ class RosNode(Closing):
         return self._packages.folders[0] if self._packages.folders else Path()
 
     def reach(self, name: str, kind: TypeName) -> str:
-        """Return the whole name of a service or an action that has clients.
+        """Return the full name of a service or an action with clients.
 
-        On a virtual clock our own ``pddl_manager`` joins when its services have clients, with types of the
-        clients' package.
+        On a virtual clock cxbridge's own ``pddl_manager`` joins for the first client of its services, with
+        the types of the client's package.
         """
-        whole = self.whole(name)
-        if self._clock.is_virtual and self._pddl is None and whole.startswith(_PDDL):
+        full_name = self.whole(name)
+        if self._clock.is_virtual and self._pddl is None and full_name.startswith(_PDDL):
             from cxbridge_ros2cx.cx.pddl.manager import PddlManager  # noqa: PLC0415 - for agents that plan
 
             log = self._log_of(_PDDL.strip("/"))
             self._pddl = PddlManager(
                 self.graph.join("pddl_manager", log.warn), self._clock, log, kind.package
             )
-        return whole
+        return full_name
 
     def whole(self, name: str) -> str:
-        """Return the whole name of a topic, a service or an action."""
+        """Return the full name of a topic, a service or an action."""
         if name.startswith("~/"):
             return f"{self.name}/{name[2:]}"
         return name if name.startswith("/") else f"{self._namespace}/{name}"
 
     @property
     def has_peers(self) -> bool:
-        """Whether peers may reach the node: on a virtual clock the nodes of this process."""
+        """Whether other nodes exist: on a virtual clock, other nodes of this process."""
         if not self._clock.is_virtual:
             return True
         own = {self.name.rpartition("/")[2], _PDDL.strip("/")}
         return "graph" in self.__dict__ and not own.issuperset(self.graph.nodes)
 
     def spin(self) -> None:
-        """Take messages, and on a virtual clock all messages that follow at this moment."""
+        """Receive messages; on a virtual clock also all messages that these cause at this moment."""
         if self._pddl is not None:
             self._pddl.step()
         if "graph" in self.__dict__:
@@ -135,7 +128,6 @@ class RosNode(Closing):
             self.node.poll()
 
     def close(self) -> None:
-        """Leave."""
         if self._pddl is not None:
             self._pddl.close()
         if "node" in self.__dict__:

@@ -1,4 +1,4 @@
-"""The services of the node: for environments and plug-ins, lifecycle, parameters, log, bond."""
+"""The services of the node: environments and plug-ins, life cycle, parameters, log and bond."""
 
 from __future__ import annotations
 
@@ -24,20 +24,18 @@ if TYPE_CHECKING:
 
 _PACKAGE: Final = "cx_msgs/srv"
 _BOND: Final = "bond"
-_BOND_TIMEOUT_S: Final = 4.0
-"""How long a peer waits for a heartbeat, as in the original."""
+_BOND_TIMEOUT_S: Final = 4.0  # the original's heartbeat timeout, after which a peer considers the bond broken
 _LOGS: Final = "set_topic_logging"
-_KEPT: Final = ("list_envs", _LOGS)
-"""The services that stay when the node is not active."""
+_KEPT: Final = ("list_envs", _LOGS)  # services that an inactive node keeps
 
 Fields = Mapping[str, Any]
 
 
 class NodeServices(Closing):
-    """The services of the node, from its activation on.
+    """The services of the node after its activation.
 
     :param work: the work of each transition.
-    :param state: the state of the node: active, or unconfigured.
+    :param state: the state of the node: active or unconfigured.
     """
 
     def __init__(
@@ -53,15 +51,15 @@ class NodeServices(Closing):
         if context.is_newer:
             self._ends[_LOGS] = TopicLogs(manager, f"/{self._name}").end
         report, clock = manager.log.error, context.clock
-        done: dict[str, Callable[[], bool]] = {
+        transitions: dict[str, Callable[[], bool]] = {
             CONFIGURE: work[CONFIGURE],
             ACTIVATE: partial(self._activate, work[ACTIVATE]),
             DEACTIVATE: partial(self._deactivate, work[DEACTIVATE]),
             SHUTDOWN: work[SHUTDOWN],
         }
-        self._lifecycle = Lifecycle(self._node, self._name, done, clock, report, state)
+        self._lifecycle = Lifecycle(self._node, self._name, transitions, clock, report, state)
         declared = {
-            name: Parameter(_value(found.value), read_only=True) for name, found in context.parameters
+            name: Parameter(_value(parameter.value), read_only=True) for name, parameter in context.parameters
         }
         self._parameters = Parameters(self._node, self._name, declared, clock)
 
@@ -74,14 +72,14 @@ class NodeServices(Closing):
             ("unload_plugin", "UnloadClipsPlugin", self._unload),
             ("list_plugins", "ListClipsPlugins", self._list_plugins),
         )
-        for name, kind, answer in services:
+        for name, kind, handler in services:
             if name in self._ends:
                 continue
             try:
                 self._ends[name] = self._node.serve(
                     f"/{self._name}/{name}",
                     f"{_PACKAGE}/{kind}",
-                    self._reported(answer),
+                    self._reported(handler),
                     needs=Right.CONTROL,
                 )
             except Ros2Error as error:
@@ -89,12 +87,12 @@ class NodeServices(Closing):
                 self._manager.log.warn(f"services for environments are not offered: {error.message}; {hint}")
                 return
 
-    def _reported(self, answer: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
-        """Return a function whose errors are the response, and the log has them."""
+    def _reported(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
+        """Return a function that logs errors and reports them in its response."""
 
         def respond(request: Message) -> Fields:
             try:
-                return {"success": True, **answer(request)}
+                return {"success": True, **handler(request)}
             except CxbridgeError as error:
                 self._manager.log.error(str(error))
                 return {"success": False, "error": error.message}
@@ -112,7 +110,7 @@ class NodeServices(Closing):
         return {"envs": list(self._manager.environments)}
 
     def _create(self, request: Message) -> Fields:
-        """Create an environment with its plug-ins; rules run when an executive plug-in ticks."""
+        """Create an environment with its plug-ins; its rules run at the next tick."""
         self._manager.create(request["env_name"])
         self._manager.load_plugins(request["env_name"])
         return {}
@@ -151,17 +149,17 @@ class NodeServices(Closing):
     # --- transitions --------------------------------------------------------------------------------------
 
     def _activate(self, activate: Callable[[], bool]) -> bool:
-        done = activate()
+        succeeded = activate()
         self._serve()
         self._bond = Bond.of(self._manager)
-        return done
+        return succeeded
 
     def _deactivate(self, deactivate: Callable[[], bool]) -> bool:
-        done = deactivate()
+        succeeded = deactivate()
         for name in [name for name in self._ends if name not in _KEPT]:
             self._ends.pop(name)()
         self._break_bond()
-        return done
+        return succeeded
 
     def tick(self) -> None:
         """Send the heartbeat of the bond when it is due."""
@@ -174,7 +172,6 @@ class NodeServices(Closing):
             self._bond = None
 
     def close(self) -> None:
-        """Offer nothing more."""
         self._break_bond()
         self._manager.bus.unsubscribe(self._rosout)
         while self._ends:
@@ -185,7 +182,7 @@ class NodeServices(Closing):
 
 
 class Bond(Closing):
-    """The bond of an active node: heartbeats on the topic ``bond``, until the bond is broken.
+    """The bond of an active node: heartbeats on the topic ``bond`` until the bond is broken.
 
     :param period: seconds between heartbeats.
     """
@@ -205,20 +202,15 @@ class Bond(Closing):
 
     @classmethod
     def of(cls, manager: CxManager) -> Bond | None:
-        """Return the bond that the parameters ask for.
-
-        :raises ConfigError: when the period is not a number.
-        """
+        """Return the bond that the parameters configure; None without a heartbeat period."""
         period = manager.context.parameters.get(f"{_BOND}_heartbeat_period", 0.0)
         return cls(manager, period) if period > 0.0 else None
 
     def tick(self) -> None:
-        """Send a heartbeat when it is due."""
         if self._timer.due():
             self._topic.publish(self._status)
 
     def close(self) -> None:
-        """Break the bond."""
         self._topic.publish(self._status | {"active": False})
         self._topic.close()
 

@@ -1,4 +1,4 @@
-"""The base of plug-ins that talk to ROS: facts of messages, functions for messages."""
+"""The base class of ROS plug-ins: facts and functions for messages."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 
 class Handles(Generic[T]):
-    """Objects by the addresses that rules have for them.
+    """Objects by their addresses in rules.
 
     :param kind: the kind of the objects, for errors.
     """
@@ -37,60 +37,53 @@ class Handles(Generic[T]):
         self._objects: dict[ExternalAddress, T] = {}
 
     def add(self, item: T) -> ExternalAddress:
-        """Return the address of an object."""
         address = self._addresses.take()
         self._objects[address] = item
         return address
 
     def find(self, address: ExternalAddress) -> T:
-        """Return the object at an address.
-
-        :raises ClipsError: when there is none.
-        """
-        found = self._objects.get(address)
-        if found is None:
+        item = self._objects.get(address)
+        if item is None:
             raise ClipsError(f"Unknown {self._kind}")
-        return found
+        return item
 
     def destroy(self, address: ExternalAddress) -> None:
-        """Forget an object; without one nothing happens."""
+        """Remove an object; unknown addresses are ignored."""
         if self._objects.pop(address, None) is not None:
             self._addresses.free(address)
 
 
 class RosPlugin(CxPlugin):
-    """A plug-in with functions for messages, and facts of messages."""
+    """A plug-in with functions and facts for messages."""
 
     @property
     def ros(self) -> RosNode:
-        """The node's part in ROS."""
         return self.context.ros
 
     @property
     def messages(self) -> MessageTable:
-        """The messages that rules have."""
         return self.context.ros.messages
 
     def template(self, env: ClipsEnvironment, name: str, /, **slots: str) -> None:
-        """Define a deftemplate, unless there is one of that name.
+        """Define a deftemplate unless the name is taken.
 
-        :param slots: the attributes of each slot; ``_`` stands for ``-``.
+        :param slots: the attributes of each slot; ``_`` in its name becomes ``-``.
         """
         if not env.has_template(name):
             text = " ".join(f"(slot {slot.replace('_', '-')} {kind})" for slot, kind in slots.items())
             env.build(f"(deftemplate {name} {text})")
 
     def add_fact(self, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> int | None:
-        """Assert a fact of a message; the rules see it when they run the next time."""
+        """Assert a fact of a message for the next run of the rules."""
         with env.lock:
             return env.assert_fact(template, slots)
 
     def define(
         self, env: ClipsEnvironment, name: str, function: Callable[..., Value], types: str, result: str = "*"
     ) -> None:
-        """Define a function; what ROS refuses is an error of the rule that calls the function.
+        """Define a function; a ROS error becomes an error of the calling rule.
 
-        :param types: the types of its arguments, divided by ``;``.
+        :param types: the types of its arguments, separated by ``;``.
         """
 
         def call(*arguments: Value) -> Value:
@@ -112,7 +105,7 @@ class RosPlugin(CxPlugin):
         create: str,
         destroy: str,
     ) -> None:
-        """Define the functions for the messages of a type that a plug-in was generated for."""
+        """Define the message functions of a generated plug-in."""
         self.define(env, f"{prefix}{create}", lambda: self.messages.create(kind), "")
         self.define(env, f"{prefix}{destroy}", self.messages.destroy, "e")
 

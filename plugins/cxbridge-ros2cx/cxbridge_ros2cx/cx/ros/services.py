@@ -1,4 +1,4 @@
-"""Services in rules: clients whose responses are facts, servers that call a deffunction."""
+"""Services in rules: clients whose responses become facts, and servers that call a deffunction."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2.names import TypeName
     from cxbridge_ros2.node import Client, Reply
 
-FIND_S: Final = 1.0
-"""Seconds of real time that a server may take to be found after its client was made."""
+FIND_S: Final = 1.0  # seconds of real time for discovery of a server after its client is created
 
 _Key = tuple[str, str]  # environment, service
 
@@ -34,15 +33,14 @@ class _OpenClient(Struct, eq=False):
     client: Client
     fact: int | None
     made_s: float
-    waiting: list[Mapping[str, Any]] = []
-    """Requests that wait for the server, of generated plug-ins."""
+    waiting: list[Mapping[str, Any]] = []  # requests of generated plug-ins that wait for the server
 
 
 class ServiceClients:
-    """The clients of a plug-in.
+    """The service clients of a plug-in.
 
-    :param prefix: how functions and templates begin: ``ros-msgs-``.
-    :param kind: the type of all services; None: functions have the type as argument.
+    :param prefix: the prefix of functions and templates: ``ros-msgs-``.
+    :param kind: the type of all services; None if functions take the type as an argument.
     """
 
     def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
@@ -51,11 +49,10 @@ class ServiceClients:
 
     @property
     def _is_newer(self) -> bool:
-        """Whether responses have the numbers of their requests in generated plug-ins, too."""
+        """Whether responses of generated plug-ins have request numbers, too."""
         return self._plugin.context.is_newer
 
     def define(self, env: ClipsEnvironment) -> None:
-        """Define functions and templates."""
         plugin, prefix = self._plugin, self._prefix
         plugin.define(env, f"{prefix}destroy-client", partial(self._end, env), "sy")
         if self._kind is None:
@@ -93,36 +90,36 @@ class ServiceClients:
     def _find(
         self, env: ClipsEnvironment, message: ExternalAddress, service: str
     ) -> tuple[_OpenClient, Mapping[str, Any]]:
-        """Return a client, and the fields of a request that it can send."""
-        found = self._clients.get((env.name, str(service)))
-        if found is None:
+        """Return a client, and the fields of a request of its type."""
+        entry = self._clients.get((env.name, str(service)))
+        if entry is None:
             raise ClipsError(f"there is no client of {service}: create a client first")
         view = self._plugin.messages.find(message)
-        if view.kind != found.kind.derived("Request"):
-            raise ClipsError(f"the service {service} has the type {found.kind}, the message {view.kind}")
-        return found, view.fields
+        if view.kind != entry.kind.derived("Request"):
+            raise ClipsError(f"the service {service} has the type {entry.kind}, the message {view.kind}")
+        return entry, view.fields
 
     def _send(self, env: ClipsEnvironment, message: ExternalAddress, service: str) -> Value:
         """Send a request; return its number, or FALSE without a server."""
-        found, fields = self._find(env, message, service)
-        if not self._is_served(found):
+        entry, fields = self._find(env, message, service)
+        if not self._is_served(entry):
             self._plugin.log.warn(f"service {service} not available, abort request.")
             return FALSE
-        return self._call(env, str(service), found, fields)
+        return self._call(env, str(service), entry, fields)
 
-    def _is_served(self, found: _OpenClient) -> bool:
-        """Return whether there is a server; in real time it may take a while until it is found."""
-        until_s = found.made_s + FIND_S
-        while not found.client.is_served:
+    def _is_served(self, entry: _OpenClient) -> bool:
+        """Return whether a server exists; in real time, wait for its discovery."""
+        until_s = entry.made_s + FIND_S
+        while not entry.client.is_served:
             if self._plugin.context.clock.is_virtual or time.monotonic() >= until_s:
                 return False
             time.sleep(0.01)
         return True
 
     def _call(
-        self, env: ClipsEnvironment, service: str, found: _OpenClient, fields: Mapping[str, Any]
+        self, env: ClipsEnvironment, service: str, entry: _OpenClient, fields: Mapping[str, Any]
     ) -> int:
-        number, kind = next(self._plugin.ros.requests), found.kind.derived("Response")
+        number, kind = next(self._plugin.ros.requests), entry.kind.derived("Response")
 
         def done(response: Message) -> None:
             slots: dict[str, Value] = {"service": service}
@@ -132,38 +129,38 @@ class ServiceClients:
             if (env.name, service) in self._clients:
                 self._plugin.add_fact(env, f"{self._prefix}response", slots)
 
-        found.client.call(fields, done)
+        entry.client.call(fields, done)
         return number
 
     def _send_later(self, env: ClipsEnvironment, message: ExternalAddress, service: str) -> None:
-        """Send a copy of a request as soon as there is a server."""
-        found, fields = self._find(env, message, service)
-        if found.client.is_served and not found.waiting:
-            self._call(env, str(service), found, fields)
+        """Send a copy of a request as soon as a server exists."""
+        entry, fields = self._find(env, message, service)
+        if entry.client.is_served and not entry.waiting:
+            self._call(env, str(service), entry, fields)
             return
-        if not found.waiting:
+        if not entry.waiting:
             self._plugin.log.warn(f"service {service} not available, start waiting")
-        found.waiting.append(copied(fields))
+        entry.waiting.append(copied(fields))
 
     def tick(self, environment: Callable[[str], ClipsEnvironment | None]) -> None:
         """Send the requests whose servers have appeared."""
-        for (name, service), found in list(self._clients.items()):
-            if found.waiting and found.client.is_served and (env := environment(name)) is not None:
+        for (name, service), entry in list(self._clients.items()):
+            if entry.waiting and entry.client.is_served and (env := environment(name)) is not None:
                 self._plugin.log.info(f"service {service} is finally reachable")
-                while found.waiting:
-                    self._call(env, service, found, found.waiting.pop(0))
+                while entry.waiting:
+                    self._call(env, service, entry, entry.waiting.pop(0))
 
     def _end(self, env: ClipsEnvironment, service: str) -> None:
-        found = self._clients.pop((env.name, str(service)), None)
-        if found is None:
+        entry = self._clients.pop((env.name, str(service)), None)
+        if entry is None:
             self._plugin.log.warn(f"Client {service} not found in environment {env.name}")
             return
-        found.client.close()
-        if found.fact is not None:
-            env.retract(found.fact)
+        entry.client.close()
+        if entry.fact is not None:
+            env.retract(entry.fact)
 
     def close(self, env: ClipsEnvironment) -> None:
-        """End the clients that an environment has left open, and warn of them."""
+        """Close the clients that an environment has left open, with a warning."""
         for key in [key for key in self._clients if key[0] == env.name]:
             self._clients.pop(key).client.close()
             self._plugin.log.warn(f"Environment {env.name} has open {key[1]} client, cleaning up ...")
@@ -175,10 +172,10 @@ class _OpenService(Struct, eq=False):
 
 
 class ServiceServers:
-    """The servers of a plug-in: a request calls a deffunction, which sets the fields of the response.
+    """The service servers of a plug-in: a deffunction fills the response to a request.
 
-    :param prefix: how functions and templates begin: ``ros-msgs-``.
-    :param kind: the type of all services; None: functions have the type as argument.
+    :param prefix: the prefix of functions and templates: ``ros-msgs-``.
+    :param kind: the type of all services; None if functions take the type as an argument.
     """
 
     def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
@@ -186,7 +183,6 @@ class ServiceServers:
         self._services: dict[_Key, _OpenService] = {}
 
     def define(self, env: ClipsEnvironment) -> None:
-        """Define functions and templates."""
         plugin, prefix = self._plugin, self._prefix
         if self._kind is None:
             plugin.template(env, f"{prefix}service", service=STRING, type=STRING)
@@ -215,45 +211,46 @@ class ServiceServers:
     def _answer(
         self, env: ClipsEnvironment, service: str, kind: TypeName, request: Message, reply: Reply
     ) -> None:
-        """Call the deffunction for a request at once, and send the response that it has filled."""
+        """Call the deffunction for a request at once, and send the response that it filled."""
         function = f"{service if self._kind is None else self._prefix.rstrip('-')}-service-callback"
         messages = self._plugin.messages
-        given = messages.take(kind.derived("Request"), request)
-        made = messages.create(kind.derived("Response"))
+        request_address = messages.take(kind.derived("Request"), request)
+        response_address = messages.create(kind.derived("Response"))
         try:
             with env.lock:
                 if env.has_deffunction(function):
-                    env.call(function, service, given, made)
+                    env.call(function, service, request_address, response_address)
                 else:
                     self._plugin.log.warn(f"{function} not defined, skip callback")
         except ClipsError as error:
             self._plugin.log.error(str(error))
         try:
-            reply(messages.find(made).fields)
+            reply(messages.find(response_address).fields)
+        # the deffunction may have destroyed the response or left a field invalid
         except (Ros2Error, ClipsError) as error:
             self._plugin.log.error(f"{service}: the response cannot be sent: {error}")
             reply({})
-        for address in (given, made):
+        for address in (request_address, response_address):
             messages.destroy(address)
 
     def _end(self, env: ClipsEnvironment, service: str) -> None:
-        found = self._services.pop((env.name, str(service)), None)
-        if found is None:
+        entry = self._services.pop((env.name, str(service)), None)
+        if entry is None:
             self._plugin.log.warn(f"Service {service} not found in environment {env.name}")
             return
-        found.end()
-        if self._kind is None and found.fact is not None:
-            env.retract(found.fact)
+        entry.end()
+        if self._kind is None and entry.fact is not None:
+            env.retract(entry.fact)
 
     def close(self, env: ClipsEnvironment) -> None:
-        """End the services that an environment has left open, and warn of them."""
+        """Close the services that an environment has left open, with a warning."""
         for key in [key for key in self._services if key[0] == env.name]:
             self._services.pop(key).end()
             self._plugin.log.warn(f"Environment {env.name} has open {key[1]} service, cleaning up ...")
 
 
 def copied(value: Any) -> Any:
-    """Return a copy of fields, of which rules may change the original."""
+    """Return a deep copy of message fields."""
     if isinstance(value, dict):
         return {name: copied(each) for name, each in value.items()}
     return [copied(each) for each in value] if isinstance(value, list) else value

@@ -1,4 +1,4 @@
-"""The lines of environments as messages on a topic, as of pull request 33 (June 2026)."""
+"""The log lines of environments as messages on a topic, as of pull request 33 (June 2026)."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _LOGGER: Final = "topic"
 
 
 class TopicLogs:
-    """Publishes the lines of the environments that a parameter or a peer has chosen.
+    """Publishes the lines of the environments that a parameter or a peer has selected.
 
-    :param name: the whole name of the node.
+    :param name: the full name of the node.
     """
 
     def __init__(self, manager: CxManager, name: str) -> None:

@@ -1,4 +1,4 @@
-"""Topics in rules: publishers, subscriptions, a fact for each message that comes."""
+"""Topics in rules: publishers, subscriptions, and a fact for each received message."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 _Key = tuple[str, str]  # environment, topic
 
 
-class _Open(Struct, eq=False):
-    """A publisher or subscription of an environment, and the fact that shows it."""
+class _OpenTopic(Struct, eq=False):
+    """A publisher or subscription of an environment, and its fact."""
 
     kind: TypeName
     end: Callable[[], None]
@@ -37,17 +37,16 @@ class _Open(Struct, eq=False):
 class Topics:
     """The topics of a plug-in.
 
-    :param prefix: how functions and templates begin: ``ros-msgs-``.
-    :param kind: the type of all messages; None: functions have the type as argument.
+    :param prefix: the prefix of functions and templates: ``ros-msgs-``.
+    :param kind: the type of all messages; None if functions take the type as an argument.
     """
 
     def __init__(self, plugin: RosPlugin, prefix: str, kind: TypeName | None = None) -> None:
         self._plugin, self._prefix, self._kind = plugin, prefix, kind
-        self._publishers: dict[_Key, _Open] = {}
-        self._subscriptions: dict[_Key, _Open] = {}
+        self._publishers: dict[_Key, _OpenTopic] = {}
+        self._subscriptions: dict[_Key, _OpenTopic] = {}
 
     def define(self, env: ClipsEnvironment) -> None:
-        """Define functions and templates."""
         plugin, prefix, types = self._plugin, self._prefix, "sy;sy" if self._kind is None else "sy"
         slots = {"topic": STRING, "type": STRING} if self._kind is None else {"topic": STRING}
         plugin.template(env, f"{prefix}publisher", **slots)
@@ -66,46 +65,45 @@ class Topics:
         return {"topic": str(topic)} | ({"type": str(text)} if self._kind is None else {})
 
     def _publish_on(self, env: ClipsEnvironment, topic: str, text: str | None = None) -> None:
-        """Publish on a topic from now on."""
         key, kind = (env.name, str(topic)), self._type(text)
-        before = self._publishers.get(key)
-        if before is not None and self._kind is None:
+        previous = self._publishers.get(key)
+        if previous is not None and self._kind is None:
             self._plugin.log.warn(f"Already publishing to topic {topic}")
             return
         publisher = self._plugin.ros.node.publisher(self._plugin.ros.whole(topic), str(kind))
-        if before is not None:
-            before.end()
+        if previous is not None:
+            previous.end()
         fact = self._plugin.add_fact(env, f"{self._prefix}publisher", self._slots(topic, text))
-        self._publishers[key] = _Open(kind, publisher.close, fact, publisher)
+        self._publishers[key] = _OpenTopic(kind, publisher.close, fact, publisher)
 
     def _end_publisher(self, env: ClipsEnvironment, topic: str) -> None:
-        """Publish no more; the fact of a generated plug-in stays, as in the original."""
-        found = self._publishers.pop((env.name, str(topic)), None)
-        if found is None:
+        """Close a publisher; the fact of a generated plug-in stays, as in the original."""
+        entry = self._publishers.pop((env.name, str(topic)), None)
+        if entry is None:
             self._plugin.log.warn(f"Publisher {topic} not found in environment {env.name}")
             return
-        found.end()
-        if self._kind is None and found.fact is not None:
-            env.retract(found.fact)
+        entry.end()
+        if self._kind is None and entry.fact is not None:
+            env.retract(entry.fact)
 
     def _publish(self, env: ClipsEnvironment, message: ExternalAddress, topic: str) -> None:
-        found = self._publishers.get((env.name, str(topic)))
-        if found is None or found.publisher is None:
+        entry = self._publishers.get((env.name, str(topic)))
+        if entry is None or entry.publisher is None:
             raise ClipsError(f"there is no publisher of {topic}: create it first")
         view = self._plugin.messages.find(message)
-        if view.kind != found.kind:
-            raise ClipsError(f"the topic {topic} has messages of type {found.kind}, not {view.kind}")
-        found.publisher.publish(view.fields)
+        if view.kind != entry.kind:
+            raise ClipsError(f"the topic {topic} has messages of type {entry.kind}, not {view.kind}")
+        entry.publisher.publish(view.fields)
 
     def _subscribe(self, env: ClipsEnvironment, topic: str, text: str | None = None) -> None:
-        """Assert a fact for each message of a topic from now on."""
+        """Assert a fact for each further message of a topic."""
         key, kind = (env.name, str(topic)), self._type(text)
-        before = self._subscriptions.get(key)
-        if before is not None:
+        previous = self._subscriptions.get(key)
+        if previous is not None:
             if self._kind is None:
                 self._plugin.log.warn(f"Already subscribed to topic {topic}")
                 return
-            before.end()
+            previous.end()
         end = self._plugin.ros.node.subscribe(
             self._plugin.ros.whole(topic),
             str(kind),
@@ -113,23 +111,23 @@ class Topics:
             needs=Right.CONTROL,
         )
         fact = self._plugin.add_fact(env, f"{self._prefix}subscription", self._slots(topic, text))
-        self._subscriptions[key] = _Open(kind, end, fact)
+        self._subscriptions[key] = _OpenTopic(kind, end, fact)
 
     def _receive(self, env: ClipsEnvironment, topic: str, kind: TypeName, message: Message) -> None:
         address = self._plugin.messages.take(kind, message)
         self._plugin.add_fact(env, f"{self._prefix}message", {"topic": topic, "msg-ptr": address})
 
     def _end_subscription(self, env: ClipsEnvironment, topic: str) -> None:
-        found = self._subscriptions.pop((env.name, str(topic)), None)
-        if found is None:
+        entry = self._subscriptions.pop((env.name, str(topic)), None)
+        if entry is None:
             self._plugin.log.warn(f"No subscription of {topic} found to destroy, ignoring")
             return
-        found.end()
-        if found.fact is not None:
-            env.retract(found.fact)
+        entry.end()
+        if entry.fact is not None:
+            env.retract(entry.fact)
 
     def close(self, env: ClipsEnvironment) -> None:
-        """End what an environment has left open, and warn of it."""
+        """Close an environment's open publishers and subscriptions, with a warning."""
         for kind, table in (("subscription", self._subscriptions), ("publishers", self._publishers)):
             for key in [key for key in table if key[0] == env.name]:
                 table.pop(key).end()
