@@ -1,1 +1,1 @@
-"""A server of the Model Context Protocol: assistants look at runs, agents and daemons. docs/editors.md."""
+"""A Model Context Protocol server with tools for runs, agents and daemons. See docs/editors.md."""

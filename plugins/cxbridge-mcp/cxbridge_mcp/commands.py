@@ -1,4 +1,4 @@
-"""The commands of cxbridge that tools call: child processes, with the answers of the command line."""
+"""The cxbridge commands behind tools: child processes with the output of the command line."""
 
 from __future__ import annotations
 
@@ -13,22 +13,20 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.process.python import python_command
 
 _CLEANING_UP_S: Final = 5.0
-_SOME: Final = 1 << 20
-"""Bytes of each output that are kept: more are read and dropped."""
+_SOME: Final = 1 << 20  # limit in bytes per output stream; the rest is read and dropped
 
-_BAD_USAGE: Final = 2
-"""The exit status from which on a command has given no answer, but for 3: the time was over."""
+_BAD_USAGE: Final = 2  # smallest exit status without an answer, except for 3, the time limit
 
 _TIMED_OUT: Final = 3
 
 
 async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
-    """Call a command; return its exit status, and its output.
+    """Run a command; return its exit status and output.
 
-    A call that is cancelled ends the process.
+    Cancelling the call ends the process.
 
-    :param patience_s: seconds of real time that the command may take.
-    :raises CxbridgeError: when the command could not do it, or takes longer; in the words of the command.
+    :param patience_s: the time limit in seconds of real time.
+    :raises CxbridgeError: if the command fails or exceeds the limit, with the command's own text.
     """
     command = python_command("-m", "cxbridge", *arguments)
     environment = os.environ | {"NO_COLOR": "1"}
@@ -37,7 +35,7 @@ async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
     ) as process:
         try:
             with anyio.fail_after(patience_s):
-                said, errors = await _outputs(process)
+                output, errors = await _outputs(process)
         except TimeoutError:
             raise CxbridgeError(
                 f"'cxbridge {arguments[0]}' has not ended after {patience_s:g} s and was stopped",
@@ -48,13 +46,13 @@ async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
     status = process.returncode or 0
     if status >= _BAD_USAGE and status != _TIMED_OUT:
         raise CxbridgeError(
-            errors.strip().removeprefix("cxbridge: error: ") or said.strip() or f"status {status}"
+            errors.strip().removeprefix("cxbridge: error: ") or output.strip() or f"status {status}"
         )
-    return status, said.strip() or errors.strip()
+    return status, output.strip() or errors.strip()
 
 
 async def _outputs(process: Process) -> tuple[str, str]:
-    """Return a process' output on stdout and stderr, once it has ended."""
+    """Return a process's output on stdout and stderr after its end."""
     kept = [bytearray(), bytearray()]
 
     async def read(stream: ByteReceiveStream, into: bytearray) -> None:
@@ -66,12 +64,12 @@ async def _outputs(process: Process) -> tuple[str, str]:
             assert stream is not None
             group.start_soon(read, stream, into)
         await process.wait()
-    said, errors = (bytes(each).decode(errors="replace") for each in kept)
-    return said, errors
+    output, errors = (bytes(each).decode(errors="replace") for each in kept)
+    return output, errors
 
 
 async def _end(process: Process) -> None:
-    """End a process that still runs: first with the signal at which commands clean up."""
+    """End a running process, first with the signal that lets commands clean up."""
     if process.returncode is not None:
         return
     process.terminate()

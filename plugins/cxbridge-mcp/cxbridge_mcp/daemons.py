@@ -1,4 +1,4 @@
-"""The tools for a running daemon. The daemon has the last word: the table of its rights counts."""
+"""The tools for a running daemon, whose own table of rights decides in the end."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _OWNER: Final = "mcp"
 
 
 class DaemonTools:
-    """The tools that ask a daemon.
+    """The tools for a daemon.
 
     :param url: the daemon's blackboard.
-    :param allowed: operations that the user allows beyond those that only look.
+    :param allowed: operations that the user allows in addition to those without effects.
     """
 
     def __init__(self, url: str, allowed: Iterable[str]) -> None:
         self._url = url
-        looking = (name for name, right in verbs().items() if right is Right.LOOK)
-        self._operations = {*looking, *allowed}
+        read_only = (name for name, right in verbs().items() if right is Right.LOOK)
+        self._operations = {*read_only, *allowed}
 
     def daemon_status(self) -> dict[str, Any]:
         """Return the state of the daemon and of its components."""
@@ -96,5 +96,5 @@ class DaemonTools:
             return request(board, operation, _PATIENCE_S, **(arguments or {}))
 
     def describe(self) -> str:
-        """Return which operations the assistant may ask for."""
+        """Return a list of the allowed operations as text."""
         return f"the operations are {', '.join(sorted(self._operations))}"

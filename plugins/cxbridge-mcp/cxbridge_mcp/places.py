@@ -11,16 +11,15 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.resources import shipped_scenarios
 from cxbridge.trace.formats.registry import open_run
 
-MOST_FILES: Final = 20_000
-"""How many files of the folders are looked at."""
+MOST_FILES: Final = 20_000  # limit of files that are searched
 
 _SCENARIO: Final = "scenario.yaml"
 
 
 class Places:
-    """The folders in which an assistant finds scenarios and recordings.
+    """The folders with scenarios and recordings.
 
-    :raises CxbridgeError: when a folder does not exist.
+    :raises CxbridgeError: if a folder does not exist.
     """
 
     def __init__(self, folders: Sequence[Path]) -> None:
@@ -33,13 +32,13 @@ class Places:
 
     @property
     def home(self) -> Path:
-        """The folder to which relative paths belong."""
+        """The folder for relative paths."""
         return self.folders[0]
 
     def path(self, name: str) -> Path:
         """Return the path that an assistant names.
 
-        :raises CxbridgeError: when the path, its links followed, is outside the folders.
+        :raises CxbridgeError: if the path, with its links resolved, is outside the folders.
         """
         path = (self.home / name).resolve()
         if not any(path.is_relative_to(folder) for folder in self.folders):
@@ -52,7 +51,7 @@ class Places:
     def recording(self, name: str) -> Path:
         """Return the path of a recording.
 
-        :raises CxbridgeError: when there is none of this name.
+        :raises CxbridgeError: if the file does not exist.
         """
         path = self.path(name)
         if not path.exists():
@@ -60,9 +59,9 @@ class Places:
         return path
 
     def new_recording(self, name: str) -> Path:
-        """Return the path of a recording that is made.
+        """Return the path of a recording to create.
 
-        :raises CxbridgeError: when the name has another ending than ``.mcap``, or the file exists.
+        :raises CxbridgeError: if the name does not end in ``.mcap``, or the file exists.
         """
         path = self.path(name)
         if path.suffix != ".mcap":
@@ -72,9 +71,9 @@ class Places:
         return path
 
     def scenario(self, name: str) -> str:
-        """Return what commands take as SCENARIO: the name of a shipped scenario, or a path.
+        """Return a SCENARIO argument for commands: the name of a shipped scenario, or a path.
 
-        :raises CxbridgeError: when there is no scenario of this name.
+        :raises CxbridgeError: if the scenario does not exist.
         """
         if name in shipped_scenarios():
             return name
@@ -84,28 +83,28 @@ class Places:
         return str(path)
 
     def scenarios(self) -> list[str]:
-        """Return the names of the shipped scenarios, and the folders of those in the folders."""
-        found = [self._short(path.parent) for path in self._files() if path.name == _SCENARIO]
-        return [*shipped_scenarios(), *sorted(found)]
+        """Return the shipped scenarios by name and those in the folders by path."""
+        scenario_folders = [self._short(path.parent) for path in self._files() if path.name == _SCENARIO]
+        return [*shipped_scenarios(), *sorted(scenario_folders)]
 
     def recordings(self) -> list[dict[str, Any]]:
-        """Return path, format and size of each recording in the folders, the newest first."""
-        found = []
+        """Return path, format and size of each recording in the folders, newest first."""
+        entries = []
         for path in self._files():
             try:
                 run, stat = open_run(path), path.stat()
             except (CxbridgeError, OSError):
                 continue
-            found.append((stat.st_mtime, self._short(path), run.format, stat.st_size))
-        rows = sorted(found, reverse=True)
+            entries.append((stat.st_mtime, self._short(path), run.format, stat.st_size))
+        rows = sorted(entries, reverse=True)
         return [{"path": path, "format": form, "bytes": size} for _, path, form, size in rows]
 
     def _short(self, path: Path) -> str:
-        """Return a path as the assistant may name it."""
+        """Return a path in the form that the assistant may use."""
         return str(path.relative_to(self.home)) if path.is_relative_to(self.home) else str(path)
 
     def _files(self) -> Iterator[Path]:
-        """Yield the regular files of the folders, hidden ones and links left out."""
+        """Yield the regular files of the folders, without hidden files and links."""
         count = 0
         for top in dict.fromkeys(self.folders):
             for folder, inner, names in os.walk(top):

@@ -1,4 +1,4 @@
-"""The tools that run an agent: there only with ``--allow``."""
+"""The tools that run an agent, which need ``--allow``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cxbridge_mcp.recordings import cut
 
 
 class ProgramTools:
-    """The tools that run agents, each as a child process.
+    """The tools that run agents as child processes.
 
     :param places: the files that the assistant may name.
     """
@@ -32,8 +32,8 @@ class ProgramTools:
             "--trace-level",
             "facts",
         ]
-        _, said = await call("run", *arguments, "--timeout", str(limit), patience_s=patience)
-        return cut(said)
+        _, output = await call("run", *arguments, "--timeout", str(limit), patience_s=patience)
+        return cut(output)
 
     async def explore(
         self,
@@ -51,5 +51,5 @@ class ProgramTools:
         """
         arguments = [self._places.scenario(scenario), "--faults", str(faults)]
         arguments += [f"--property={each}" for each in properties or ()]
-        _, said = await call("explore", *arguments, patience_s=patience)
-        return cut(said)
+        _, output = await call("explore", *arguments, patience_s=patience)
+        return cut(output)

@@ -1,4 +1,4 @@
-"""The tools for files: scenarios and recordings, and their contents."""
+"""The tools for files: scenarios, recordings and their contents."""
 
 from __future__ import annotations
 
@@ -9,17 +9,16 @@ from cxbridge.printing import visible
 from cxbridge_mcp.commands import call
 from cxbridge_mcp.places import Places
 
-MOST_ROWS: Final = 200
-"""Rows of an answer."""
+MOST_ROWS: Final = 200  # limit of rows in an answer
 
+# The limit of characters in an answer, since the model that reads it has a limit, too.
 MOST_CHARACTERS: Final = 60_000
-"""Characters of a text; the model that reads the text has a bound, too."""
 
 _CHECK_S: Final = 120.0
 
 
 def cut(text: str) -> str:
-    """Return a text without control characters; of a text that is too long for an answer the start."""
+    """Return a text without control characters, cut to the limit of an answer."""
     text = visible(text)
     if len(text) <= MOST_CHARACTERS:
         return text
@@ -27,7 +26,7 @@ def cut(text: str) -> str:
 
 
 class RecordingTools:
-    """The tools that look at scenarios and recordings.
+    """The tools for scenarios and recordings.
 
     :param places: the files that the assistant may name.
     """
@@ -86,5 +85,5 @@ class RecordingTools:
     async def check_agent(self, scenario: str) -> str:
         """Find mistakes of an agent without running it: each with file, line, code and what to do."""
         command = ["check", self._places.scenario(scenario), "--format", "text"]
-        status, said = await call(*command, patience_s=_CHECK_S)
-        return cut(said) or ("no mistakes" if status == 0 else "there are mistakes")
+        status, output = await call(*command, patience_s=_CHECK_S)
+        return cut(output) or ("no mistakes" if status == 0 else "there are mistakes")

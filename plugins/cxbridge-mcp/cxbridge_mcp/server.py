@@ -1,4 +1,4 @@
-"""The server: the table of its tools, and which of them the user allows."""
+"""The server with its table of tools and the user's permissions."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from cxbridge_mcp.places import Places
 from cxbridge_mcp.programs import ProgramTools
 from cxbridge_mcp.recordings import RecordingTools
 
+# The tools that run agents: names for `--allow` in addition to operations.
 PROGRAMS: Final = ("run", "explore")
-"""The tools that run agents: names of ``--allow``, besides those of operations."""
 
 _INSTRUCTIONS: Final = (
     "Looks at agents of the CLIPS Executive, at recordings of their runs, and at a running daemon. "
@@ -32,18 +32,18 @@ _INSTRUCTIONS: Final = (
 
 
 def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPServer:
-    """Make the server.
+    """Create the server.
 
     :param folders: the folders of scenarios and recordings.
-    :param url: of a daemon's blackboard.
-    :param allow: the assistant's rights beyond looking: ``run``, ``explore``, operations of daemons.
-    :raises CxbridgeError: when a name or a folder is unknown.
+    :param url: a daemon's blackboard.
+    :param allow: the assistant's rights beyond reading: ``run``, ``explore``, daemon operations.
+    :raises CxbridgeError: if a name or a folder is unknown.
     """
     _check_names(allow)
     places = Places(folders)
     server = MCPServer("cxbridge", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING")
-    looking = ToolAnnotations(read_only_hint=True)
-    changing = ToolAnnotations(read_only_hint=False, destructive_hint=True)
+    read_only = ToolAnnotations(read_only_hint=True)
+    destructive = ToolAnnotations(read_only_hint=False, destructive_hint=True)
     files, programs = RecordingTools(places), ProgramTools(places)
     operations = [name for name in allow if name not in PROGRAMS]
     daemon = DaemonTools(url, operations)
@@ -60,23 +60,23 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
         daemon.list_facts,
         daemon.why_in_daemon,
     ):
-        server.add_tool(_told(tool), annotations=looking)
+        server.add_tool(_with_error_text(tool), annotations=read_only)
     server.add_tool(
-        _told(daemon.ask_daemon),
+        _with_error_text(daemon.ask_daemon),
         description=f"Ask the daemon for an operation, with its arguments; {daemon.describe()}.",
-        annotations=changing if operations else looking,
+        annotations=destructive if operations else read_only,
         structured_output=False,
     )
     for program in (programs.run, programs.explore):
         if program.__name__ in allow:
-            server.add_tool(_told(program), annotations=changing)
+            server.add_tool(_with_error_text(program), annotations=destructive)
     return server
 
 
 def _check_names(allow: Sequence[str]) -> None:
-    """See that there is each name of ``--allow``.
+    """Check the names of ``--allow``.
 
-    :raises CxbridgeError: when there is not.
+    :raises CxbridgeError: if a name is unknown.
     """
     known = {*PROGRAMS, *verbs()}
     for name in allow:
@@ -87,7 +87,7 @@ def _check_names(allow: Sequence[str]) -> None:
             )
 
 
-def _told(tool: Callable[..., Any]) -> Callable[..., Any]:
+def _with_error_text(tool: Callable[..., Any]) -> Callable[..., Any]:
     """Return a tool whose errors reach the assistant with their text."""
     if inspect.iscoroutinefunction(tool):
 

@@ -1,1 +1,1 @@
-"""More planners: engines by unified-planning and programs; and the command ``plan``."""
+"""Additional planners (unified-planning engines and external programs) and the command ``plan``."""

@@ -1,4 +1,4 @@
-"""Planners that are programs: on the PATH, as Fawkes calls them, or in packages of unified-planning."""
+"""Planners that are programs: on the PATH, as in Fawkes, or in packages of unified-planning."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from cxbridge_planning.texts import PddlTexts, named, original_texts, plain_text
 _PLAN: Final = "plan"
 _TASK: Final = "task"
 
-_REFUSAL_S: Final = 2.0
-"""How long a program needs at most to refuse a text that it cannot read."""
+_REFUSAL_S: Final = 2.0  # time limit for a program's refusal of an unreadable text
 _WORDS: Final = 300
 
 
 class CommandPlanner(EnginePlanner):
     """A planner that is a program.
 
-    :param name: one of :data:`PROGRAMS`.
-    :param options: further options, as on a command line.
-    :param program: the program, when it is not the one of that name on the PATH.
-    :param improve: seconds to look for better plans, when the problem has a metric and the program can do so.
+    :param name: a key of :data:`PROGRAMS`.
+    :param options: additional command-line options.
+    :param program: the program to use instead of the one on the PATH.
+    :param improve: seconds to search for better plans if the problem has a metric and the program supports
+        that.
     """
 
     def __init__(self, name: str, options: str = "", program: str = "", improve: str = "1.0") -> None:
@@ -46,14 +46,14 @@ class CommandPlanner(EnginePlanner):
 
     @property
     def not_installed(self) -> str:
-        """Why the program cannot be called; empty when it can."""
+        """The reason why the program cannot be called; empty if it can."""
         missing = self._program.missing(self._own)
         return f"{self.name} is not installed: {missing}" if missing else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return a plan; None when the program says that there is none.
+        """Return a plan; None if the program proves that none exists.
 
-        The program reads the user's text. Where it refuses that at once, it gets the common forms of PDDL.
+        The program reads the user's text. If it rejects that at once, it gets the text in basic PDDL.
         """
         texts = original_texts(domain, problem)
         start = time.monotonic()
@@ -71,7 +71,7 @@ class CommandPlanner(EnginePlanner):
         with tempfile.TemporaryDirectory(prefix=FOLDER) as folder:
             files = {key: Path(folder, f"{key}.pddl") for key in ("domain", "problem")}
             files["domain"].write_text(pddl.domain)
-            # LPG takes no problem that is named problem
+            # LPG rejects a problem with the name "problem"
             files["problem"].write_text(named(pddl.problem, _TASK))
             texts = {**{key: str(path) for key, path in files.items()}, "plan": str(Path(folder, _PLAN))}
             if self._program.improving and self.improve > 0 and Need.COSTS in needs_of(domain, problem):
@@ -89,20 +89,20 @@ class CommandPlanner(EnginePlanner):
         return self._read(output, names)
 
     def _call(self, arguments: tuple[str, ...], texts: dict[str, str], folder: str) -> str:
-        """Run the program and return its output."""
+        """Run the program and return its output with its exit status."""
         words = [each.format(**texts) for each in arguments]
         command = [*self._program.command(self._own), *words, *self._options]
         try:
-            done = subprocess.run(  # noqa: S603  no shell, the user's own program
+            process = subprocess.run(  # noqa: S603  no shell, the user's own program
                 command, cwd=folder, capture_output=True, check=False, stdin=subprocess.DEVNULL
             )
         except OSError as error:
             raise PlanningError(f"cannot start {command[0]}: {error.strerror}") from error
-        output = (done.stdout + done.stderr).decode(errors="replace")
-        return f"{output}\n{_STATUS}{done.returncode}"
+        output = (process.stdout + process.stderr).decode(errors="replace")
+        return f"{output}\n{_STATUS}{process.returncode}"
 
     def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
-        """Return the best plan that the program wrote, which is the last one; None when it wrote none."""
+        """Return the program's last plan file, which is the best plan; None without a plan file."""
         paths = [path for path in folder.glob(f"{_PLAN}*") if path.is_file()]
         for path in sorted(paths, key=lambda path: (path.stat().st_mtime_ns, path.name), reverse=True):
             if self._program.no_plan and self._program.no_plan in path.read_text(errors="replace"):
@@ -115,14 +115,14 @@ class CommandPlanner(EnginePlanner):
         return None
 
     def _read(self, output: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
-        """Return the plan that the program printed, or None for one that says that there is none."""
-        said, _, status = output.rpartition(_STATUS)
+        """Return the printed plan, or None if the program states that no plan exists."""
+        text, _, status = output.rpartition(_STATUS)
         program = self._program
-        if program.step and program.solved in said:
-            return tuple(self._steps(said.split(program.solved, 1)[1], names))
-        if program.unsolvable.search(said):
+        if program.step and program.solved in text:
+            return tuple(self._steps(text.split(program.solved, 1)[1], names))
+        if program.unsolvable.search(text):
             return None
-        last = " ".join(said.split())[-_WORDS:]
+        last = " ".join(text.split())[-_WORDS:]
         raise PlanningError(f"{self.name} ended with exit status {status} and without a plan: {last}")
 
     def _steps(self, output: str, names: PlanNames) -> Iterator[PlannedAction]:

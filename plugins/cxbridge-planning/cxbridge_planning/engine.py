@@ -1,4 +1,4 @@
-"""The common properties of engines of all kinds: supported parts, rank, seconds to improve plans."""
+"""Common properties of engines: supported PDDL features, rank, time for plan improvement."""
 
 from __future__ import annotations
 
@@ -21,17 +21,15 @@ _FIRST: Final = ("fast-downward",)
 _CLASSICAL: Final = ("lpg", "enhsp", "fd", "ff", "aries", "tamer")
 _NUMERIC: Final = ("enhsp", "lpg", "tamer", "aries")
 _TEMPORAL: Final = ("lpg", "aries", "tamer", "optic", "popf")
-FOLDER: Final = "cxbridge-plan-"
-"""Begins the names of folders in which engines work."""
+FOLDER: Final = "cxbridge-plan-"  # prefix of the engines' work folders
 
-_END_S: Final = 0.5
-"""How long before the end of its time an engine that looks for better plans ends."""
+_END_S: Final = 0.5  # an engine that improves plans stops this long before its time limit
 
 
 class Engine(Struct, frozen=True, kw_only=True):
-    """The properties of an engine, as of a planner.
+    """The properties of an engine.
 
-    :param proves: whether the engine is right when it says that there is no plan.
+    :param proves: whether its claim that no plan exists is reliable.
     """
 
     understands: frozenset[Need]
@@ -41,10 +39,10 @@ class Engine(Struct, frozen=True, kw_only=True):
 
 
 class EnginePlanner(Planner):
-    """A planner that an engine makes.
+    """A planner on top of an engine.
 
-    :param improve: seconds to look for better plans when the problem has a metric.
-    :raises UnknownPlannerError: when ``improve`` is not a number.
+    :param improve: seconds to search for better plans if the problem has a metric.
+    :raises UnknownPlannerError: if ``improve`` is not a number.
     """
 
     def __init__(self, name: str, engine: Engine, improve: str) -> None:
@@ -57,11 +55,11 @@ class EnginePlanner(Planner):
 
     @property
     def improve(self) -> float:
-        """How long the engine may look for better plans, in seconds."""
+        """Seconds for the search for better plans."""
         return min(self._improve, max(0.0, self.seconds - _END_S))
 
     def best_so_far(self, folder: Path, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return the best plan that the engine left behind when its time was over."""
+        """Return the best plan that the engine has written before its time limit."""
         names = PlanNames(domain, problem)
         for each in folder.glob(f"{FOLDER}*"):
             with suppress(PlanningError):
@@ -71,13 +69,13 @@ class EnginePlanner(Planner):
 
     @abstractmethod
     def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
-        """Return the best plan in a folder of the engine, which is the last one; None when there is none.
+        """Return the last plan in an engine's folder, which is the best; None if there is none.
 
-        :raises PlanningError: when the engine wrote something else.
+        :raises PlanningError: if a file is not a plan.
         """
 
     def rank(self, needs: Collection[Need]) -> int:
-        """Return the place in the order of measured success (docs/planning.md)."""
+        """Return the rank by measured success (docs/planning.md)."""
         order: tuple[str, ...]
         if Need.TIME in needs:
             order = _TEMPORAL

@@ -1,4 +1,4 @@
-"""Plans as planners write them; names get the letters that domain and problem have."""
+"""Reading of plans from planners; names get the case of the domain and problem."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cxbridge.executive.planning.planner import PlannedAction
 
 
 class PlanNames:
-    """Finds the actions and objects that a planner means.
+    """Looks up actions and objects of a plan.
 
-    :ivar durative: whether actions take time.
+    :ivar durative: whether any action is durative.
     """
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
@@ -31,19 +31,19 @@ class PlanNames:
         start: float | None = None,
         duration: float | None = None,
     ) -> PlannedAction:
-        """Return the step of a plan.
+        """Return a step of a plan.
 
-        :raises PlanningError: for an unknown action or object.
+        :raises PlanningError: if the action or an object is unknown.
         """
-        found = tuple(_find(each, self._objects, "object") for each in arguments)
-        return PlannedAction(_find(action, self._actions, "action"), found, start, duration)
+        known_arguments = tuple(_find(each, self._objects, "object") for each in arguments)
+        return PlannedAction(_find(action, self._actions, "action"), known_arguments, start, duration)
 
 
 def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
-    """Read a plan from a file, with comments, in upper or lower case.
+    """Read a plan file with comments, in any case.
 
-    :param names: finds the actions and objects that are meant.
-    :raises PlanningError: when the file cannot be read, or a line has no step.
+    :param names: the known actions and objects.
+    :raises PlanningError: if the file is not readable or a line is not a step.
     """
     steps = []
     for number, line in enumerate(read_text(path, "plan").splitlines(), start=1):
@@ -60,13 +60,13 @@ def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
 
 
 def _table(names: Iterable[str]) -> dict[str, str]:
-    """Return the names by themselves and by their case-folded form; themselves win."""
+    """Return names by exact and by case-folded spelling; exact spellings win."""
     exact = {name: name for name in names}
     return {name.casefold(): name for name in exact} | exact
 
 
 def _find(name: str, table: dict[str, str], kind: str) -> str:
-    found = table.get(name) or table.get(name.casefold())
-    if found is None:
+    known_name = table.get(name) or table.get(name.casefold())
+    if known_name is None:
         raise PlanningError(f"the plan names an {kind} that does not exist: {name}")
-    return found
+    return known_name

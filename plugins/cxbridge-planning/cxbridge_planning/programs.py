@@ -1,4 +1,4 @@
-"""The programs that plan: where they are, how they are called, and how their answers are read."""
+"""The known planning programs: location, command line, and output format."""
 
 from __future__ import annotations
 
@@ -18,29 +18,30 @@ _TIMED: Final = re.compile(
     r"^\s*(?P<start>[\d.]+):\s*\((?P<step>[^)]+)\)\s*\[(?P<duration>[\d.]+)\]", re.MULTILINE
 )
 _PYTHON: Final = "python"
+# Starts Fast Downward's driver with its folder on the import path, which our processes lack.
 _DRIVER: Final = "import sys; sys.path.insert(0, sys.argv.pop(1)); from driver.main import main; main()"
-"""Fast Downward's driver: its script needs its folder on the path, where our processes have none."""
 
 _NEVER: Final = re.compile(r"(?!)")
 
 
 class PlannerProgram(Engine, frozen=True):
-    """How to call a program and read its answer.
+    """The command line and output format of a program.
 
-    :param words: its command, the program first; ``{folder}`` is the folder of its package, :data:`_PYTHON`
-        this Python.
-    :param arguments: its arguments; ``{domain}`` and ``{problem}`` are files, ``{plan}`` begins the names of
-        files with plans.
-    :param unsolvable: its output when it has proved that there is no plan.
-    :param step: a step of a plan that it prints: ``step``, perhaps ``start`` and ``duration``; None: it
-        writes plans into files.
-    :param solved: its output before such a plan.
+    :param words: the command, program first; ``{folder}`` is the folder of its package, :data:`_PYTHON` the
+        current Python.
+    :param arguments: its arguments; ``{domain}`` and ``{problem}`` are files, ``{plan}`` is the prefix of
+        plan files.
+    :param unsolvable: its output after it has proved that no plan exists.
+    :param step: a printed step with the groups ``step`` and optionally ``start`` and ``duration``; None if
+        the program writes plan files.
+    :param solved: its output before a printed plan.
     :param no_plan: the content of a file without a plan.
-    :param improving: its arguments to look for better plans for ``{improve}`` seconds; empty: it cannot.
-    :param package: the package that holds it; empty: it is on the PATH.
+    :param improving: its arguments to search for better plans for ``{improve}`` seconds; empty if
+        unsupported.
+    :param package: the package that contains the program; empty if it is on the PATH.
     :param module: the module of that package.
-    :param times: whether its plans have times, when actions are durative.
-    :param options: further options, unless the user gives options.
+    :param times: whether plans with durative actions have times.
+    :param options: default for the user's additional options.
     """
 
     words: tuple[str, ...]
@@ -56,7 +57,7 @@ class PlannerProgram(Engine, frozen=True):
     options: str = ""
 
     def missing(self, own: str) -> str:
-        """Return the missing parts; empty: none.
+        """Return the installation hint for a missing program; empty if it is installed.
 
         :param own: the user's own program.
         """
@@ -85,6 +86,7 @@ _NUMERIC: Final = frozenset({Need.COSTS, Need.COUNTERS, Need.NUMBERS, Need.FRACT
 _FD_TASK: Final = ("{domain}", "{problem}")
 _TASK: Final = ("-o", "{domain}", "-f", "{problem}")
 
+# The programs by name; `ff`, `fd` and `popf` are names from Fawkes' configuration.
 PROGRAMS: Final = {
     "fast-downward": PlannerProgram(
         (_PYTHON, "-c", _DRIVER, "{folder}/downward"),
@@ -109,7 +111,7 @@ PROGRAMS: Final = {
             *(*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
             *("-anytime", "-timeout", "{improve}"),
         ),
-        # it calls settlers (IPC 2002) unsolvable
+        # it wrongly reports settlers (IPC 2002) as unsolvable
         proves=False,
         package="up-enhsp",
         module="up_enhsp",
@@ -118,7 +120,7 @@ PROGRAMS: Final = {
         ("{folder}/lpg",),
         (*_TASK, "-n", "1", "-seed", "2004", "-out", "{plan}"),
         understands=(CLASSICAL - {Need.CONDITIONAL_EFFECTS}) | _NUMERIC | {Need.TIME},
-        # its search is local: it does not know that there is no plan, but for goals out of reach
+        # local search: it detects only unreachable goals, no other proof of unsolvability
         unsolvable=re.compile("goals of the problem are not reachable|Goals not reachable", re.IGNORECASE),
         no_plan="no solution",
         improving=(*_TASK, "-n", "100", "-cputime", "{improve}", "-seed", "2004", "-out", "{plan}"),
@@ -164,4 +166,3 @@ PROGRAMS: Final = {
         times=True,
     ),
 }
-"""The programs by name; `ff`, `fd` and `popf` are the names that Fawkes' configuration has for them."""

@@ -1,4 +1,4 @@
-"""The PDDL that engines read: the user's own text, where there is one. Their messages are then about it."""
+"""The PDDL texts for engines: the user's own text if it exists, so that error messages refer to it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COMMENT: Final = re.compile(r";[^\n]*")
 class PddlTexts(NamedTuple):
     """A domain and a problem as text.
 
-    :param files: the files that the texts are from; empty for a text that was made here.
+    :param files: the source files; empty for generated texts.
     """
 
     domain: str
@@ -31,7 +31,7 @@ class PddlTexts(NamedTuple):
 
 
 def original_texts(domain: Domain, problem: Problem) -> PddlTexts:
-    """Return the texts that domain and problem were read from; for one that was not read, a text of it."""
+    """Return the source texts of domain and problem; generated texts if they have no source."""
     return PddlTexts(
         _without_comments(domain.text) or format_domain(domain),
         _without_comments(problem.text) or format_problem(problem),
@@ -40,8 +40,8 @@ def original_texts(domain: Domain, problem: Problem) -> PddlTexts:
 
 
 def plain_texts(domain: Domain, problem: Problem) -> PddlTexts:
-    """Return texts for engines that cannot read the original: the common forms of PDDL only."""
-    actions = tuple(map(_plain, domain.actions))
+    """Return texts in basic PDDL, for engines that cannot read the original."""
+    actions = tuple(map(_with_merged_quantifiers, domain.actions))
     requirements = domain.requirements
     if domain.is_typed and "typing" not in requirements:
         requirements = (*requirements, "typing")
@@ -51,26 +51,26 @@ def plain_texts(domain: Domain, problem: Problem) -> PddlTexts:
 
 
 def named(text: str, name: str) -> str:
-    """Return the text of a problem with another name."""
+    """Return a problem text with another name."""
     return _NAME.sub(rf"\g<1>{name}", text, count=1)
 
 
 def _without_comments(text: str) -> str:
-    """Return a text with blanks for comments: some engines want ASCII in them, too."""
+    """Replace comments by blanks, since some engines reject other characters than ASCII there."""
     return _COMMENT.sub(lambda match: " " * len(match[0]), text)
 
 
-def _plain(action: ActionSchema) -> ActionSchema:
+def _with_merged_quantifiers(action: ActionSchema) -> ActionSchema:
     condition, effect = action.condition, action.effect
     return replace(
         action,
-        condition=condition and condition.map(_joined),
-        effect=effect and effect.map(_joined),
+        condition=condition and condition.map(_merge_quantifiers),
+        effect=effect and effect.map(_merge_quantifiers),
     )
 
 
-def _joined(formula: Formula) -> Formula:
-    """Return a quantifier in another one as one: unified-planning reads no nested ones in effects."""
+def _merge_quantifiers(formula: Formula) -> Formula:
+    """Merge directly nested quantifiers, which unified-planning cannot read in effects."""
     if not isinstance(formula, Quantified) or not isinstance(formula.part, Quantified):
         return formula
     inner = formula.part
@@ -81,31 +81,31 @@ def _joined(formula: Formula) -> Formula:
 
 
 def read_task(domain: Domain, problem: Problem) -> Any:
-    """Return what unified-planning's reader makes of a problem.
+    """Parse a problem with unified-planning.
 
-    :raises PlanningError: when it cannot read it, with the user's line.
+    :raises PlanningError: if parsing fails, with the user's line.
     """
     module = importlib.import_module("unified_planning.io")
-    # PDDL lets a type, an object and a predicate have one name
+    # PDDL permits the same name for a type, an object and a predicate
     importlib.import_module("unified_planning.shortcuts").get_environment().error_used_name = False
     original = original_texts(domain, problem)
     try:
         return module.PDDLReader().parse_problem_string(original.domain, original.problem)
     except Exception as error:  # noqa: BLE001  it raises what Python's parsers and its own classes raise
-        refused = error
+        parse_error = error
     plain = plain_texts(domain, problem)
     with suppress(Exception):
         return module.PDDLReader().parse_problem_string(plain.domain, plain.problem)
-    raise _refusal(module, original, refused) from refused
+    raise _refusal(module, original, parse_error) from parse_error
 
 
-def _refusal(module: Any, texts: PddlTexts, refused: Exception) -> PlanningError:
-    """Return the error for texts that unified-planning refuses; it does not say which of the two."""
+def _refusal(module: Any, texts: PddlTexts, parse_error: Exception) -> PlanningError:
+    """Return the error for rejected texts, after finding out which of the two is wrong."""
     file = texts.files[0]
     with suppress(Exception):
         module.PDDLReader().parse_problem_string(texts.domain)
         file = texts.files[1]
-    text = " ".join(str(refused).split())[:_WORDS] or type(refused).__name__
-    line = getattr(refused, "lineno", None) or next(map(int, _LINE.findall(text)), None)
+    text = " ".join(str(parse_error).split())[:_WORDS] or type(parse_error).__name__
+    line = getattr(parse_error, "lineno", None) or next(map(int, _LINE.findall(text)), None)
     message = f"unified-planning cannot read the problem: {text}"
     return PlanningError(message, file=file or None, line=line if file else None)

@@ -1,4 +1,4 @@
-"""Planners that the unified-planning library calls: Tamer and Aries."""
+"""Planners of the unified-planning library: Tamer and Aries."""
 
 from __future__ import annotations
 
@@ -26,10 +26,9 @@ _BEST: Final = "best"
 class UnifiedEngine(Engine, frozen=True):
     """An engine of unified-planning.
 
-    :param module: the Python module that it consists of.
-    :param package: what to install for it.
-    :param anytime: whether it can keep looking for better plans.
-    :param integers: whether its numbers are integers only.
+    :param module: its Python module.
+    :param package: its Python package.
+    :param anytime: whether it can search for better plans.
     """
 
     module: str
@@ -45,6 +44,7 @@ _EXPRESSIVE: Final = frozenset(
     }
 )
 
+# The known engines by name.
 ENGINES: Final = {
     "aries": UnifiedEngine(
         "up_aries",
@@ -52,7 +52,7 @@ ENGINES: Final = {
         understands=_EXPRESSIVE | {Need.COSTS, Need.HIERARCHY},
         anytime=True,
         integers=True,
-        # no formula of unified-planning has a quantifier at a moment of a durative action
+        # unified-planning has no quantifiers within a time point of a durative action
         fails_with=(frozenset({Need.TIME, Need.QUANTIFIERS}),),
     ),
     "tamer": UnifiedEngine(
@@ -62,15 +62,14 @@ ENGINES: Final = {
         ignores=frozenset({Need.COSTS}),
     ),
 }
-"""The engines that are known by name."""
 
 
 class UnifiedPlanner(EnginePlanner):
-    """An engine of unified-planning.
+    """A planner with an engine of unified-planning.
 
-    :param name: one of :data:`ENGINES`.
-    :param improve: seconds to look for better plans, when the problem has a metric and the engine can keep
-        looking (aries); which of several plans comes first is left to chance, the best one seldom is.
+    :param name: a key of :data:`ENGINES`.
+    :param improve: seconds to search for better plans if the problem has a metric and the engine supports
+        that (aries); the order of the found plans is random, and the best is rarely first.
     """
 
     def __init__(self, name: str, improve: str = "1.0") -> None:
@@ -79,7 +78,7 @@ class UnifiedPlanner(EnginePlanner):
 
     @property
     def not_installed(self) -> str:
-        """Why the engine cannot be used; empty when it can."""
+        """The reason why the engine cannot be used; empty if it can."""
         for module, package in (
             ("unified_planning", "unified-planning"),
             (self._engine.module, self._engine.package),
@@ -89,42 +88,41 @@ class UnifiedPlanner(EnginePlanner):
         return ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return a plan; None when the engine says that there is none."""
+        """Return a plan; None if the engine reports that none exists."""
         shortcuts = importlib.import_module("unified_planning.shortcuts")
         shortcuts.get_environment().credits_stream = None
         names = PlanNames(domain, problem)
         task = read_task(domain, problem)
         if self._engine.integers:
             _count_in_integers(task)
-        # engines leave files behind where they stand
+        # engines write files into the current folder
         with tempfile.TemporaryDirectory(prefix=FOLDER) as folder:
-            before = Path.cwd()
+            previous_folder = Path.cwd()
             os.chdir(folder)
             try:
                 result = self._call(shortcuts, task, names, improve=problem.metric is not None)
             except Exception as error:
                 raise PlanningError(f"{self.name} failed: {_reason(error)}") from error
             finally:
-                os.chdir(before)
+                os.chdir(previous_folder)
         return self._plan(result, names)
 
     def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
-        """Return the best plan that the engine had when its time was over."""
         file = folder / _BEST
         return load_plan(file, names) if file.exists() else None
 
     def _call(self, shortcuts: Any, task: Any, names: PlanNames, *, improve: bool) -> Any:
-        """Return the engine's result, the last one when it may keep looking."""
+        """Return the engine's result; the last one if it searches for better plans."""
         if improve and self.improve > 0 and self._engine.anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)
-                found = None
+                best_result = None
                 for each in engine.get_solutions(task, timeout=self.improve):
                     if each.plan is not None:
-                        found = each
-                        _keep(self._plan(each, names))
-            if found is not None:
-                return found
+                        best_result = each
+                        _save_plan(self._plan(each, names))
+            if best_result is not None:
+                return best_result
         with shortcuts.OneshotPlanner(name=self.name) as engine:
             _avoid_spaces(engine)
             return engine.solve(task)
@@ -135,8 +133,8 @@ class UnifiedPlanner(EnginePlanner):
             return None
         if result.plan is None:
             log = "; ".join(message.message.strip() for message in result.log_messages or ())
-            said = " ".join(log.split())[-_WORDS:] or "it does not say why"
-            raise PlanningError(f"{self.name} ended with {status}: {said}")
+            log_excerpt = " ".join(log.split())[-_WORDS:] or "it does not say why"
+            raise PlanningError(f"{self.name} ended with {status}: {log_excerpt}")
         if hasattr(result.plan, "timed_actions"):
             steps = sorted(result.plan.timed_actions, key=lambda step: step[0])
             return tuple(
@@ -151,14 +149,14 @@ tamer = partial(UnifiedPlanner, "tamer")
 
 
 def _count_in_integers(task: Any) -> None:
-    """Let the functions of a task have integers as values: PDDL says no more than that they are numbers."""
+    """Change the functions of a task to integers, since PDDL only says that they are numbers."""
     kinds = importlib.import_module("unified_planning.shortcuts")
     for fluent in task.fluents:
         if fluent.type.is_real_type():
             fluent._typename = kinds.IntType()  # noqa: SLF001 - a reader of PDDL cannot be told
 
 
-def _keep(plan: tuple[PlannedAction, ...] | None) -> None:
+def _save_plan(plan: tuple[PlannedAction, ...] | None) -> None:
     """Write a plan into the current folder, in one piece: the time may be over at any moment."""
     if plan:
         part = Path(f"{_BEST}.part")
@@ -167,7 +165,7 @@ def _keep(plan: tuple[PlannedAction, ...] | None) -> None:
 
 
 def _avoid_spaces(engine: Any) -> None:
-    """Let aries be found where its path has a space, at which it splits its command line (up-aries 0.5)."""
+    """Link an engine with a space in its path, where up-aries 0.5 would split its command line."""
     program = getattr(engine, "_executable", "")
     if isinstance(program, str) and " " in program:
         link = Path("engine")
@@ -183,7 +181,7 @@ def _step(
 
 
 def _reason(error: BaseException) -> str:
-    """Return why a call failed; the first line of an error of gRPC does not say."""
+    """Return the reason of a failed call, also for gRPC errors, whose first line has none."""
     code, details = getattr(error, "code", None), getattr(error, "details", None)
     if callable(code) and callable(details):
         return f"its server does not answer any more ({getattr(code(), 'name', code())}: {details()})"

@@ -1,4 +1,4 @@
-"""The worth of a plan: the value of its metric, and for each step the conditions that need its effects."""
+"""The metric value of a plan, and for each step the conditions that need its effects."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.plan import PlanCheck
 from cxbridge.executive.problem.truth import KnownState
 
-GOAL = 0
-"""The number that stands for the goal among the steps."""
+GOAL = 0  # step number of the goal
 
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """A fact that one step makes true and another one, or the goal, needs.
+    """A fact that one step makes true for another step or for the goal.
 
-    :param step: the step that needs it; :data:`GOAL`.
+    :param step: the step that needs the fact, or :data:`GOAL`.
     """
 
     fact: Ground
@@ -29,35 +28,38 @@ class Service:
 
 def services(check: PlanCheck) -> Mapping[int, Sequence[Service]]:
     """Return what each step of a plan serves, by its number. A step that serves nothing is not needed."""
-    found: dict[int, list[Service]] = {}
-    last: dict[Ground, int] = {}
+    services_of_steps: dict[int, list[Service]] = {}
+    makers: dict[Ground, int] = {}
     for moment in check.moments:
-        _serve(found, last, moment.needs, moment.step)
+        _serve(services_of_steps, makers, moment.needs, moment.step)
         for fact in moment.changes.deletes:
-            last.pop(fact, None)
-        last |= dict.fromkeys(moment.changes.adds, moment.step)
-    _serve(found, last, check.goal_needs, GOAL)
-    return found
+            makers.pop(fact, None)
+        makers |= dict.fromkeys(moment.changes.adds, moment.step)
+    _serve(services_of_steps, makers, check.goal_needs, GOAL)
+    return services_of_steps
 
 
 def _serve(
-    found: dict[int, list[Service]], last: Mapping[Ground, int], needs: frozenset[Ground], step: int
+    services_of_steps: dict[int, list[Service]],
+    makers: Mapping[Ground, int],
+    needs: frozenset[Ground],
+    step: int,
 ) -> None:
     for fact in sorted(needs):
-        maker = last.get(fact)
+        maker = makers.get(fact)
         if maker is not None and maker != step:
-            found.setdefault(maker, []).append(Service(fact, step))
+            services_of_steps.setdefault(maker, []).append(Service(fact, step))
 
 
 def value_of_metric(problem: Problem, actions: Iterable[PlannedAction], check: PlanCheck) -> float | None:
-    """Return the value of a problem's metric after a plan; None when there is none, or no value.
+    """Return the value of a problem's metric after a plan; None without a metric or a value.
 
-    A plan that is just an order takes as much time as it has steps.
+    A plan without times takes one time unit per step.
     """
     if problem.metric is None:
         return None
     steps = tuple(actions)
     ends = [step.start + (step.duration or 0.0) for step in steps if step.start is not None]
-    took = max(ends) if ends else float(len(steps))
-    numbers = {**check.end.numbers, (TOTAL_TIME, ()): took}
+    total_time = max(ends) if ends else float(len(steps))
+    numbers = {**check.end.numbers, (TOTAL_TIME, ()): total_time}
     return KnownState((), numbers, lambda _types: ()).number(problem.metric[1], {})

@@ -1,4 +1,5 @@
-"""Protobuf messages as Fawkes' protobuf_comm exchanges them: frames, ciphers, types, connections.
+"""Protobuf messages compatible with Fawkes' protobuf_comm: frames, ciphers, types, connections.
 
-The format is in ``docs/evidence/protocol-protobuf.md``. Nothing here knows CLIPS.
+The format is in ``docs/evidence/protocol-protobuf.md``. Only :mod:`~cxbridge_protobuf.feature` and ``fields``
+know CLIPS.
 """

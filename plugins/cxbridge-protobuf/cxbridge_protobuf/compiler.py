@@ -1,4 +1,4 @@
-"""Folders of .proto files to descriptors, by the official compiler."""
+"""Compilation of folders of .proto files to descriptors with the official compiler."""
 
 from __future__ import annotations
 
@@ -20,10 +20,9 @@ _SECONDS = 60
 def compile_folder(folder: Path, path: Sequence[Path]) -> tuple[list[Any], list[str]]:
     """Compile the .proto files of a folder.
 
-    :param path: where their imports are looked for, the folder among them.
-    :returns: the descriptors (``FileDescriptorProto``) of the files and of all that they import, imports
-        first; and the compiler's messages about files with a mistake, which are left out.
-    :raises ProtobufError: when there is no compiler, or it does not come to an end.
+    :param path: the import path, including the folder.
+    :returns: the descriptors (``FileDescriptorProto``) of valid files and their imports, imports first; and
+        the compiler's messages about invalid files.
     """
     from google.protobuf import descriptor_pb2  # noqa: PLC0415
 
@@ -32,7 +31,7 @@ def compile_folder(folder: Path, path: Sequence[Path]) -> tuple[list[Any], list[
         return [], []
     data, trouble = _run(names, folder, path)
     if data is None:
-        # one by one: those without a mistake remain
+        # compile one by one, so that one invalid file does not exclude the rest
         problems, files = [], {}
         for name in names:
             data, trouble = _run([name], folder, path)
@@ -44,34 +43,30 @@ def compile_folder(folder: Path, path: Sequence[Path]) -> tuple[list[Any], list[
     return list(descriptor_pb2.FileDescriptorSet.FromString(data).file), []
 
 
-def _run(names: Sequence[str], here: Path, path: Sequence[Path]) -> tuple[bytes | None, str]:
-    """Return the descriptor set of files; without one, the compiler's messages."""
+def _run(names: Sequence[str], folder: Path, path: Sequence[Path]) -> tuple[bytes | None, str]:
+    """Return the descriptor set of files; None with the compiler's messages on failure."""
     command = _command()
-    with tempfile.TemporaryDirectory(prefix="cxbridge-proto-") as made:
-        out = Path(made) / "set"
+    with tempfile.TemporaryDirectory(prefix="cxbridge-proto-") as temporary_folder:
+        out = Path(temporary_folder) / "set"
         arguments = [f"-I{each}" for each in path] + ["--include_imports", f"--descriptor_set_out={out}"]
         try:
-            done = subprocess.run(  # noqa: S603 - the compiler, with files that the configuration names
-                [*command, *arguments, *names], cwd=here, capture_output=True, timeout=_SECONDS, check=False
+            process = subprocess.run(  # noqa: S603 - the compiler, with files that the configuration names
+                [*command, *arguments, *names], cwd=folder, capture_output=True, timeout=_SECONDS, check=False
             )
         except subprocess.TimeoutExpired:
             raise ProtobufError(f"the protobuf compiler did not end within {_SECONDS} s") from None
-        if done.returncode == 0:
+        if process.returncode == 0:
             return out.read_bytes(), ""
-    return None, done.stderr.decode("utf-8", "replace").strip()
+    return None, process.stderr.decode("utf-8", "replace").strip()
 
 
 def _command() -> list[str]:
-    """Return how to call the compiler.
-
-    :raises ProtobufError: when there is none.
-    """
     if importlib.util.find_spec("grpc_tools") is not None:
-        # as a child process: imported it changes how Python imports, and prints its errors
+        # as a child process: an import changes Python's import system and prints errors directly
         return python_command("-m", "grpc_tools.protoc")
-    found = shutil.which("protoc")
-    if found is not None:
-        return [found]
+    protoc = shutil.which("protoc")
+    if protoc is not None:
+        return [protoc]
     raise ProtobufError(
         ".proto files need the protobuf compiler",
         hint=f"{plugin_command('cxbridge-protobuf')}, or put protoc into the PATH, "

@@ -1,4 +1,4 @@
-"""What an environment does with connections, over sockets or within the process."""
+"""The interface of an environment's connections, over sockets or within the process."""
 
 from __future__ import annotations
 
@@ -12,41 +12,36 @@ from cxbridge_protobuf.types import MessageTypes
 
 
 class Connections(Protocol):
-    """The server, the clients and the peers of an environment."""
+    """The server, clients and peers of an environment."""
 
     def drain(self) -> list[Event]:
-        """Return the messages since the last call."""
+        """Return the events since the last call."""
 
     def enable_server(self, port: int) -> None:
         """Listen for clients."""
 
     def disable_server(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
 
     def connect(self, host: str, port: int) -> int:
-        """Connect to a server; return the client's id, 0 when the port is not above 0."""
+        """Connect to a server; return the client's id, or 0 for a port below 1."""
 
-    def disconnect(self, link_id: int) -> None:
-        """Close a connection."""
+    def disconnect(self, link_id: int) -> None: ...
 
-    def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:
-        """Send to an address and receive on a port; return the peer's id."""
+    def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int: ...
 
-    def destroy_peer(self, peer_id: int) -> None:
-        """Close a peer."""
+    def destroy_peer(self, peer_id: int) -> None: ...
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
-        """Encrypt a peer's messages from now on; no more when the secret or the cipher is empty."""
+        """Encrypt a peer's further messages; an empty secret or cipher ends encryption."""
 
     def send(self, link_id: int, frame: Frame) -> None:
         """Send over a connection or a peer."""
 
-    def broadcast(self, peer_id: int, frame: Frame) -> None:
-        """Send over a peer."""
+    def broadcast(self, peer_id: int, frame: Frame) -> None: ...
 
-    def close(self) -> None:
-        """Close everything."""
+    def close(self) -> None: ...
 
 
+# Creates connections for message types, settings and a clock function in microseconds.
 MakeConnections: TypeAlias = Callable[[MessageTypes, NetworkSettings, Callable[[], int]], Connections]
-"""Makes them from the types of messages, the settings, and a function that returns the time."""

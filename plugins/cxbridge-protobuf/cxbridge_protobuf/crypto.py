@@ -1,6 +1,7 @@
 """Encrypted payloads of frames. Format: docs/evidence/protocol-protobuf.md.
 
-This weak protection is offered because the league's referee box speaks it; its name is a warning.
+The protection is weak; it exists because the league's referee box requires it. The constant names warn about
+it.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from cxbridge.extras import plugin_command
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.ciphers import Cipher
 
+# Cipher numbers in frames.
 CIPHERS: Final = {"aes-128-ecb": 1, "aes-128-cbc": 2, "aes-256-ecb": 3, "aes-256-cbc": 4}
-"""The numbers of the ciphers on the wire."""
 
 _NAMES: Final = {number: name for name, number in CIPHERS.items()}
 _BLOCK = 16
@@ -24,7 +25,10 @@ _ROUNDS = 8
 
 
 def derive_key(secret: str, size: int) -> bytes:
-    """Return the key of a length in bytes (at most 32) that protobuf_comm makes of a text."""
+    """Return protobuf_comm's key for a secret.
+
+    :param size: bytes of the key, at most 32.
+    """
     digest = secret.encode("utf-8", "surrogateescape")
     for _ in range(_ROUNDS):
         digest = hashlib.sha256(digest).digest()
@@ -32,10 +36,9 @@ def derive_key(secret: str, size: int) -> bytes:
 
 
 class Crypter:
-    """Encrypts with one cipher, decrypts whatever cipher a frame names.
+    """Encrypts with one cipher and decrypts with the cipher that a frame names.
 
     :param cipher: a name of :data:`CIPHERS`.
-    :raises ProtobufError: for an unknown cipher, or when the package for ciphers is missing.
     """
 
     def __init__(self, secret: str, cipher: str) -> None:
@@ -46,17 +49,17 @@ class Crypter:
         self.number: Final = CIPHERS[cipher]
 
     def encrypt(self, content: bytes) -> bytes:
-        """Return a payload encrypted, with its initialization vector if the cipher has one."""
+        """Return an encrypted payload, with its initialization vector if the cipher has one."""
         vector = os.urandom(_BLOCK) if _has_vector(self.number) else b""
-        missing = _BLOCK - len(content) % _BLOCK
+        padding = _BLOCK - len(content) % _BLOCK
         worker = self._cipher(self.number, vector).encryptor()
-        return vector + worker.update(content + bytes([missing]) * missing) + worker.finalize()
+        return vector + worker.update(content + bytes([padding]) * padding) + worker.finalize()
 
     def decrypt(self, cipher: int, content: bytes) -> bytes:
         """Return the decrypted payload.
 
-        :param cipher: the number that the frame names.
-        :raises ProtobufError: when it cannot be: another key, a cut frame, an unknown cipher.
+        :param cipher: the number in the frame.
+        :raises ProtobufError: if the key differs, the frame is cut or the cipher unknown.
         """
         if cipher not in _NAMES:
             raise ProtobufError(f"there is no cipher with number {cipher}")
@@ -65,10 +68,11 @@ class Crypter:
             raise ProtobufError("an encrypted frame was cut")
         worker = self._cipher(cipher, content[:skip]).decryptor()
         plain = worker.update(content[skip:]) + worker.finalize()
-        count = plain[-1]
-        if not 1 <= count <= _BLOCK or plain[-count:] != bytes([count]) * count:
+        # PKCS 7 padding: each padding byte is the number of padding bytes
+        padding = plain[-1]
+        if not 1 <= padding <= _BLOCK or plain[-padding:] != bytes([padding]) * padding:
             raise ProtobufError("a frame does not decrypt: is the key the same on both sides?")
-        return bytes(plain[:-count])
+        return bytes(plain[:-padding])
 
     def _cipher(self, number: int, vector: bytes) -> Cipher[Any]:
         ciphers, algorithms, modes = _library()
@@ -83,10 +87,7 @@ def _has_vector(number: int) -> bool:
 
 
 def _library() -> tuple[Any, Any, Any]:
-    """Return the parts of the package for ciphers.
-
-    :raises ProtobufError: when it is missing.
-    """
+    """Return the modules of the package cryptography."""
     try:
         # imported only for encryption
         from cryptography.hazmat.primitives import ciphers  # noqa: PLC0415

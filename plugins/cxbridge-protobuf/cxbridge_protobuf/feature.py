@@ -32,17 +32,16 @@ _NOT_SET = Symbol("NOT-SET")
 
 
 class ProtobufFeature(Feature):
-    """Gives the ``pb-*`` functions and the facts of messages that come in.
+    """Defines the ``pb-*`` functions and asserts received messages.
 
-    :param connections: makes what carries messages; None: sockets.
-    :param templates: whether to define the templates of the facts, and the rules that clear them away; False
-        for who brings his own.
+    :param connections: the factory of connections; None for sockets.
+    :param templates: whether to define the fact templates and the rules that retract old facts; False if the
+        caller has its own.
     """
 
     name = "protobuf"
 
-    user: ClassVar[type[ProtobufUser]]
-    """The class of what an environment has of the feature."""
+    user: ClassVar[type[ProtobufUser]]  # class of the feature's state per environment
 
     def __init__(
         self,
@@ -57,7 +56,7 @@ class ProtobufFeature(Feature):
         self._users: dict[str, ProtobufUser] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Read the message types, define the functions and the templates."""
+        """Read the message types, and define functions and templates."""
         user = self.user(env, self._settings, self._connections)
         self._users[env.name] = user
         user.define()
@@ -65,28 +64,26 @@ class ProtobufFeature(Feature):
             env.load(_FILE)
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        """Make facts of received messages."""
+        """Assert received messages."""
         self._users[env.name].before_run()
 
     def connections(self, env: ClipsEnvironment) -> Connections:
-        """Return the connections of an environment that has the feature."""
         return self._users[env.name].network
 
     def forget(self, env: ClipsEnvironment) -> None:
-        """Forget all messages of an environment: its rules keep none, and destroy none that came in."""
+        """Delete all messages of an environment whose rules neither keep nor destroy them."""
         self._users[env.name].forget()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Close the environment's connections."""
         user = self._users.pop(env.name, None)
         if user is not None:
             user.network.close()
 
 
 def make_feature(context: Run) -> ProtobufFeature:
-    """Return the feature of a run. A look at an agent imports no compiled messages, which are programs.
+    """Return the feature of a run.
 
-    :raises ConfigError: when a setting is wrong.
+    For an inspected agent, compiled message modules are not imported, since they are programs.
     """
     settings = ProtobufSettings.from_config(context.config, context.paths.expand)
     if context.is_look:
@@ -95,12 +92,12 @@ def make_feature(context: Run) -> ProtobufFeature:
 
 
 class ProtobufUser:
-    """An environment that knows messages."""
+    """The feature's state of an environment."""
 
     def __init__(
         self, env: ClipsEnvironment, settings: ProtobufSettings, connections: MakeConnections | None
     ) -> None:
-        # only agents that ask for the feature pay for it
+        # a late import: only agents with the feature pay for protobuf
         from cxbridge_protobuf import fields, types  # noqa: PLC0415
         from cxbridge_protobuf.network import Network  # noqa: PLC0415
 
@@ -112,14 +109,13 @@ class ProtobufUser:
         self.types.add_folders(settings.folders)
         for module in settings.modules:
             self.types.add_module(module)
-        known: NetworkSettings = NetworkSettings(**dict(settings.network))
-        self.network = (connections or Network)(self.types, known, env.bus.clock.now_us)
+        network_settings: NetworkSettings = NetworkSettings(**dict(settings.network))
+        self.network = (connections or Network)(self.types, network_settings, env.bus.clock.now_us)
         self._messages: dict[int, Any] = {}
         self._handles = itertools.count(_FIRST_HANDLE)
         self._warn_at = _MANY
 
     def define(self) -> None:
-        """Define the functions."""
         message, field = "*;e", "*;e;sy"
         table: Iterable[tuple[str, Callable[..., Value], int, str]] = (
             ("pb-register-type", self.register, 1, "*;sy"),
@@ -160,7 +156,6 @@ class ProtobufUser:
     # --- messages ---------------------------------------------------------------------------------------
 
     def _add(self, message: Any) -> ExternalAddress:
-        """Give a message a number."""
         handle = next(self._handles)
         self._messages[handle] = message
         if len(self._messages) >= self._warn_at:
@@ -171,11 +166,11 @@ class ProtobufUser:
         return ExternalAddress(handle)
 
     def _get(self, address: Value) -> Any:
-        """Return the message of an address, None when there is none."""
+        """Return the message at an address; None if unknown."""
         return self._messages.get(address.handle) if isinstance(address, ExternalAddress) else None
 
     def register(self, full_name: str) -> Value:
-        """Do what ``pb-register-type`` does."""
+        """Register a type, as ``pb-register-type`` does."""
         try:
             self.types.register(full_name)
         except ProtobufError as error:
@@ -191,7 +186,7 @@ class ProtobufUser:
             return ExternalAddress(0)
 
     def forget(self) -> None:
-        """Forget all messages."""
+        """Delete all messages."""
         self._messages.clear()
 
     def _ref(self, address: Value) -> Value:
@@ -210,7 +205,6 @@ class ProtobufUser:
         return self.text_of(message)
 
     def text_of(self, message: Any) -> str:
-        """Return a message as text."""
         return str(message)
 
     # --- fields -----------------------------------------------------------------------------------------
@@ -220,7 +214,7 @@ class ProtobufUser:
         return () if message is None else self._fields.names(message)
 
     def _find(self, address: Value, name: str) -> tuple[Any, Any]:
-        """Return a message and the descriptor of one of its fields; None for missing ones."""
+        """Return a message and the descriptor of its field, or None for missing ones."""
         message = self._get(address)
         return message, None if message is None else self._fields.find(message, name)
 
@@ -245,15 +239,15 @@ class ProtobufUser:
         if message is None:
             self._log.warn(f"Invalid message when getting {name}")
             return _INVALID
-        of = message.DESCRIPTOR.full_name
+        type_name = message.DESCRIPTOR.full_name
         if field is None:
-            self._log.warn(f"Field {name} of {of} does not exist")
+            self._log.warn(f"Field {name} of {type_name} does not exist")
             return _UNKNOWN
         fields = self._fields
         if field.is_list:
-            raise ClipsError(f"field {name} of {of} is a list", hint="pb-field-list")
+            raise ClipsError(f"field {name} of {type_name} is a list", hint="pb-field-list")
         if not field.of and not fields.has(message, field):
-            self._log.warn(f"Field {name} of {of} not set")
+            self._log.warn(f"Field {name} of {type_name} not set")
             return _NOT_SET
         return fields.value(message, field, self._add)
 
@@ -274,7 +268,7 @@ class ProtobufUser:
         self._store(address, name, value, "add", self._fields.add_value)
 
     def _store(self, address: Value, name: str, value: Value, verb: str, store: Callable[..., None]) -> None:
-        """Set a field or add to a list; a message that is given is used up."""
+        """Set a field or add to a list; a message as value is destroyed afterwards."""
         message, field = self._find(address, name)
         if message is None:
             return
@@ -285,11 +279,11 @@ class ProtobufUser:
             store(message, field, value, self._get)
         except self._fields.UnknownEnumValueError:
             if verb == "set":
-                of = message.DESCRIPTOR.full_name
-                self._log.warn(f"{of}: cannot set invalid enum value '{value}' on '{name}'")
+                type_name = message.DESCRIPTOR.full_name
+                self._log.warn(f"{type_name}: cannot set invalid enum value '{value}' on '{name}'")
         except ProtobufError as error:
-            of = message.DESCRIPTOR.full_name
-            self._log.warn(f"Failed to {verb} field {name} of {of}: {error.message}")
+            type_name = message.DESCRIPTOR.full_name
+            self._log.warn(f"Failed to {verb} field {name} of {type_name}: {error.message}")
         if field.of:
             self._destroy(value)
 
@@ -332,13 +326,13 @@ class ProtobufUser:
         try:
             self.network.broadcast(peer, self._frame_of(message))
         except ProtobufError as error:
-            of = message.DESCRIPTOR.full_name
-            self._log.warn(f"Failed to broadcast message of type {of}: {error.message}")
+            type_name = message.DESCRIPTOR.full_name
+            self._log.warn(f"Failed to broadcast message of type {type_name}: {error.message}")
 
     # --- received messages ------------------------------------------------------------------------------
 
     def before_run(self) -> None:
-        """Make facts of received messages."""
+        """Assert received messages."""
         from cxbridge_protobuf.inbox import Presence, Received  # noqa: PLC0415
 
         for event in self.network.drain():
@@ -376,11 +370,9 @@ class ProtobufUser:
         )
 
     def sender(self, event: Received) -> Value:
-        """Return the value of the slot ``rcvd-from``."""
         return (event.host, event.port)
 
     def time(self, time_us: int) -> Value:
-        """Return the value of the slot ``rcvd-at``."""
         return split_us(time_us)
 
     def _assert_presence(self, event: Presence) -> None:
@@ -388,8 +380,8 @@ class ProtobufUser:
         if event.origin.value == "CLIENT":
             self._env.assert_string(f"(protobuf-client-{state} {event.link})")
         else:
-            where = f" {event.host} {event.port}" if event.connected else ""
-            self._env.assert_string(f"(protobuf-server-client-{state} {event.link}{where})")
+            address = f" {event.host} {event.port}" if event.connected else ""
+            self._env.assert_string(f"(protobuf-server-client-{state} {event.link}{address})")
 
 
 ProtobufFeature.user = ProtobufUser

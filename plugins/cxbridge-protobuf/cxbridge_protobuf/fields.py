@@ -1,4 +1,4 @@
-"""The fields of messages as values of CLIPS. What becomes what: docs/evidence/protocol-protobuf.md."""
+"""The fields of messages as CLIPS values. Conversions: docs/evidence/protocol-protobuf.md."""
 
 from __future__ import annotations
 
@@ -23,21 +23,20 @@ _FLOATS: Final = frozenset([FieldDescriptor.TYPE_DOUBLE, FieldDescriptor.TYPE_FL
 _UNSIGNED_64: Final = frozenset([FieldDescriptor.TYPE_UINT64, FieldDescriptor.TYPE_FIXED64])
 _HALF, _WHOLE = 1 << 63, 1 << 64
 
-AddMessage = Callable[[Message], Value]
-"""Makes a message known to CLIPS and returns its address."""
+AddMessage = Callable[[Message], Value]  # stores a message for CLIPS and returns its address
 
-GetMessage = Callable[[Value], Message]
-"""Returns the message of an address; None when there is none."""
+GetMessage = Callable[[Value], Message]  # returns the message at an address; None if unknown
 
 
 class MessageField(Struct, frozen=True):
-    """A field of a type of messages. To ask its descriptor costs more than to set it: here it has been asked.
+    """A field of a message type.
+
+    It caches the properties of the descriptor, whose queries are slower than setting the field.
 
     :param descriptor: protobuf's own description.
-    :param kind: of ``FieldDescriptor.TYPE_...``.
-    :param is_list: whether it is repeated; maps are.
-    :param is_map: whether it is a map.
-    :param of: the full name of the messages that it holds; empty when it holds none.
+    :param kind: a ``FieldDescriptor.TYPE_...``.
+    :param is_list: whether it is repeated, as maps are.
+    :param of: the full name of the field's message type; empty for other types.
     """
 
     descriptor: Any
@@ -49,9 +48,8 @@ class MessageField(Struct, frozen=True):
 
 
 @functools.lru_cache(maxsize=4096)
-def _field(of: Any, name: str) -> MessageField | None:
-    """Return a field of a type of messages, by the type's descriptor."""
-    field = of.fields_by_name.get(name)
+def _field(message_type: Any, name: str) -> MessageField | None:
+    field = message_type.fields_by_name.get(name)
     if field is None:
         return None
     message = field.message_type
@@ -67,12 +65,11 @@ def _field(of: Any, name: str) -> MessageField | None:
 
 
 def find(message: Message, name: str) -> MessageField | None:
-    """Return a field, None when there is none of that name."""
     return _field(message.DESCRIPTOR, name)
 
 
 def names(message: Message) -> tuple[str, ...]:
-    """Return the names of all fields that are declared, in their order."""
+    """Return the names of all declared fields in order."""
     return tuple(field.name for field in message.DESCRIPTOR.fields)
 
 
@@ -93,7 +90,6 @@ def label(field: MessageField) -> Symbol:
 
 
 def has(message: Message, field: MessageField) -> bool:
-    """Whether a field is set; whether a list has something in it."""
     if field.is_list:
         return len(getattr(message, field.name)) > 0
     if field.descriptor.has_presence:
@@ -102,29 +98,28 @@ def has(message: Message, field: MessageField) -> bool:
 
 
 def value(message: Message, field: MessageField, add: AddMessage) -> Value:
-    """Return the value of a field that is not a list."""
+    """Return the value of a field other than a list."""
     if field.kind == FieldDescriptor.TYPE_BYTES:
         return "bytes"
     return _to_clips(field, getattr(message, field.name), add)
 
 
 def items(message: Message, field: MessageField, add: AddMessage) -> tuple[Value, ...]:
-    """Return the values of a list."""
     if field.kind == FieldDescriptor.TYPE_BYTES:
         return (Symbol("BYTES"),) * len(getattr(message, field.name))
     return tuple(_to_clips(field, item, add) for item in _elements(message, field))
 
 
-def set_value(message: Message, field: MessageField, given: Value, get: GetMessage) -> None:
-    """Set a field that is not a list.
+def set_value(message: Message, field: MessageField, clips_value: Value, get: GetMessage) -> None:
+    """Set a field other than a list.
 
-    :raises ProtobufError: when it is one, or cannot have this value.
+    :raises ProtobufError: if the field is a list or the value has a wrong type.
     """
     if field.is_list:
         raise ProtobufError("it is a list", hint="pb-add-list")
     if field.kind == FieldDescriptor.TYPE_BYTES:
         return
-    converted = _to_protobuf(field, given, get)
+    converted = _to_protobuf(field, clips_value, get)
     try:
         if field.kind == FieldDescriptor.TYPE_MESSAGE:
             getattr(message, field.name).CopyFrom(converted)
@@ -134,104 +129,104 @@ def set_value(message: Message, field: MessageField, given: Value, get: GetMessa
         raise ProtobufError(str(error)) from None
 
 
-def add_value(message: Message, field: MessageField, given: Value, get: GetMessage) -> None:
+def add_value(message: Message, field: MessageField, clips_value: Value, get: GetMessage) -> None:
     """Append to a list.
 
-    :raises ProtobufError: when the field is none, or the list cannot hold this value.
+    :raises ProtobufError: if the field is not a list or the value has a wrong type.
     """
     if not field.is_list:
         raise ProtobufError("it is not a list", hint="pb-set-field")
     if field.kind == FieldDescriptor.TYPE_BYTES:
         return
-    converted = _to_protobuf(field, given, get)
-    here = getattr(message, field.name)
+    converted = _to_protobuf(field, clips_value, get)
+    container = getattr(message, field.name)
     try:
         if field.is_map:
-            _put(here, converted)
+            _put(container, converted)
         elif field.kind == FieldDescriptor.TYPE_MESSAGE:
-            here.add().CopyFrom(converted)
+            container.add().CopyFrom(converted)
         else:
-            here.append(converted)
+            container.append(converted)
     except (TypeError, ValueError) as error:
         raise ProtobufError(str(error)) from None
 
 
 def _elements(message: Message, field: MessageField) -> list[Any]:
-    here = getattr(message, field.name)
+    container = getattr(message, field.name)
     if not field.is_map:
-        return list(here)
-    of = field.descriptor.message_type
-    entry = message_factory.GetMessageClass(of)
-    made = []
-    for key in here:
-        one: Any = entry(key=key)
-        if of.fields_by_name["value"].message_type is None:
-            one.value = here[key]
+        return list(container)
+    entry_type = field.descriptor.message_type
+    entry_class = message_factory.GetMessageClass(entry_type)
+    entries = []
+    for key in container:
+        map_entry: Any = entry_class(key=key)
+        if entry_type.fields_by_name["value"].message_type is None:
+            map_entry.value = container[key]
         else:
-            one.value.CopyFrom(here[key])
-        made.append(one)
-    return made
+            map_entry.value.CopyFrom(container[key])
+        entries.append(map_entry)
+    return entries
 
 
-def _put(here: Any, entry: Message) -> None:
-    """Add an entry to a map."""
+def _put(container: Any, entry: Message) -> None:
     if entry.DESCRIPTOR.fields_by_name["value"].message_type is None:
-        here[entry.key] = entry.value
+        container[entry.key] = entry.value
     else:
-        here[entry.key].CopyFrom(entry.value)
+        container[entry.key].CopyFrom(entry.value)
 
 
 def _to_clips(field: MessageField, item: Any, add: AddMessage) -> Value:
     if field.kind == FieldDescriptor.TYPE_MESSAGE:
+        # a copy, since rules may destroy the outer message first
         copy = type(item)()
         copy.CopyFrom(item)
         return add(copy)
     if field.kind == FieldDescriptor.TYPE_BOOL:
         return TRUE if item else FALSE
     if field.kind == FieldDescriptor.TYPE_ENUM:
-        known = field.descriptor.enum_type.values_by_number.get(item)
-        return Symbol(known.name if known else f"UNKNOWN_ENUM_VALUE_{field.descriptor.enum_type.name}_{item}")
+        enum_value = field.descriptor.enum_type.values_by_number.get(item)
+        return Symbol(
+            enum_value.name if enum_value else f"UNKNOWN_ENUM_VALUE_{field.descriptor.enum_type.name}_{item}"
+        )
+    # CLIPS has signed 64-bit integers only
     if field.kind in _UNSIGNED_64 and item >= _HALF:
         return item - _WHOLE
     return item
 
 
-def _to_protobuf(field: MessageField, given: Value, get: GetMessage) -> Any:
-    """Return a value of CLIPS as a field takes it.
-
-    :raises ProtobufError: when it is of another type.
-    """
+def _to_protobuf(field: MessageField, clips_value: Value, get: GetMessage) -> Any:
+    """Convert a CLIPS value to the type of a field."""
     kind = field.kind
     if kind == FieldDescriptor.TYPE_MESSAGE:
-        found = get(given)
-        if found is None:
+        nested_message = get(clips_value)
+        if nested_message is None:
             raise ProtobufError("the value is not a valid message")
-        if found.DESCRIPTOR.full_name != field.of:
-            raise ProtobufError(f"it takes {field.of}, not {found.DESCRIPTOR.full_name}")
-        return found
+        if nested_message.DESCRIPTOR.full_name != field.of:
+            raise ProtobufError(f"it takes {field.of}, not {nested_message.DESCRIPTOR.full_name}")
+        return nested_message
     if kind == FieldDescriptor.TYPE_BOOL:
-        return given == "TRUE"
+        return clips_value == "TRUE"
     if kind in (FieldDescriptor.TYPE_STRING, FieldDescriptor.TYPE_ENUM):
-        if not isinstance(given, str):
-            raise ProtobufError(f"{given} is not a STRING or SYMBOL")
-        return given if kind == FieldDescriptor.TYPE_STRING else _enum_number(field, given)
-    if isinstance(given, bool) or not isinstance(given, int | float):
-        raise ProtobufError(f"{given} is not a number")
+        if not isinstance(clips_value, str):
+            raise ProtobufError(f"{clips_value} is not a STRING or SYMBOL")
+        return clips_value if kind == FieldDescriptor.TYPE_STRING else _enum_number(field, clips_value)
+    if isinstance(clips_value, bool) or not isinstance(clips_value, int | float):
+        raise ProtobufError(f"{clips_value} is not a number")
     if kind in _FLOATS:
-        return float(given)
+        return float(clips_value)
     try:
-        whole = int(given)
+        integer = int(clips_value)
     except (OverflowError, ValueError):
-        raise ProtobufError(f"{given} is not a whole number") from None
-    return whole + _WHOLE if kind in _UNSIGNED_64 and -_HALF <= whole < 0 else whole
+        raise ProtobufError(f"{clips_value} is not a whole number") from None
+    return integer + _WHOLE if kind in _UNSIGNED_64 and -_HALF <= integer < 0 else integer
 
 
 class UnknownEnumValueError(ProtobufError):
-    """An enum has no value of that name."""
+    """A name that an enumeration does not have."""
 
 
 def _enum_number(field: MessageField, name: str) -> int:
-    known = field.descriptor.enum_type.values_by_name.get(name)
-    if known is None:
+    enum_value = field.descriptor.enum_type.values_by_name.get(name)
+    if enum_value is None:
         raise UnknownEnumValueError(f"there is no '{name}' in {field.descriptor.enum_type.name}")
-    return int(known.number)
+    return int(enum_value.number)

@@ -1,4 +1,4 @@
-"""Frames to bytes and back. Format: docs/evidence/protocol-protobuf.md."""
+"""Encoding and decoding of frames. Format: docs/evidence/protocol-protobuf.md."""
 
 from __future__ import annotations
 
@@ -13,15 +13,14 @@ _HEADER_V1: Final = struct.Struct("!HHI")
 _HEADER_V2: Final = struct.Struct("!BBxxI")
 _MESSAGE_HEADER: Final = struct.Struct("!HH")
 
-VERSIONS: Final = (1, 2)
-"""The versions of frames there are."""
+VERSIONS: Final = (1, 2)  # existing frame versions
 
 NO_CIPHER: Final = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One message on its way.
+    """An encoded message with its ids.
 
     :param component: component id, 0 to 65535.
     :param type: message type, 0 to 65535.
@@ -34,29 +33,28 @@ class Frame:
 
 
 def encode(frame: Frame, version: int = 2) -> bytes:
-    """Return the bytes of a frame that is not encrypted."""
     if version == 1:
         return _HEADER_V1.pack(frame.component, frame.type, len(frame.data)) + frame.data
     return seal(NO_CIPHER, payload(frame))
 
 
 def payload(frame: Frame) -> bytes:
-    """Return what follows the header of a frame of version 2: that which gets encrypted."""
+    """Return the content behind the header of a version 2 frame, which is the encrypted part."""
     return _MESSAGE_HEADER.pack(frame.component, frame.type) + frame.data
 
 
 def seal(cipher: int, content: bytes) -> bytes:
-    """Put the header of version 2 before a payload.
+    """Prepend the version 2 header to a payload.
 
-    :param cipher: the number of the cipher that it is encrypted with, 0 when it is not.
+    :param cipher: the number of the payload's cipher; 0 if unencrypted.
     """
     return _HEADER_V2.pack(2, cipher, len(content)) + content
 
 
 def parse_payload(content: bytes) -> Frame:
-    """Return the frame of a payload of version 2.
+    """Return the frame of a version 2 payload.
 
-    :raises ProtobufError: when it is too short.
+    :raises ProtobufError: if the payload is too short.
     """
     if len(content) < _MESSAGE_HEADER.size:
         raise ProtobufError("the frame is too short for a message header")
@@ -65,11 +63,11 @@ def parse_payload(content: bytes) -> Frame:
 
 
 def open_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
-    """Return the cipher of a datagram and its payload, laid out as in version 2.
+    """Return the cipher of a datagram and its payload in version 2 layout.
 
-    The size in the header is not looked at when it is encrypted, as protobuf_comm does.
+    Like protobuf_comm, this ignores the header's size if the payload is encrypted.
 
-    :raises ProtobufError: when it is not a frame.
+    :raises ProtobufError: if the datagram is not a frame.
     """
     header = _HEADER_V1 if version == 1 else _HEADER_V2
     if len(data) < header.size:
@@ -79,9 +77,9 @@ def open_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
         content = payload(Frame(component, type_, data[header.size :]))
         cipher, size = NO_CIPHER, size + _MESSAGE_HEADER.size
     else:
-        found, cipher, size = _HEADER_V2.unpack_from(data)
+        frame_version, cipher, size = _HEADER_V2.unpack_from(data)
         content = data[header.size :]
-        if found != version:
+        if frame_version != version:
             raise ProtobufError(f"the datagram is not a frame of version {version}")
     if cipher == NO_CIPHER and size != len(content):
         raise ProtobufError(f"the frame reports {size} bytes and has {len(content)}")
@@ -89,10 +87,10 @@ def open_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
 
 
 class StreamDecoder:
-    """Cuts a stream of bytes into frames.
+    """Splits a byte stream into frames.
 
-    :param max_size: bytes that a frame may announce after its header.
-    :param version: of the frames.
+    :param max_size: the limit of a frame's size without its header.
+    :param version: the frame version.
     """
 
     def __init__(self, max_size: int, version: int = 2) -> None:
@@ -102,10 +100,10 @@ class StreamDecoder:
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> Iterator[Frame]:
-        """Take the next bytes and yield the frames that are complete now.
+        """Process received bytes and yield the complete frames.
 
-        :raises ProtobufError: when no frame can follow any more: the stream is in another version or
-            encrypted, or its next frame is too long or too short. The decoder must not be used again.
+        :raises ProtobufError: if the stream has another version, is encrypted, or has a frame of an invalid
+            size. The decoder is then unusable.
         """
         self._buffer += data
         start, header = 0, self._header
@@ -123,17 +121,17 @@ class StreamDecoder:
         del self._buffer[:start]
 
     def _size(self, start: int) -> int:
-        """Return the size that the frame at an offset announces."""
+        """Return the size in the header of the frame at an offset."""
         if self._version == 1:
             size = int(self._header.unpack_from(self._buffer, start)[2])
-            least = 0
+            minimum = 0
         else:
             version, cipher, size = self._header.unpack_from(self._buffer, start)
-            least = _MESSAGE_HEADER.size
+            minimum = _MESSAGE_HEADER.size
             if version != self._version:
                 raise ProtobufError(f"the stream has no frames of version {self._version}")
             if cipher != NO_CIPHER:
                 raise ProtobufError("a frame is encrypted, which streams never are")
-        if not least <= size <= self._max_size:
-            raise ProtobufError(f"a frame reports {size} bytes, {least} to {self._max_size} are allowed")
+        if not minimum <= size <= self._max_size:
+            raise ProtobufError(f"a frame reports {size} bytes, {minimum} to {self._max_size} are allowed")
         return int(size)

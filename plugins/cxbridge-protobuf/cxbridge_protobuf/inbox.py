@@ -1,4 +1,4 @@
-"""The queue of messages from the network that wait for their environment."""
+"""The queue of received messages that wait for their environment."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ from typing import Final, TypeAlias
 
 from cxbridge_protobuf.types import Message
 
-_MOST_BYTES: Final = 64 << 20
-"""Bytes of messages that wait, however few they are."""
+_MOST_BYTES: Final = 64 << 20  # limit of waiting messages in bytes, however few they are
 
 
 class Origin(Enum):
-    """Through what something came: the slot ``client-type`` of facts."""
+    """The kind of connection an event came from: the slot ``client-type`` of facts."""
 
     SERVER = "SERVER"
     CLIENT = "CLIENT"
@@ -24,11 +23,11 @@ class Origin(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """A message.
+    """A received message.
 
     :param link: the id of the connection or of the peer.
-    :param message: None when it could not be parsed.
-    :param problem: why it could not.
+    :param message: None if it is invalid.
+    :param problem: the reason why it is invalid.
     """
 
     origin: Origin
@@ -44,7 +43,7 @@ class Received:
 
 @dataclass(frozen=True, slots=True)
 class Presence:
-    """A connection has begun or ended."""
+    """The start or end of a connection."""
 
     origin: Origin
     link: int
@@ -55,7 +54,7 @@ class Presence:
 
 @dataclass(frozen=True, slots=True)
 class Warned:
-    """Something for the log."""
+    """A line for the log."""
 
     text: str
 
@@ -64,33 +63,33 @@ Event: TypeAlias = Received | Presence | Warned
 
 
 class Inbox:
-    """Events in the order they came; threads may share it.
+    """Events in order of arrival; thread-safe.
 
-    :param most: messages that may wait.
+    :param most: the limit of waiting messages.
     """
 
     def __init__(self, most: int, now_us: Callable[[], int]) -> None:
         self.now_us: Final = now_us
-        self._most = most
+        self._max_messages = most
         self._lock = threading.Lock()
         self._events: list[Event] = []
         self._messages = 0
         self._bytes = 0
         self._was_full = False
-        self._said: dict[str, int] = {}
+        self._warning_counts: dict[str, int] = {}
 
     @property
     def full(self) -> bool:
-        """Whether reading should pause; the next drain returns that it did."""
+        """Whether reading should pause; the next drain then reports a full inbox."""
         with self._lock:
-            full = self._messages >= self._most or self._bytes >= _MOST_BYTES
+            full = self._messages >= self._max_messages or self._bytes >= _MOST_BYTES
             self._was_full |= full
             return full
 
     def put(self, event: Event, size: int = 0) -> None:
         """Add an event.
 
-        :param size: bytes of the message.
+        :param size: the message's size in bytes.
         """
         with self._lock:
             self._events.append(event)
@@ -98,18 +97,17 @@ class Inbox:
             self._bytes += size
 
     def warn(self, text: str, kind: str) -> None:
-        """Add a line for the log: the 1st, 2nd, 4th, 8th ... of its kind, since a stranger may cause many.
+        """Add a log line: the 1st, 2nd, 4th, 8th ... of its kind, since a peer may cause many.
 
-        :param kind: nothing that a stranger chooses.
+        :param kind: a text that no peer chooses.
         """
         with self._lock:
-            count = self._said[kind] = self._said.get(kind, 0) + 1
+            count = self._warning_counts[kind] = self._warning_counts.get(kind, 0) + 1
             if count & (count - 1) == 0:
-                more = f" ({count} times so far)" if count > 1 else ""
-                self._events.append(Warned(text + more))
+                suffix = f" ({count} times so far)" if count > 1 else ""
+                self._events.append(Warned(text + suffix))
 
     def drain(self) -> tuple[list[Event], bool]:
-        """Return all events, and whether it was full."""
         with self._lock:
             events, self._events = self._events, []
             was_full, self._was_full = self._was_full, False

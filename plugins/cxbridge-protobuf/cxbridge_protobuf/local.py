@@ -1,7 +1,7 @@
-"""Connections between environments of one process: no sockets, no threads, frames in the order of sending.
+"""Connections between environments of one process: no sockets, no threads, frames in sending order.
 
-Ports are as on a network whose machines all have one address: a peer's message to a port reaches each other
-peer that receives there, and a client reaches the server of its port. So runs repeat on the virtual clock.
+Ports work as if all environments had one address: a peer's message reaches each other peer that receives on
+the port, and a client reaches the server of its port. Runs are therefore repeatable on the virtual clock.
 """
 
 from __future__ import annotations
@@ -17,17 +17,16 @@ from cxbridge_protobuf.inbox import Event, Origin, Presence, Received, Warned
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
 
-HOST: Final = "127.0.0.1"
-"""Where everything seems to come from."""
+HOST: Final = "127.0.0.1"  # apparent address of all senders
 
 
 @dataclass(slots=True)
 class _Peer:
     """A peer.
 
-    :param key: secret and cipher; both empty for plain messages. Nothing is encrypted here, but who has
-        another key cannot read it.
-    :param is_deaf: whether a message with another key came already.
+    :param key: secret and cipher; both empty for plain messages. Messages are not encrypted here, but a peer
+        with another key cannot read them.
+    :param is_deaf: whether a message with another key has already arrived.
     """
 
     send_port: int
@@ -38,35 +37,31 @@ class _Peer:
 
 @dataclass(slots=True)
 class _Link:
-    """An end of a connection."""
+    """One end of a connection."""
 
     origin: Origin
     other: LocalConnections
     other_id: int
-    port: int = 0
-    """Of a client, as its server sees it."""
+    port: int = 0  # port of a client as its server sees it
 
 
 class LocalNetwork:
-    """What joins the environments of one process."""
+    """The connections between the environments of one process."""
 
     def __init__(self) -> None:
         self.members: list[LocalConnections] = []
-        self.ports = count(49152)
-        """Of clients."""
+        self.ports = count(49152)  # ports of clients
 
     def join(
         self, types: MessageTypes, _settings: NetworkSettings, now_us: Callable[[], int]
     ) -> LocalConnections:
-        """Return the connections of one more environment; a :data:`MakeConnections`."""
+        """Return the connections of a further environment; a :data:`MakeConnections`."""
         member = LocalConnections(self, types, now_us)
         self.members.append(member)
         return member
 
 
 class LocalConnections:
-    """The server, the clients and the peers of an environment."""
-
     def __init__(self, network: LocalNetwork, types: MessageTypes, now_us: Callable[[], int]) -> None:
         self.types: Final = types
         self._network = network
@@ -78,16 +73,15 @@ class LocalConnections:
         self._server_port = 0
 
     def drain(self) -> list[Event]:
-        """Return the messages since the last call."""
         events, self._events = self._events, []
         return events
 
     # -- connections
 
     def enable_server(self, port: int) -> None:
-        """Let clients connect. Nothing happens when there is a server already, or the port is not above 0.
+        """Accept clients; ignored if a server exists or the port is below 1.
 
-        :raises ProtobufError: when another one has the port.
+        :raises ProtobufError: if the port is taken.
         """
         if port <= 0 or self._server_port:
             return
@@ -96,48 +90,47 @@ class LocalConnections:
         self._server_port = port
 
     def serves(self, port: int) -> bool:
-        """Whether its server has this port."""
         return port > 0 and self._server_port == port
 
     def disable_server(self) -> None:
-        """Refuse new connections, and close the connections of the server's clients."""
+        """Refuse further connections and close those of the server's clients."""
         self._server_port = 0
         for link_id, link in list(self._links.items()):
             if link.origin is Origin.SERVER:
                 self.disconnect(link_id)
 
     def connect(self, host: str, port: int) -> int:
-        """Connect to a server; return the client's id, 0 when the port is not above 0."""
+        """Connect to a server; return the client's id, or 0 for a port below 1."""
         if port <= 0:
             return 0
-        own = next(self._ids)
+        client_id = next(self._ids)
         server = next((member for member in self._network.members if member.serves(port)), None)
         if server is None:
             self._events += (
                 Warned(f"Cannot connect to {host}:{port}: connection refused"),
-                Presence(Origin.CLIENT, own, connected=False),
+                Presence(Origin.CLIENT, client_id, connected=False),
             )
-            return own
-        self._links[own] = _Link(Origin.CLIENT, server, server.accept(self, own))
-        self._events.append(Presence(Origin.CLIENT, own, connected=True, host=host, port=port))
-        return own
+            return client_id
+        self._links[client_id] = _Link(Origin.CLIENT, server, server.accept(self, client_id))
+        self._events.append(Presence(Origin.CLIENT, client_id, connected=True, host=host, port=port))
+        return client_id
 
     def accept(self, client: LocalConnections, client_id: int) -> int:
-        """Take a client in; return the id of this end."""
-        own = next(self._ids)
+        """Accept a client; return the id of the server's end."""
+        server_link_id = next(self._ids)
         port = next(self._network.ports)
-        self._links[own] = _Link(Origin.SERVER, client, client_id, port)
-        self._events.append(Presence(Origin.SERVER, own, connected=True, host=HOST, port=port))
-        return own
+        self._links[server_link_id] = _Link(Origin.SERVER, client, client_id, port)
+        self._events.append(Presence(Origin.SERVER, server_link_id, connected=True, host=HOST, port=port))
+        return server_link_id
 
     def disconnect(self, link_id: int) -> None:
-        """Close a connection; unknown ones are none of our business."""
+        """Close a connection; unknown ids are ignored."""
         link = self._links.pop(link_id, None)
         if link is not None:
             link.other.lose(link.other_id)
 
     def lose(self, link_id: int) -> None:
-        """Know that the other end has closed a connection."""
+        """Report that the peer has closed a connection."""
         link = self._links.pop(link_id, None)
         if link is not None:
             self._events.append(Presence(link.origin, link_id, connected=False))
@@ -145,23 +138,24 @@ class LocalConnections:
     # -- peers
 
     def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:  # noqa: ARG002
-        """Begin to send to a port and to receive on one; return the peer's id.
+        """Create a peer and return its id; 0 if ``send_port`` is below 1.
 
-        :param recv_port: the same as ``send_port`` when it is not above 0.
-        :returns: 0 when ``send_port`` is not above 0.
+        :param recv_port: below 1 for the same port as ``send_port``.
         """
         if send_port <= 0:
             return 0
-        own = next(self._ids)
-        self._peers[own] = _Peer(send_port, recv_port if recv_port > 0 else send_port, _key(secret, cipher))
-        return own
+        peer_id = next(self._ids)
+        self._peers[peer_id] = _Peer(
+            send_port, recv_port if recv_port > 0 else send_port, _key(secret, cipher)
+        )
+        return peer_id
 
     def destroy_peer(self, peer_id: int) -> None:
-        """Close a peer; unknown ones are none of our business."""
+        """Close a peer; unknown ids are ignored."""
         self._peers.pop(peer_id, None)
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
-        """Let only those read a peer's messages who have the same secret."""
+        """Make a peer's messages readable only with the same secret and cipher."""
         peer = self._peers.get(peer_id)
         if peer is not None:
             peer.key = _key(secret, cipher)
@@ -170,7 +164,7 @@ class LocalConnections:
     # -- messages
 
     def send(self, link_id: int, frame: Frame) -> None:
-        """Send over a connection or a peer; unknown ids are none of our business."""
+        """Send over a connection or a peer; unknown ids are ignored."""
         link = self._links.get(link_id)
         if link is None:
             self.broadcast(link_id, frame)
@@ -178,7 +172,7 @@ class LocalConnections:
             link.other.receive(link.other_id, frame)
 
     def broadcast(self, peer_id: int, frame: Frame) -> None:
-        """Send over a peer; unknown ids are none of our business."""
+        """Send over a peer; unknown ids are ignored."""
         peer = self._peers.get(peer_id)
         if peer is not None:
             for member in self._network.members:
@@ -188,23 +182,23 @@ class LocalConnections:
     def receive_of_peer(
         self, port: int, from_port: int, key: tuple[str, str], frame: Frame, sender: int
     ) -> None:
-        """Receive the message of a peer to a port.
+        """Deliver a peer's message to the peers on a port.
 
-        :param sender: the peer, when it is of this environment; else 0. It does not hear itself.
+        :param sender: the sending peer if it belongs to this environment, else 0; it does not receive its own
+            message.
         """
-        for own, peer in self._peers.items():
-            if own == sender:
+        for peer_id, peer in self._peers.items():
+            if peer_id == sender:
                 continue
             if peer.recv_port == port and peer.key == key:
-                self._receive(Origin.PEER, own, from_port, frame)
+                self._receive(Origin.PEER, peer_id, from_port, frame)
             elif peer.recv_port == port and not peer.is_deaf:
-                peer.is_deaf = True  # once is enough: what follows is not readable, either
+                peer.is_deaf = True  # one warning suffices: further messages are not readable, either
                 self._events.append(
                     Warned(f"Messages to port {port} have another key, or none: nobody here can read them")
                 )
 
     def receive(self, link_id: int, frame: Frame) -> None:
-        """Receive over a connection."""
         link = self._links.get(link_id)
         if link is not None:
             self._receive(link.origin, link_id, link.port, frame)

@@ -1,6 +1,6 @@
-"""Connections of one environment: a thread reads the network, received messages wait in an inbox.
+"""Socket connections of one environment: a thread reads the network into an inbox.
 
-Everything public here may be called from the environment's thread. Rules: docs/evidence/protocol-protobuf.md.
+The environment's thread may call all public methods. Rules: docs/evidence/protocol-protobuf.md.
 """
 
 from __future__ import annotations
@@ -25,8 +25,7 @@ from cxbridge_protobuf.types import MessageTypes
 
 T = TypeVar("T")
 
-MOST_CLIENTS: Final = 256
-"""Clients of a server at one time."""
+MOST_CLIENTS: Final = 256  # limit of clients at a server
 
 _SECONDS = 10
 _EVERYWHERE = "*"
@@ -34,10 +33,10 @@ _MOST_PORT = 65535
 
 
 class Network:
-    """The server, the clients and the peers of an environment.
+    """The server, clients and peers of an environment.
 
-    :param types: parse messages.
-    :param now_us: the time of a message.
+    :param types: the parser of messages.
+    :param now_us: the clock for time stamps of messages.
     """
 
     def __init__(self, types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> None:
@@ -54,16 +53,16 @@ class Network:
     # -- the environment's side
 
     def drain(self) -> list[Event]:
-        """Return the messages since the last call, and continue a reading that had stopped."""
+        """Return the events since the last call, and resume paused reading."""
         events, was_full = self._inbox.drain()
         if was_full:
             self._call(self._resume)
         return events
 
     def enable_server(self, port: int) -> None:
-        """Listen for clients. Nothing happens when there is a server already, or the port is not above 0.
+        """Listen for clients; ignored if a server exists or the port is below 1.
 
-        :raises ProtobufError: when the port cannot be had.
+        :raises ProtobufError: if the port is unavailable.
         """
         if port <= 0 or self._server is not None:
             return
@@ -75,7 +74,7 @@ class Network:
         self._server = self._run(start())
 
     def disable_server(self) -> None:
-        """Listen no more, and close the connections of the server's clients."""
+        """Stop listening and close the connections of the server's clients."""
         server, self._server = self._server, None
         if server is not None:
 
@@ -87,7 +86,7 @@ class Network:
                 self._call(link.close)
 
     def connect(self, host: str, port: int) -> int:
-        """Begin to connect to a server; return the client's id, 0 when the port is not above 0."""
+        """Start a connection to a server; return the client's id, or 0 for a port below 1."""
         if port <= 0:
             return 0
         link = StreamLink(next(self._ids), Origin.CLIENT, self)
@@ -97,19 +96,19 @@ class Network:
         return link.id
 
     def disconnect(self, link_id: int) -> None:
-        """Close a connection, own client's or server's; unknown ones are none of our business."""
+        """Close a connection of a client or the server; unknown ids are ignored."""
         with self._lock:
             link = self._streams.pop(link_id, None)
         if link is not None:
             self._call(link.close)
 
     def create_peer(self, address: str, send_port: int, recv_port: int, secret: str, cipher: str) -> int:
-        """Begin to send to an address and to receive on a port; return the peer's id.
+        """Create a peer that sends to an address and receives on a port; return its id.
 
-        :param recv_port: the same as ``send_port`` when it is not above 0.
-        :param secret: encrypt with it, if there is one, and if there is a cipher.
-        :returns: 0 when ``send_port`` is not above 0.
-        :raises ProtobufError: when the port cannot be had, or the cipher.
+        :param recv_port: below 1 for the same port as ``send_port``.
+        :param secret: the secret of encryption; empty for plain messages.
+        :returns: 0 if ``send_port`` is below 1.
+        :raises ProtobufError: if the port or the cipher is unavailable.
         """
         if send_port <= 0:
             return 0
@@ -126,25 +125,22 @@ class Network:
         return peer.id
 
     def destroy_peer(self, peer_id: int) -> None:
-        """Close a peer; unknown ones are none of our business."""
+        """Close a peer; unknown ids are ignored."""
         with self._lock:
             peer = self._peers.pop(peer_id, None)
         if peer is not None:
             self._run(peer.close())
 
     def setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
-        """Encrypt a peer's messages from now on; no more when the secret or the cipher is empty.
-
-        :raises ProtobufError: for an unknown cipher, or when the package for ciphers is missing.
-        """
+        """Encrypt a peer's further messages; an empty secret or cipher ends encryption."""
         peer = self._peers.get(peer_id)
         if peer is not None:
             peer.crypter = self._crypter(secret, cipher)
 
     def send(self, link_id: int, frame: Frame) -> None:
-        """Send over a connection or a peer; unknown ids are none of our business.
+        """Send over a connection or a peer; unknown ids are ignored.
 
-        :raises ProtobufError: when there is no connection, or the message is too long.
+        :raises ProtobufError: if the connection is not open or the message too long.
         """
         link = self._streams.get(link_id)
         if link is None:
@@ -157,9 +153,9 @@ class Network:
         self._call(link.write, frames.encode(frame, self._settings.frame_version))
 
     def broadcast(self, peer_id: int, frame: Frame) -> None:
-        """Send over a peer; unknown ids are none of our business.
+        """Send over a peer; unknown ids are ignored.
 
-        :raises ProtobufError: when the message is too long.
+        :raises ProtobufError: if the message is too long.
         """
         peer = self._peers.get(peer_id)
         if peer is None:
@@ -169,7 +165,7 @@ class Network:
         self._call(peer.send, frame)
 
     def close(self) -> None:
-        """Close everything and end the thread. The object must not be used again."""
+        """Close all connections and end the thread, after which the object is unusable."""
         self.disable_server()
         for link in self._take_streams(None):
             self._call(link.close)
@@ -202,7 +198,7 @@ class Network:
             ) from None
 
     def _take_streams(self, origin: Origin | None) -> list[StreamLink]:
-        """Return connections and know them no more."""
+        """Remove and return connections; all if no origin is given."""
         with self._lock:
             taken = [link for link in self._streams.values() if origin is None or link.origin is origin]
             for link in taken:
@@ -217,11 +213,11 @@ class Network:
         return self._thread
 
     def _run(self, work: Coroutine[Any, Any, T]) -> T:
-        """Let the thread do something and wait for it."""
+        """Run a coroutine in the thread and wait for its result."""
         return self._started().spawn(work).result(_SECONDS)
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
-        """Let the thread do something."""
+        """Start a coroutine in the thread."""
         self._started().spawn(work)
 
     def _call(self, function: Callable[..., object], *arguments: object) -> None:
@@ -246,32 +242,31 @@ class Network:
 
     @property
     def settings(self) -> NetworkSettings:
-        """What holds for all connections."""
         return self._settings
 
     @property
     def inbox(self) -> Inbox:
-        """The inbox for received messages."""
         return self._inbox
 
     def made(self, link: StreamLink) -> bool:
         """Add a new connection; return whether it may stay."""
         with self._lock:
+            # the environment may have closed it in the meantime
             if link.origin is Origin.CLIENT:
-                wanted = link.id in self._streams
+                accepted = link.id in self._streams
             else:
                 clients = sum(each.origin is Origin.SERVER for each in self._streams.values())
-                wanted = self._server is not None and clients < MOST_CLIENTS
-                if wanted:
+                accepted = self._server is not None and clients < MOST_CLIENTS
+                if accepted:
                     self._streams[link.id] = link
-        if wanted:
+        if accepted:
             self._inbox.put(Presence(link.origin, link.id, connected=True, host=link.host, port=link.port))
         elif link.origin is Origin.SERVER:
             self._inbox.warn(f"Client {link.host} is sent away, there are too many", kind="many")
-        return wanted
+        return accepted
 
     def lost(self, link: StreamLink, reason: str) -> None:
-        """Know that a connection is gone."""
+        """Report a lost connection with its reason."""
         if reason:
             self._inbox.warn(
                 f"Connection {link.id} to {link.host}:{link.port} closed: {reason}", kind="closed"
@@ -279,17 +274,17 @@ class Network:
         self._gone(link)
 
     def _gone(self, link: StreamLink) -> None:
-        """Report that a connection is gone, unless the environment closed it."""
+        """Report the end of a connection unless the environment closed it."""
         link.connected = False
         with self._lock:
-            known = link.id in self._streams
+            was_open = link.id in self._streams
             if link.origin is Origin.SERVER:
                 self._streams.pop(link.id, None)
-        if known:
+        if was_open:
             self._inbox.put(Presence(link.origin, link.id, connected=False))
 
     def received(self, link: StreamLink, frame: Frame) -> None:
-        """Take a frame from a connection."""
+        """Process a frame from a connection."""
         host, port = (link.host, link.port) if link.origin is Origin.SERVER else ("", 0)
         self._received(link.origin, link.id, host, port, frame)
 

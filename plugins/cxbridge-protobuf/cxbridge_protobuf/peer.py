@@ -1,4 +1,4 @@
-"""One broadcast peer: UDP to an address, and whatever comes on a port. It lives in the network's thread."""
+"""A broadcast peer that sends to a UDP address and receives on a port, in the network's thread."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from cxbridge_protobuf.crypto import Crypter
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.inbox import Inbox, Origin
 
+# The limit of a message in bytes, because protobuf_comm's peers receive no longer ones.
 LONGEST: Final = 1024
-"""Bytes of a message that a peer sends: protobuf_comm's peers receive no longer one."""
 
 _RETRY_SECONDS = 2.0
 _WAITING = 64
@@ -29,9 +29,9 @@ class Peer(asyncio.DatagramProtocol):
     """A peer.
 
     :param peer_id: its id in the environment.
-    :param address: IPv4 address or name of a host.
-    :param receive: takes the frames.
-    :param inbox: takes warnings.
+    :param address: IPv4 address or host name.
+    :param receive: called with received frames.
+    :param inbox: receives warnings.
     """
 
     def __init__(
@@ -52,24 +52,24 @@ class Peer(asyncio.DatagramProtocol):
         self._closed = asyncio.Event()
 
     async def open(self, port: int) -> None:
-        """Receive on a port, and look for the host to send to.
+        """Open the receiving port and start to resolve the target host.
 
-        :raises ProtobufError: when the port cannot be had.
+        :raises ProtobufError: if the port is unavailable.
         """
-        with ExitStack() as opened:
-            bound = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        with ExitStack() as cleanup:
+            udp_socket = cleanup.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             try:
-                bound.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-                bound.bind((LOOPBACK if is_loopback(self._address) else "", port))
+                udp_socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+                udp_socket.bind((LOOPBACK if is_loopback(self._address) else "", port))
             except OSError as error:
                 raise ProtobufError(f"Cannot receive on UDP port {port}: {error.strerror}") from None
             loop = asyncio.get_running_loop()
-            self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=bound)
-            opened.pop_all()
+            self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=udp_socket)
+            cleanup.pop_all()
         self._resolving = asyncio.create_task(self._resolve(port))
 
     async def close(self) -> None:
-        """Send and receive no more; the port is free afterwards."""
+        """Close the socket; the port is free afterwards."""
         if self._resolving is not None:
             self._resolving.cancel()
         if self._transport is not None:
@@ -77,11 +77,10 @@ class Peer(asyncio.DatagramProtocol):
             await self._closed.wait()
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - a protocol's signature
-        """Know that the port is free."""
         self._closed.set()
 
     def send(self, frame: Frame) -> None:
-        """Send, as soon as the address is known."""
+        """Send a frame, after the target host is resolved."""
         if self._target is None or self._transport is None:
             self._waiting.append(frame)
             return
@@ -93,7 +92,7 @@ class Peer(asyncio.DatagramProtocol):
         self._transport.sendto(data, self._target)
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """Take a frame, unless it came from ourselves."""
+        """Process a frame from another peer."""
         host, port = addr
         if addr == self._own:
             return
@@ -108,7 +107,6 @@ class Peer(asyncio.DatagramProtocol):
         self._receive(Origin.PEER, self.id, host, port, frame)
 
     def error_received(self, exc: Exception) -> None:
-        """Report what could not be sent."""
         self._inbox.warn(f"Failed to send peer message: {exc}", kind=f"send {self.id}")
 
     def _open(self, data: bytes) -> Frame:
@@ -129,15 +127,15 @@ class Peer(asyncio.DatagramProtocol):
         )
 
     async def _resolve(self, port: int) -> None:
-        """Look for the host until it is found, then send what waits for it."""
+        """Retry until the host is resolved, then send the waiting frames."""
         loop = asyncio.get_running_loop()
         while self._target is None:
             try:
-                found = await loop.getaddrinfo(
+                addresses = await loop.getaddrinfo(
                     self._address, self._port, family=socket.AF_INET, type=socket.SOCK_DGRAM
                 )
-                self._own = (_source_for(found[0][4][0]), port)
-                self._target = (str(found[0][4][0]), self._port)
+                self._own = (_source_for(addresses[0][4][0]), port)
+                self._target = (str(addresses[0][4][0]), self._port)
             except (OSError, UnicodeError):
                 self.error_received(ProtobufError(f"there is no host {self._address} now, retrying"))
                 await asyncio.sleep(_RETRY_SECONDS)
@@ -146,11 +144,11 @@ class Peer(asyncio.DatagramProtocol):
 
 
 def _source_for(address: str | int) -> str:
-    """Return the source address of messages to another address."""
+    """Return the local address that messages to another address have as their source."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         try:
             probe.connect((address, 9))
         except OSError:
-            return ""  # no way there now: nothing of ours comes back, either
+            return ""  # unreachable now, so no own message can come back either
         return str(probe.getsockname()[0])

@@ -1,4 +1,4 @@
-"""The settings of the feature protobuf: where its messages are, and how its connections behave."""
+"""The settings of the feature protobuf: message definitions and connections."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from typing import Any, Final
 
 from cxbridge.config import Configuration
 
+# The key in `Additions.values` for a custom `MakeConnections`; the default is sockets.
 CONNECTIONS: Final = "protobuf.connections"
-"""The name in ``Additions.values`` of a program's ``MakeConnections``; sockets carry messages by default."""
 
 _PREFIX: Final = "/clips-protobuf/"
 
 
 @dataclass(frozen=True, slots=True)
 class NetworkSettings:
-    """The configuration below ``/clips-protobuf/``.
+    """The connection settings below ``/clips-protobuf/``.
 
-    :param server_address: where servers listen; ``*``: everywhere.
+    :param server_address: the address of servers; ``*`` for all interfaces.
     :param max_message_size: bytes.
-    :param max_outbound: bytes that wait for one connection.
-    :param max_waiting: messages that wait for the environment.
+    :param max_outbound: bytes that may wait for one connection.
+    :param max_waiting: messages that may wait for the environment.
     """
 
     server_address: str = "127.0.0.1"
@@ -36,9 +36,9 @@ class NetworkSettings:
 class ProtobufSettings:
     """The configuration below ``/clips-protobuf/``.
 
-    :param folders: of .proto files.
-    :param modules: compiled ones.
-    :param network: what differs from the defaults of :class:`NetworkSettings`.
+    :param folders: folders with .proto files.
+    :param modules: compiled Python modules.
+    :param network: deviations from the defaults of :class:`NetworkSettings`.
     """
 
     folders: tuple[Path, ...] = ()
@@ -49,8 +49,7 @@ class ProtobufSettings:
     def from_config(cls, config: Configuration, expand: Callable[[str], Iterable[Path]]) -> ProtobufSettings:
         """Read the settings.
 
-        :param expand: returns the folders that a configured path stands for.
-        :raises ConfigError: when one is of another type, or cannot be.
+        :param expand: returns the folders for a configured path.
         """
         texts = config.get_strings(_PREFIX + "proto-dirs", default=[])
         network: list[tuple[str, Any]] = [

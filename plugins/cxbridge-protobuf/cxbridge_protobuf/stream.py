@@ -1,4 +1,4 @@
-"""One connection over TCP, of a server or of a client. It lives in the network's thread."""
+"""A TCP connection of a server or a client, in the network's thread."""
 
 from __future__ import annotations
 
@@ -17,31 +17,27 @@ _PIECE = 65536
 
 
 class LinkOwner(Protocol):
-    """The receiver of a connection's reports."""
+    """The receiver of a connection's events."""
 
     @property
-    def settings(self) -> NetworkSettings:
-        """What holds for all connections."""
+    def settings(self) -> NetworkSettings: ...
 
     @property
-    def inbox(self) -> Inbox:
-        """The inbox for received messages."""
+    def inbox(self) -> Inbox: ...
 
     def made(self, link: StreamLink) -> bool:
         """Add a new connection; return whether it may stay."""
 
-    def received(self, link: StreamLink, frame: Frame) -> None:
-        """Take a message."""
+    def received(self, link: StreamLink, frame: Frame) -> None: ...
 
-    def lost(self, link: StreamLink, reason: str) -> None:
-        """Know that a connection is over."""
+    def lost(self, link: StreamLink, reason: str) -> None: ...
 
 
 class StreamLink(asyncio.Protocol):
     """A connection.
 
     :param link_id: its id in the environment.
-    :param origin: whether a client of ours made it or a client of our server.
+    :param origin: whether it belongs to a client of this environment or to its server.
     """
 
     def __init__(self, link_id: int, origin: Origin, network: LinkOwner) -> None:
@@ -57,19 +53,19 @@ class StreamLink(asyncio.Protocol):
         self._reason = ""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin, unless the connection was dropped before."""
+        """Announce the connection unless it was dropped before."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
         self.host, self.port = transport.get_extra_info("peername", ("", 0))[:2]
         self.host = self.host.removeprefix(_MAPPED)
-        # before any listener is called: it may send at once
+        # before the listener call, which may send at once
         self.connected = True
         if not self._network.made(self):
             self.connected = False
             transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """Take received bytes; close the connection when they are invalid."""
+        """Process received bytes; close the connection if they are invalid."""
         if not self.connected or self._transport is None:
             return
         try:
@@ -82,18 +78,18 @@ class StreamLink(asyncio.Protocol):
             self._transport.pause_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Take the bytes that came before a failed send, and report the end."""
+        """Process bytes received before a failed send, then report the end."""
         if exc is not None and self.connected:
             self._take_rest()
-        was, self.connected = self.connected or bool(self._reason), False
-        if was:
+        was_connected, self.connected = self.connected or bool(self._reason), False
+        if was_connected:
             self._network.lost(self, self._reason)
 
     def _take_rest(self) -> None:
-        """Take the bytes that the system has received and no reader has read.
+        """Read the bytes that are still in the system's buffer.
 
-        A peer that closes a connection without having read everything resets it. The next send fails then,
-        and asyncio gives the connection up with our unread bytes still in it.
+        A peer that closes a connection with unread bytes resets it. The next send then fails, and asyncio
+        drops the connection with our unread bytes still buffered.
         """
         assert self._transport is not None
         with suppress(OSError), self._transport.get_extra_info("socket").dup() as rest:
@@ -102,12 +98,11 @@ class StreamLink(asyncio.Protocol):
                 self.data_received(data)
 
     def resume(self) -> None:
-        """Read on."""
         if self._transport is not None and not self._transport.is_closing():
             self._transport.resume_reading()
 
     def write(self, data: bytes) -> None:
-        """Send, unless the other side reads too slowly."""
+        """Send bytes; drop the connection if its reader is too slow."""
         if not self.connected or self._transport is None:
             return
         self._transport.write(data)
@@ -115,7 +110,7 @@ class StreamLink(asyncio.Protocol):
             self._drop("it does not read what it is sent")
 
     def close(self) -> None:
-        """Send what waits, and close without notifying anybody."""
+        """Send waiting bytes and close without a notification."""
         self.connected = False
         if self._transport is not None:
             self._transport.close()

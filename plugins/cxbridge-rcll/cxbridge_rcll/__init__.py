@@ -1,1 +1,1 @@
-"""Games of the RoboCup Logistics League: referee, machines and robots in one run, on the virtual clock."""
+"""Games of the RoboCup Logistics League on the virtual clock: referee, machines and robots in one run."""

@@ -1,4 +1,4 @@
-"""The run of a game: agents with the parts that no configuration names, robots and a referee."""
+"""The run of a game: agents, robots, a referee, and the settings that no configuration file has."""
 
 from __future__ import annotations
 
@@ -51,73 +51,77 @@ class GameReferee(Protocol):
 
     @property
     def connections(self) -> MakeConnections | None:
-        """What carries the messages of the agent; None: sockets."""
+        """The factory of the agent's protobuf connections; None for sockets."""
 
     def set_up(self, config: Configuration) -> None:
-        """Set what differs in the configuration of a team."""
+        """Adapt the configuration of a team."""
 
     def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
-        """Yield what makes the components that a run of a game has for its referee."""
+        """Yield the factories of the referee's components."""
 
-    def machine(self, name: str) -> Workplace | None:
-        """Return the machine of a name."""
+    def machine(self, name: str) -> Workplace | None: ...
 
     def places(self) -> Iterator[dict[str, Value]]:
         """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
 
     @property
-    def score(self) -> Score:
-        """How the game stands."""
+    def score(self) -> Score: ...
 
     @property
     def standing(self) -> Standing:
-        """Its phase, and the states of its machines."""
+        """The phase, and the states of the machines."""
 
     @property
-    def is_over(self) -> bool:
-        """Whether the game has come to its end."""
+    def is_over(self) -> bool: ...
 
     @property
     def faults(self) -> Sequence[str]:
-        """Errors of ours that came to light."""
+        """Errors in cxbridge's own functions for the rules."""
 
 
 class LeagueAssembly(Run):
-    """The run of a game with one executive: it is over when the referee says so."""
+    """The run of a game with one executive; the referee decides about its end."""
 
     def __init__(self, parts: GameParts, additions: Additions) -> None:
         self.referee = parts.referee
-        more = (*parts.referee_components(), parts.interfaces({name: f"/{name}/" for name in parts.robots}))
-        super().__init__(parts.run, parts.context, None, parts.added(additions), more)
+        factories = (
+            *parts.referee_components(),
+            parts.interfaces({name: f"/{name}/" for name in parts.robots}),
+        )
+        super().__init__(parts.run, parts.context, None, parts.added(additions), factories)
 
     @property
     def is_over(self) -> bool:
-        """Whether the game has come to its end, or the agent leaves it."""
+        """Whether the game has ended or the agent quits."""
         return self.referee.is_over or self.executive.env.quit_requested
 
 
 class LeagueTeam(Team):
-    """The run of a game with an executive for each robot: it is over when the referee says so."""
+    """The run of a game with an executive per robot; the referee decides about its end."""
 
     def __init__(self, parts: GameParts, additions: Additions) -> None:
         self.referee = parts.referee
 
         def components(name: str) -> Sequence[MakeComponent]:
-            own = (parts.interfaces({name: ""}),)
-            return own if name != parts.robots[0] else (*parts.referee_components(), *own)
+            robot_factories = (parts.interfaces({name: ""}),)
+            return (
+                robot_factories
+                if name != parts.robots[0]
+                else (*parts.referee_components(), *robot_factories)
+            )
 
         super().__init__(parts.run, parts.context, parts.robots, None, parts.added(additions), components)
 
     @property
     def is_over(self) -> bool:
-        """Whether the game has come to its end, or an agent leaves it."""
+        """Whether the game has ended or an agent quits."""
         return self.referee.is_over or any(agent.executive.env.quit_requested for agent in self.agents)
 
 
 class GameParts:
-    """The parts of a game besides the agent's own.
+    """The parts of a game besides the agent.
 
-    :param seed: of the field, the orders and all else that is drawn.
+    :param seed: the seed for the field, the orders and all further random choices.
     """
 
     def __init__(self, settings: LeagueSettings, run: RunOptions, seed: int) -> None:
@@ -139,26 +143,26 @@ class GameParts:
         self.context = make_base(run)
         config = self.context.config
         spec = f"{_SPECS}/{run.spec or config.get_str(_SPEC, default='')}"
+        # Whether each robot has an executive that coordinates with its teammates.
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION}"))
-        """Whether each robot has an executive, which coordinates with its teammates."""
         self.robots = self._name_robots(config, spec)
         self.world.add(self.robots)
-        config.set(_SIMULATOR, False)  # its robots take tasks over sockets; ours are Skillers
+        # the simulator's robots expect tasks over sockets; here the robots are Skillers
+        config.set(_SIMULATOR, False)
         config.set(_PROTO_DIRS, [str(messages)])
         if settings.simtest:
             turn_on(config, spec, settings.simtest, checkouts)
         self.referee.set_up(config)
 
     def _name_robots(self, config: Configuration, spec: str) -> list[str]:
-        """Return the names of the robots, and set in the configuration what each one has."""
         if self.is_team:
             routes = [config.keys(f"{spec}/{_ROUTES}/{team}") for team in config.keys(f"{spec}/{_ROUTES}")]
             names = next(filter(None, routes), list(_NAMES))
             for number, name in enumerate(names, start=1):
-                own = f"{AGENTS}/{name}/config"
-                config.set(f"{own}{AGENT_NAME}", name)
-                config.set(f"{own}{_NUMBER}", number)
-                config.set(f"{own}/skill-board/agents/{name}/skiller", "Skiller")
+                robot_tree = f"{AGENTS}/{name}/config"
+                config.set(f"{robot_tree}{AGENT_NAME}", name)
+                config.set(f"{robot_tree}{_NUMBER}", number)
+                config.set(f"{robot_tree}/skill-board/agents/{name}/skiller", "Skiller")
             return names
         names = [name for name in config.keys(_ROBOTS) if name.startswith("robot") and name[5:].isdigit()]
         for name in names:
@@ -167,20 +171,20 @@ class GameParts:
         return names
 
     def added(self, additions: Additions) -> Additions:
-        """Return the additions to a run's options: robots, and the channel of messages."""
+        """Return the additions to a run's options: robots and message connections."""
         executors = (*additions.executors, robot_executor(self.world))
         values = {**additions.values, CONNECTIONS: self.referee.connections}
         return replace(additions, executors=executors, values=values)
 
     def referee_components(self) -> Iterator[MakeComponent]:
-        """Yield what makes the referee, and who leads it through the game."""
+        """Yield the factories of the referee and of its controller."""
         team = self.context.config.get_str(_TEAM, default="Carologistics")
         return self.referee.components(Script(cyan=team, production_s=self._minutes * 60))
 
     def interfaces(self, prefixes: Mapping[str, str]) -> MakeComponent:
-        """Return what writes the interfaces of robots.
+        """Return the factory of the robots' interfaces.
 
-        :param prefixes: what their ids begin with, by the robot's name.
+        :param prefixes: the prefix of the interface ids by robot name.
         """
 
         def make(context: Run) -> Component:

@@ -1,4 +1,4 @@
-"""Instructions to the referee, who plays and which phase begins: what people do with rcll-refbox-instruct."""
+"""Instructions to the referee about teams and phases, normally given by people with rcll-refbox-instruct."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from cxbridge_protobuf.types import Message, MessageTypes
 
 
 class Phase(StrEnum):
-    """The phases of a game, as the referee calls them."""
-
     PRE_GAME = "PRE_GAME"
     SETUP = "SETUP"
     EXPLORATION = "EXPLORATION"
@@ -25,23 +23,21 @@ class Phase(StrEnum):
     POST_GAME = "POST_GAME"
 
 
-PACKAGE: Final = "llsf_msgs"
-"""Of the league's messages."""
+PACKAGE: Final = "llsf_msgs"  # protobuf package of the league's messages
 
-BEGIN_S: Final = 5.0
-"""Seconds until the setup begins: by then the agent has begun to listen."""
+BEGIN_S: Final = 5.0  # seconds until the setup phase; by then the agent listens
 
+# Seconds of the setup phase. The league's 300 s only serve to carry robots to their places.
 SETUP_S: Final = 15.0
-"""Seconds of the setup; the league's are 300, in which robots are only carried to their places."""
 
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """How a game goes.
+    """The timeline of a game.
 
-    :param cyan: the name of the team; empty: no team plays cyan.
-    :param magenta: the name of the team; empty: no team plays magenta.
-    :param production_s: seconds of the production; then the game is over.
+    :param cyan: the name of team cyan; empty if absent.
+    :param magenta: the name of team magenta; empty if absent.
+    :param production_s: seconds of the production phase, after which the game is over.
     """
 
     cyan: str = ""
@@ -53,8 +49,8 @@ class Controller(Component):
     """Instructs the referee.
 
     :param types: the league's messages.
-    :param send: sends it a message.
-    :raises ProtobufError: when a message is missing that it sends.
+    :param send: sends a message to the referee.
+    :raises ProtobufError: if the definition of a needed message is missing.
     """
 
     hooks = (Hook.SENSOR_PREPARE,)
@@ -80,11 +76,12 @@ class Controller(Component):
             (production, "SetGamePhase", {"phase": Phase.PRODUCTION}),
             (production + script.production_s, "SetGamePhase", {"phase": Phase.POST_GAME}),
         ]
+        # fail at the start, not in the middle of a game
         for kind in dict.fromkeys(kind for _, kind, _ in self._steps):
             self._create(kind)
 
     def loop(self) -> None:
-        """Send due messages. Time counts from the first loop: a large agent loads for seconds."""
+        """Send due messages. Time counts from the first loop, since a large agent loads for seconds."""
         now_us = self._clock.now_us()
         if self._begun_us is None:
             self._begun_us = now_us

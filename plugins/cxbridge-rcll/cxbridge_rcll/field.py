@@ -1,4 +1,4 @@
-"""Where things are on the field: zones, the sides of machines, and how far it is from one to another."""
+"""Geometry of the field: zones, the sides of machines, and distances."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ from cxbridge.executive.host.values import Value
 
 _ZONE: Final = re.compile(r"([CM])[-_]Z(\d)(\d)")
 _MACHINE: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?:-(INPUT|OUTPUT|I|O))?")
-_BEFORE_M: Final = 0.75
-"""Metres from the centre of a machine to a robot that works at it."""
+_BEFORE_M: Final = 0.75  # metres from the centre of a machine to a robot that works there
 
 _WAITING_M: Final = 1.5
 _ENTRY: Final = (4.5, 0.5)
 
 
 class Pose(NamedTuple):
-    """Where a robot is.
+    """The pose of a robot.
 
-    :param x: metres; magenta's half is below 0.
+    :param x: metres; negative in magenta's half.
     :param y: metres.
     :param yaw: radians.
     """
@@ -31,12 +30,12 @@ class Pose(NamedTuple):
     yaw: float = 0.0
 
     def distance(self, other: Pose) -> float:
-        """Return how far it is to another, in metres."""
+        """Return the distance to another pose in metres."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
 
 def entry(robot: int) -> Pose:
-    """Return where a robot of cyan is at the beginning."""
+    """Return the start pose of a cyan robot."""
     return Pose(_ENTRY[0] + robot - 1, _ENTRY[1], math.pi / 2)
 
 
@@ -50,7 +49,7 @@ class Field:
         self._machines = machines
 
     def find(self, place: str) -> Pose | None:
-        """Return the position of a place that skills name; None when unknown."""
+        """Return the pose of a place in a skill's parameters; None if unknown."""
         zone = _ZONE.fullmatch(place)
         if zone is not None:
             return _centre(*zone.groups())
@@ -58,17 +57,17 @@ class Field:
         if machine is None:
             return None
         metres = _WAITING_M if place.startswith("WAIT") else _BEFORE_M
-        return self._at(machine[1], (machine[2] or "I")[0], metres)
+        return self._pose_before(machine[1], (machine[2] or "I")[0], metres)
 
-    def _at(self, name: str, side: str, metres: float) -> Pose | None:
+    def _pose_before(self, name: str, side: str, metres: float) -> Pose | None:
         slots = next((each for each in self._machines() if each["name"] == name), None)
-        found = None if slots is None else _ZONE.fullmatch(str(slots["zone"]))
-        if slots is None or found is None:
+        zone = None if slots is None else _ZONE.fullmatch(str(slots["zone"]))
+        if slots is None or zone is None:
             return None
         rotation = slots["rotation"]
         degrees = rotation if isinstance(rotation, int | float) else 0
-        centre, yaw = _centre(*found.groups()), math.radians(degrees)
-        # a robot at the input looks the way that the machine is turned to
+        centre, yaw = _centre(*zone.groups()), math.radians(degrees)
+        # a robot at the input faces the direction of the machine's rotation
         sign = 1 if side == "I" else -1
         x, y = centre.x + sign * metres * math.cos(yaw), centre.y + sign * metres * math.sin(yaw)
         return Pose(x, y, yaw + (math.pi if sign > 0 else 0.0))

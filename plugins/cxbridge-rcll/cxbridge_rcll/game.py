@@ -26,23 +26,22 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
+# The default configuration, relative to the `cfg` folder of a checkout.
 SCENARIO: Final = Path("rcll-simulator/central_agent.yaml")
-"""The configuration that is played unless another one is named; in the ``cfg`` of a checkout."""
 
 _CUT_S: Final = 1.0
-_OVER_S: Final = 5.0
-"""Seconds that the referee has for the end of the game."""
+_OVER_S: Final = 5.0  # seconds that the referee has for the end of the game
 
+# Real seconds for loading the agent and ending the game: a real clock does not wait.
 _LOADING_S: Final = 60.0
-"""Real seconds for that, and for loading the agent: a real clock does not wait."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeagueGame(LeagueSettings):
     """A game of the league.
 
-    :param world: what can fail; None: each skill with the likelihood ``failures``.
-    :param failures: how likely a skill fails.
+    :param world: possible failures; None if each skill fails with the probability ``failures``.
+    :param failures: the probability that a skill fails.
     """
 
     world: Path | None = None
@@ -50,13 +49,13 @@ class LeagueGame(LeagueSettings):
 
     @property
     def quiet(self) -> Collection[str]:
-        """The components whose log lines are shown with ``--verbose`` only."""
+        """Components whose log lines need ``--verbose``."""
         return ("Referee",)
 
     def of_agent(self, agent: Path) -> LeagueGame:
-        """Return the same game of another agent: a folder that is laid over the first agent's.
+        """Return the same game with another agent: a folder on top of the first agent's.
 
-        :raises CxbridgeError: when the options contradict each other.
+        :raises CxbridgeError: if options conflict.
         """
         run = replace(self.run, overlays=(agent, *self.run.overlays))
         run.check()
@@ -64,19 +63,18 @@ class LeagueGame(LeagueSettings):
 
     @property
     def cut_options(self) -> RunOptions:
-        """The options of a run that ends with the production: no goal has failed since the game was over."""
+        """The options of a run that ends with the production, before goals fail because the game is over."""
         return replace(self.options, timeout=BEGIN_S + SETUP_S + self.minutes * 60 - _CUT_S)
 
     @property
     def options(self) -> RunOptions:
-        """The options of its run."""
         run = self.run
         return replace(
             run,
             scenario=run.scenario or SCENARIO,
             skiller="none",
             clock=self._clock,
-            # what CLIPS refuses of an agent is reported with the result: checkouts live with their defects
+            # CLIPS errors of an agent are reported with the result, since checkouts have known defects
             strict=bool(run.strict),
             timeout=BEGIN_S
             + SETUP_S
@@ -96,19 +94,18 @@ class LeagueGame(LeagueSettings):
         console: Sink | None = None,
         attach: Callable[[Run], None] | None = None,
     ) -> GameResult:
-        """Play it.
+        """Play the game.
 
-        :param seed: of the field, the orders and all else that is drawn.
-        :param console: gets the log lines.
-        :param attach: called with the run, before it is started.
-        :raises CxbridgeError: when the input is bad.
+        :param seed: the seed for the field, the orders and all further random choices.
+        :param console: receives the log lines.
+        :param attach: called with the run before its start.
         """
         referees: list[GameReferee] = []
 
         def make(options: RunOptions, additions: Additions) -> LeagueAssembly | LeagueTeam:
-            made = self.make(seed, options, additions)
-            referees.append(made.referee)
-            return made
+            assembly = self.make(seed, options, additions)
+            referees.append(assembly.referee)
+            return assembly
 
         verdict = Verdict()
 
@@ -119,11 +116,11 @@ class LeagueGame(LeagueSettings):
 
         options, world = self.options, self._world()
         options.check()
-        found = play_game(options, seed, world, _Judge(referees), make=make, console=console, attach=listen)
+        result = play_game(options, seed, world, _Judge(referees), make=make, console=console, attach=listen)
         return replace(
-            found,
-            is_over=bool(verdict.text) if self.simtest else found.is_over,
-            faults=(*found.faults, *referees[0].faults),
+            result,
+            is_over=bool(verdict.text) if self.simtest else result.is_over,
+            faults=(*result.faults, *referees[0].faults),
             simtest=verdict.text if self.simtest else "",
         )
 
@@ -138,20 +135,19 @@ class LeagueGame(LeagueSettings):
     def make(
         self, seed: int, options: RunOptions, additions: Additions = NOTHING
     ) -> LeagueAssembly | LeagueTeam:
-        """Make the run of a game.
+        """Create the run of a game.
 
-        :param seed: of the field, the orders and all else that is drawn.
-        :param options: those of this game, or with another recording.
-        :raises CxbridgeError: when the input is bad.
+        :param seed: the seed for the field, the orders and all further random choices.
+        :param options: the options of this game, possibly with another recording.
         """
         parts = GameParts(self, options, seed)
         return (LeagueTeam if parts.is_team else LeagueAssembly)(parts, additions)
 
 
 class _Judge:
-    """Judges as the referee does that a run is made with.
+    """Takes score and standing from the referee of a run.
 
-    :param referees: gets it when the run is made.
+    :param referees: receives the referee when the run is created.
     """
 
     def __init__(self, referees: Sequence[GameReferee]) -> None:
@@ -161,9 +157,7 @@ class _Judge:
         """Do nothing: the referee is a part of the run."""
 
     def standing(self) -> Standing:
-        """Return the referee's findings."""
         return self._referees[0].standing
 
     def score(self, _agents: Sequence[Run]) -> Score:
-        """Return how the game stands."""
         return self._referees[0].score

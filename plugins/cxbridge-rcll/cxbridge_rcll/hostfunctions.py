@@ -1,4 +1,4 @@
-"""The functions that the referee box gives its rules: configuration, machines, the field."""
+"""The functions that the referee box defines for its rules: configuration, machines, field."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def _truth(value: object) -> Symbol:
 
 
 class ConfigFunctions:
-    """``config-...`` and ``load-config``.
+    """The functions ``config-...`` and ``load-config``.
 
-    :param config: the referee's own.
+    :param config: the referee's configuration.
     """
 
     def __init__(self, env: ClipsEnvironment, config: Configuration, refbox: Refbox) -> None:
@@ -58,9 +58,9 @@ class ConfigFunctions:
 
 
 class MachineFunctions:
-    """``mps-...`` and ``reconfigure-machine``.
+    """The functions ``mps-...`` and ``reconfigure-machine``.
 
-    :param make: makes the machine of a name.
+    :param make: creates a machine by name.
     """
 
     def __init__(self, env: ClipsEnvironment, make: Callable[[str], Machine]) -> None:
@@ -70,27 +70,33 @@ class MachineFunctions:
         self._define(env)
 
     def _define(self, env: ClipsEnvironment) -> None:
-        def on(name: str, work: Callable[..., None], more: int = 0) -> None:
-            env.define(name, lambda machine, *rest: self._on(machine, work, rest), 1 + more, types=_TEXT)
+        def define_machine_function(name: str, work: Callable[..., None], extra_arguments: int = 0) -> None:
+            env.define(
+                name, lambda machine, *rest: self._on(machine, work, rest), 1 + extra_arguments, types=_TEXT
+            )
 
-        def nothing(*_arguments: Value) -> None:
-            """Do nothing: lights are not shown here."""
+        def ignore(*_arguments: Value) -> None:
+            """Do nothing: lights are not simulated."""
 
-        on("mps-move-conveyor", lambda machine, goal, _way: machine.move(MachinePlace(goal)), 2)
-        on("mps-bs-dispense", Machine.dispense, 1)
-        on("mps-cs-retrieve-cap", Machine.retrieve_cap)
-        on("mps-cs-mount-cap", Machine.mount_cap)
-        on("mps-rs-mount-ring", lambda machine, _slide, colour: machine.mount_ring(colour), 2)
-        on("mps-ds-process", Machine.deliver, 1)
-        on("mps-deliver", lambda machine: machine.move(MachinePlace.OUTPUT))
-        on("mps-ss-retrieve", lambda machine, *_slot: machine.retrieve(), 2)
-        on("mps-ss-store", lambda machine, *_slot: machine.store(), 2)
-        on("mps-ss-relocate", lambda machine, *_slots: machine.relocate(), 4)
-        on("mps-reset", Machine.reset)
-        env.define("mps-reset-base-counter", nothing, 1, types=_TEXT)
-        env.define("mps-reset-lights", nothing, 1, types=_TEXT)
-        env.define("mps-set-light", nothing, 3, types=_TEXT)
-        env.define("mps-set-lights", nothing, 4, types=_TEXT)
+        define_machine_function(
+            "mps-move-conveyor", lambda machine, goal, _way: machine.move(MachinePlace(goal)), 2
+        )
+        define_machine_function("mps-bs-dispense", Machine.dispense, 1)
+        define_machine_function("mps-cs-retrieve-cap", Machine.retrieve_cap)
+        define_machine_function("mps-cs-mount-cap", Machine.mount_cap)
+        define_machine_function(
+            "mps-rs-mount-ring", lambda machine, _slide, colour: machine.mount_ring(colour), 2
+        )
+        define_machine_function("mps-ds-process", Machine.deliver, 1)
+        define_machine_function("mps-deliver", lambda machine: machine.move(MachinePlace.OUTPUT))
+        define_machine_function("mps-ss-retrieve", lambda machine, *_slot: machine.retrieve(), 2)
+        define_machine_function("mps-ss-store", lambda machine, *_slot: machine.store(), 2)
+        define_machine_function("mps-ss-relocate", lambda machine, *_slots: machine.relocate(), 4)
+        define_machine_function("mps-reset", Machine.reset)
+        env.define("mps-reset-base-counter", ignore, 1, types=_TEXT)
+        env.define("mps-reset-lights", ignore, 1, types=_TEXT)
+        env.define("mps-set-light", ignore, 3, types=_TEXT)
+        env.define("mps-set-lights", ignore, 4, types=_TEXT)
         env.define("reconfigure-machine", self._reconfigure, 1, types=_TEXT)
 
     def _on(self, name: str, work: Callable[..., None], rest: tuple[Value, ...]) -> None:
@@ -104,15 +110,17 @@ class MachineFunctions:
         self.machines[str(name)] = self._make(str(name))
 
     def loop(self) -> None:
-        """Let all machines carry out due steps."""
+        """Let all machines execute due steps."""
         for machine in self.machines.values():
             machine.loop()
 
 
 class FieldFunctions:
-    """``mps-generator-...``: where the machines stand. It is known at once, unlike in the referee box.
+    """The functions ``mps-generator-...`` for the positions of the machines.
 
-    :param random: draws it.
+    The result is available at once, unlike in the referee box.
+
+    :param random: the source of the positions.
     """
 
     def __init__(self, env: ClipsEnvironment, random: Random) -> None:
@@ -137,14 +145,14 @@ class FieldFunctions:
         return TRUE
 
     def _add(self, number: int) -> Value:
-        new = number not in self._machines
+        is_new = number not in self._machines
         self._machines.add(number)
-        return _truth(new)
+        return _truth(is_new)
 
     def _remove(self, number: int) -> Value:
-        known = number in self._machines
+        was_known = number in self._machines
         self._machines.discard(number)
-        return _truth(known)
+        return _truth(was_known)
 
     def _start(self) -> None:
         self._placed = place(self._random, self._machines, *self._size)

@@ -1,4 +1,4 @@
-"""The referee of a game in the process of the agent: its rules, and the machines that it watches over."""
+"""A referee in the process of the agent: its rules and the machines under its control."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from cxbridge_rcll.score import phase_of, score_of, states_of
 
 
 class LocalReferee:
-    """A referee of this process: its rules decide on the clock of the run, and messages need no sockets.
+    """A referee in this process: its rules run on the run's clock, and messages need no sockets.
 
     :param refbox: the checkout with its rules.
     :param messages: the folder with message definitions.
-    :param more: files that are laid over its configuration.
-    :param seed: of everything that it draws.
+    :param overlays: files on top of its configuration.
+    :param seed: the seed for its random choices.
     """
 
-    def __init__(self, refbox: Refbox, messages: Path, more: Iterable[Path], seed: int) -> None:
+    def __init__(self, refbox: Refbox, messages: Path, overlays: Iterable[Path], seed: int) -> None:
         self._messages = messages
         self._network = LocalNetwork()
-        self._config = config = refbox.configuration(*more)
+        self._config = config = refbox.configuration(*overlays)
         for station in config.keys(STATION):
             config.set(f"{STATION}{station}/connection", "simulated")
         self._settings = RefereeSettings(refbox, config, messages, self._network, seed)
@@ -42,14 +42,14 @@ class LocalReferee:
 
     @property
     def connections(self) -> MakeConnections:
-        """What carries the messages of the agent."""
+        """The factory of the agent's process-local connections."""
         return self._network.join
 
     def set_up(self, config: Configuration) -> None:
-        """Set the differences in the configuration of a team: none, all ports are free."""
+        """Do nothing: all ports are free."""
 
     def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
-        """Yield what makes the referee, and who leads it through the game."""
+        """Yield the factories of the referee and of its controller."""
 
         def controller(context: Run) -> Component:
             types = MessageTypes(context.bus.logger("Controller").warn)
@@ -65,10 +65,10 @@ class LocalReferee:
 
             return Controller(context, types, script, send)
 
-        yield referee_maker(self._settings, self._made)
+        yield referee_maker(self._settings, self._keep_referee)
         yield controller
 
-    def _made(self, referee: Referee) -> None:
+    def _keep_referee(self, referee: Referee) -> None:
         self._referee = referee
 
     @property
@@ -77,29 +77,24 @@ class LocalReferee:
         return self._referee
 
     def machine(self, name: str) -> Machine | None:
-        """Return the machine of a name."""
         return self._running.machines.get(name)
 
     def places(self) -> Iterator[dict[str, Value]]:
-        """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
         return self._running.facts("machine")
 
     @property
     def score(self) -> Score:
-        """How the game stands."""
         return score_of(self._running)
 
     @property
     def standing(self) -> Standing:
-        """Its phase, and the states of its machines."""
         return Standing(phase_of(self._running), states_of(self._running))
 
     @property
     def is_over(self) -> bool:
-        """Whether the game has come to its end."""
         return phase_of(self._running) == POST_GAME
 
     @property
     def faults(self) -> Sequence[str]:
-        """What went wrong in the functions of its rules."""
+        """The errors in the functions of its rules."""
         return self._running.faults

@@ -1,4 +1,4 @@
-"""The machines of the field: the workpieces on their belts, and their work on these, on the run's clock."""
+"""The machines of the field: workpieces on their belts, and timed work on the run's clock."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ DISPENSE_S: Final = 1.1
 CAP_S: Final = 17.5
 RING_S: Final = 17.308
 STORAGE_S: Final = 17.5
+# Durations of machine work, from the referee box's mockup machines, which imitate real ones.
 DELIVERY_S: Final = (3.746, 4.746, 3.983)
-"""How long machines work: the referee box's mockup machines were given what real ones take."""
 
+# Called with the name of a machine, what changed (`BUSY`, `READY`, `SLIDE-COUNTER`), and its value.
 Report = Callable[[str, str, object], None]
-"""Called with the name of a machine, what changed (``BUSY``, ``READY``, ``SLIDE-COUNTER``), and its value."""
 
 
 class MachinePlace(StrEnum):
-    """Where a workpiece can be at a machine."""
+    """The positions of workpieces at a machine."""
 
     INPUT = "INPUT"
     MIDDLE = "MIDDLE"
@@ -44,30 +44,28 @@ class Workpiece:
 
 
 class Workplace(Protocol):
-    """A machine, as robots meet it."""
+    """A machine as the robots use it."""
 
     name: str
 
-    def has(self, place: MachinePlace) -> bool:
-        """Return whether the place has a workpiece."""
+    def has(self, place: MachinePlace) -> bool: ...
 
-    def put(self, workpiece: Workpiece) -> None:
-        """Lay a workpiece at the input."""
+    def put(self, workpiece: Workpiece) -> None: ...
 
     def pay(self) -> None:
-        """Let a workpiece go down the slide."""
+        """Put a base into the slide as payment."""
 
     def take(self, place: MachinePlace) -> Workpiece | None:
-        """Take the workpiece there; None when there is none."""
+        """Remove and return the workpiece at a position; None if empty."""
 
 
 @dataclass(slots=True)
 class _Work:
-    """The task of a machine.
+    """A task of a machine.
 
-    :param seconds: how long it takes once it has begun.
-    :param source: where there must be a workpiece; empty: it needs none.
-    :param end: called when it is done.
+    :param seconds: the duration after the start.
+    :param source: the positions of which one must have a workpiece; empty if none is needed.
+    :param end: called at the end.
     """
 
     seconds: float
@@ -79,7 +77,7 @@ class _Work:
 class Machine:
     """A machine.
 
-    :param report: called when its sensors see something new.
+    :param report: called when its sensors change.
     """
 
     def __init__(self, name: str, clock: Clock, report: Report) -> None:
@@ -96,13 +94,13 @@ class Machine:
 
     def dispense(self, colour: str) -> None:
         """Put a base on the belt."""
-        self._begin(DISPENSE_S, (), lambda: self._lay(MachinePlace.MIDDLE, Workpiece([colour])))
+        self._begin(DISPENSE_S, (), lambda: self._place(MachinePlace.MIDDLE, Workpiece([colour])))
 
     def move(self, goal: MachinePlace) -> None:
-        """Move the workpiece on the belt, as soon as there is one."""
+        """Move a workpiece on the belt as soon as one arrives."""
         seconds = BELT_MIDDLE_S if goal is MachinePlace.MIDDLE else BELT_END_S
-        others = tuple(place for place in MachinePlace if place is not goal)
-        self._begin(seconds, others, lambda: self._carry(others, goal))
+        sources = tuple(place for place in MachinePlace if place is not goal)
+        self._begin(seconds, sources, lambda: self._carry(sources, goal))
 
     def mount_ring(self, colour: str) -> None:
         """Mount a ring on the workpiece in the middle."""
@@ -116,7 +114,7 @@ class Machine:
 
     def mount_cap(self) -> None:
         """Mount the cap on the workpiece in the middle."""
-        self._begin(CAP_S, (MachinePlace.MIDDLE,), self._give_cap)
+        self._begin(CAP_S, (MachinePlace.MIDDLE,), self._mount_cap)
 
     def deliver(self, gate: int) -> None:
         """Deliver the workpiece at the input."""
@@ -124,18 +122,18 @@ class Machine:
 
     def store(self) -> None:
         """Store the workpiece in the middle."""
-        self._begin(STORAGE_S, (MachinePlace.MIDDLE,), lambda: self._drop(MachinePlace.MIDDLE))
+        self._begin(STORAGE_S, (MachinePlace.MIDDLE,), lambda: self._discard(MachinePlace.MIDDLE))
 
     def retrieve(self) -> None:
-        """Take something out of the storage."""
-        self._begin(STORAGE_S, (), lambda: self._lay(MachinePlace.MIDDLE, Workpiece(["STORED"])))
+        """Retrieve a workpiece from the storage."""
+        self._begin(STORAGE_S, (), lambda: self._place(MachinePlace.MIDDLE, Workpiece(["STORED"])))
 
     def relocate(self) -> None:
-        """Move something within the storage."""
+        """Relocate a workpiece within the storage."""
         self._begin(STORAGE_S, (), lambda: None)
 
     def reset(self) -> None:
-        """Stop; workpieces that are not at the input are removed."""
+        """Stop all work and remove the workpieces behind the input."""
         self._work.clear()
         for place in (MachinePlace.MIDDLE, MachinePlace.OUTPUT):
             if self.belt.pop(place, None) is not None and place is MachinePlace.OUTPUT:
@@ -144,20 +142,16 @@ class Machine:
     # -- what robots do at it
 
     def has(self, place: MachinePlace) -> bool:
-        """Return whether the place has a workpiece."""
         return place in self.belt
 
     def put(self, workpiece: Workpiece) -> None:
-        """Lay a workpiece at the input."""
         self.belt[MachinePlace.INPUT] = workpiece
 
     def pay(self) -> None:
-        """Let a workpiece go down the slide."""
         self.slide += 1
         self._report(self.name, "SLIDE-COUNTER", self.slide)
 
     def take(self, place: MachinePlace) -> Workpiece | None:
-        """Take the workpiece there; None when there is none."""
         taken = self.belt.pop(place, None)
         if taken is not None and not self.belt.keys() & {MachinePlace.INPUT, MachinePlace.OUTPUT}:
             self._report(self.name, "READY", False)
@@ -166,7 +160,7 @@ class Machine:
     # -- its work
 
     def loop(self) -> None:
-        """Carry out due steps."""
+        """Execute due steps."""
         while self._work:
             work = self._work[0]
             if work.due_us is None:
@@ -183,16 +177,16 @@ class Machine:
         self._report(self.name, "BUSY", True)
         self._work.append(_Work(seconds, source, end))
 
-    def _lay(self, place: MachinePlace, workpiece: Workpiece) -> None:
+    def _place(self, place: MachinePlace, workpiece: Workpiece) -> None:
         self.belt[place] = workpiece
         if place is not MachinePlace.MIDDLE:
             self._report(self.name, "READY", True)
 
     def _carry(self, sources: tuple[MachinePlace, ...], goal: MachinePlace) -> None:
-        # the workpiece that is nearest to the middle goes first
+        # the workpiece closest to the middle goes first
         for place in sorted(sources, key=lambda place: place is not MachinePlace.MIDDLE):
             if place in self.belt:
-                self._lay(goal, self.belt.pop(place))
+                self._place(goal, self.belt.pop(place))
                 return
 
     def _take_cap(self) -> None:
@@ -201,13 +195,13 @@ class Machine:
             parts.pop()
         self.has_cap = True
 
-    def _give_cap(self) -> None:
+    def _mount_cap(self) -> None:
         self.belt[MachinePlace.MIDDLE].parts.append(f"CAP-OF-{self.name}")
         self.has_cap = False
 
     def _deliver(self) -> None:
         self.delivered.append(self.belt[MachinePlace.INPUT])
-        self._drop(MachinePlace.INPUT)
+        self._discard(MachinePlace.INPUT)
 
-    def _drop(self, place: MachinePlace) -> None:
+    def _discard(self, place: MachinePlace) -> None:
         self.belt.pop(place, None)

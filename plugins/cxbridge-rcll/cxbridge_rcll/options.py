@@ -1,4 +1,4 @@
-"""The options of the commands that play in the RoboCup Logistics League."""
+"""Command-line options of games in the RoboCup Logistics League."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class RefboxOptions:
-    """The referee box.
+    """Options of the referee box.
 
-    :param refbox_dir: its checkout; None: no game of the league.
-    :param proto_dirs: folders with message definitions, before those of the checkouts.
-    :param referee_config: files that are laid over its configuration.
+    :param refbox_dir: its checkout; None if no league game is requested.
+    :param proto_dirs: folders with message definitions, searched before those of the checkouts.
+    :param referee_config: files on top of its configuration.
     """
 
     refbox_dir: Annotated[
@@ -54,14 +54,11 @@ class RefboxOptions:
 
     @property
     def is_chosen(self) -> bool:
-        """Whether a game of the league is named."""
+        """Whether a league game is requested."""
         return self.refbox_dir is not None
 
     def refuse(self) -> None:
-        """Refuse the options of a game of the league.
-
-        :raises CxbridgeError: when an option is given.
-        """
+        """Raise :class:`CxbridgeError` if an option of league games is set."""
         for each in fields(self):
             if each.default is not MISSING and getattr(self, each.name) != each.default:
                 name = each.name.removesuffix("s") if each.name == "proto_dirs" else each.name
@@ -73,7 +70,7 @@ class RefboxOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ExploredLeague(RefboxOptions):
-    """A game of the league that is explored."""
+    """Options of a league game that is explored."""
 
     seed: Annotated[int, typer.Option(help="The seed of the game of the league.")] = 0
     minutes: Annotated[
@@ -82,7 +79,7 @@ class ExploredLeague(RefboxOptions):
     ] = 20.0
 
     def explored(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
-        """Return the options of a run that ends with the production, and what makes the run."""
+        """Return the options of a run that ends with the production, and the factory of the run."""
         from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - the command's help needs no game
 
         game = LeagueGame(
@@ -97,7 +94,7 @@ class ExploredLeague(RefboxOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class PlayedLeague(RefboxOptions):
-    """A game of the league that is played."""
+    """Options of a league game that is played."""
 
     failures: Annotated[
         float,
@@ -129,7 +126,7 @@ class PlayedLeague(RefboxOptions):
 
     @property
     def is_chosen(self) -> bool:
-        """Whether a game of the league is named."""
+        """Whether a league game is requested."""
         return self.refbox_dir is not None or self.referee is not None
 
     def game(
@@ -137,7 +134,7 @@ class PlayedLeague(RefboxOptions):
     ) -> LeagueGame:
         """Return the game.
 
-        :raises CxbridgeError: when the options contradict each other.
+        :raises CxbridgeError: if options conflict.
         """
         from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - as above
 
@@ -165,10 +162,7 @@ class PlayedLeague(RefboxOptions):
         return found if minutes is None else replace(found, minutes=minutes)
 
     def _address(self) -> Address | None:
-        """Return where the referee box runs; None: its rules are in the process of the agent.
-
-        :raises CxbridgeError: when an option is for the other way.
-        """
+        """Return the address of the referee box; None if its rules run in the agent's process."""
         from cxbridge_rcll.remote import Address  # noqa: PLC0415 - as above
 
         if self.referee is None:

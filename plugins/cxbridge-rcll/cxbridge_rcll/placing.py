@@ -1,7 +1,7 @@
-"""Where the machines of one half of the field stand: drawn, such that robots reach each of them.
+"""Random positions of the machines in one half of the field, such that robots reach each machine.
 
-The league's rules as the referee box applies them: no machine in the entry zone or next to it, none whose
-sides point at a wall, free zones before its sides, never three in a row, and no corner closed off.
+The rules of the league and its referee box: no machine in or next to the entry zone, no side towards a wall,
+free zones before the sides, never three in a row, no closed corner.
 """
 
 from __future__ import annotations
@@ -12,23 +12,21 @@ from random import Random
 from typing import Final
 
 ANGLES: Final = tuple(range(0, 360, 45))
+# The step to the next zone in the direction of each angle.
 _AHEAD: Final = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
-"""The step to the next zone in the direction of each angle."""
 
-DELIVERY: Final = 7
-"""The machine of which only one side is used."""
+DELIVERY: Final = 7  # machine with only one used side
 
+# Machines by their numbers in the referee's rules.
 NAMES: Final = {1: "BS", 2: "CS1", 3: "CS2", 4: "RS1", 5: "RS2", 6: "SS", DELIVERY: "DS"}
-"""Machines by the numbers that the referee's rules give them."""
 
 _TRIES: Final = 10_000
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """Where a machine stands.
+    """The position of a machine.
 
-    :param machine: its number.
     :param x: zone, from 1.
     :param y: zone, from 1.
     :param angle: degrees.
@@ -41,43 +39,43 @@ class Placed:
 
     @property
     def zone(self) -> tuple[int, int]:
-        """Its zone."""
         return self.x, self.y
 
     def sides(self) -> Iterator[tuple[int, int]]:
-        """Yield the zones that must be free for robots that come to it."""
+        """Yield the zones before the machine's sides, which robots need."""
         turns = (self.angle,) if self.machine == DELIVERY else (self.angle, self.angle + 180)
         for turn in turns:
             index = turn // 45 % len(_AHEAD)
             step_x, step_y = _AHEAD[index]
             yield self.x + step_x, self.y + step_y
-            if index % 2:  # a robot reaches a corner over the adjacent zones
+            if index % 2:  # a robot reaches a diagonal zone through the two adjacent ones
                 yield self.x + step_x, self.y
                 yield self.x, self.y + step_y
 
 
 def place(random: Random, machines: Collection[int], width: int, height: int) -> list[Placed] | None:
-    """Return drawn places for machines; None when none were found.
+    """Return random positions of machines; None if no arrangement fits.
 
-    :param width: of the half, in zones.
-    :param height: of the half, in zones.
+    :param width: the width of the half in zones.
+    :param height: the height of the half in zones.
     """
     zones = [(x, y) for x in range(1, width + 1) for y in range(1, height + 1)]
+    # greedy placement can run into a dead end: start again
     for _ in range(_TRIES):
         placed: list[Placed] = []
         for machine in sorted(machines):
             candidates = [Placed(machine, *random.choice(zones), random.choice(ANGLES)) for _ in range(40)]
-            fitting = next((each for each in candidates if fits(each, placed, width, height)), None)
-            if fitting is None:
+            position = next((each for each in candidates if fits(each, placed, width, height)), None)
+            if position is None:
                 break
-            placed.append(fitting)
+            placed.append(position)
         else:
             return placed
     return None
 
 
 def fits(new: Placed, placed: Collection[Placed], width: int, height: int) -> bool:
-    """Whether a machine has room there, among the placed ones."""
+    """Return whether a machine fits among the placed ones."""
     taken = {each.zone for each in placed} | {new.zone}
     if len(taken) != len(placed) + 1 or new.zone in _entry(width):
         return False
@@ -92,7 +90,7 @@ def fits(new: Placed, placed: Collection[Placed], width: int, height: int) -> bo
 
 
 def _entry(width: int) -> set[tuple[int, int]]:
-    """Return the zones where robots come in, and the one before them."""
+    """Return the zones of the robots' entrance and the zone before them."""
     return _gate(width) | {(width - 2, 2)}
 
 
@@ -101,7 +99,7 @@ def _gate(width: int) -> set[tuple[int, int]]:
 
 
 def _is_third(taken: set[tuple[int, int]]) -> bool:
-    """Whether there are three in a row."""
+    """Return whether three machines are in a row."""
     return any(
         (x + step_x, y + step_y) in taken and (x + 2 * step_x, y + 2 * step_y) in taken
         for x, y in taken

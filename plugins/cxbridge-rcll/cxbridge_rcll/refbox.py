@@ -1,4 +1,4 @@
-"""A checkout of the league's referee box: its rules, its configuration, its message definitions."""
+"""A checkout of the league's referee box: rules, configuration, message definitions."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _MOST_MESSAGES: Final = 1000
 
 
 class Refbox(Struct, frozen=True):
-    """A checkout of the referee box, whose files are used unchanged.
+    """A checkout of the referee box; its files are used unchanged.
 
-    :param folder: its top.
+    :param folder: the top folder.
     """
 
     folder: Path
@@ -29,7 +29,7 @@ class Refbox(Struct, frozen=True):
     def open(cls, folder: Path) -> Refbox:
         """Return the checkout.
 
-        :raises CxbridgeError: when it is none.
+        :raises CxbridgeError: if the folder has no rules.
         """
         if not (folder / RULES / "init.clp").is_file():
             raise CxbridgeError(
@@ -41,19 +41,18 @@ class Refbox(Struct, frozen=True):
 
     @property
     def rules(self) -> Path:
-        """The folder with its CLIPS files."""
+        """The folder with the CLIPS files."""
         return self.folder / RULES
 
     @property
     def messages(self) -> Path:
-        """The folder with its message definitions; empty when the clone has no submodules."""
+        """The folder with message definitions; empty if the clone lacks its submodules."""
         return self.folder / MESSAGES
 
-    def configuration(self, *more: Path) -> Configuration:
-        """Return its configuration: the default of each folder in their order, as the referee box reads it.
+    def configuration(self, *overlays: Path) -> Configuration:
+        """Return the configuration: the default file of each folder in order, as the referee box reads them.
 
-        :param more: files that are laid over it.
-        :raises ConfigError: when a file is wrong.
+        :param overlays: files on top.
         """
         config = Configuration()
         folders = sorted(path for path in (self.folder / CONFIGURATION).iterdir() if path.is_dir())
@@ -61,14 +60,14 @@ class Refbox(Struct, frozen=True):
             default = folder / f"default_{folder.name}.yaml"
             if default.is_file():
                 config.overlay(Configuration.load(default, confdir=self.folder / CONFIGURATION))
-        config.overlay_files(more)
+        config.overlay_files(overlays)
         return config
 
 
 def find_messages(*folders: Path) -> Path:
-    """Return the first of the folders that has message definitions.
+    """Return the first folder with message definitions.
 
-    :raises CxbridgeError: when none has.
+    :raises CxbridgeError: if no folder has any.
     """
     for folder in folders:
         if any(folder.glob("*.proto")):

@@ -1,4 +1,4 @@
-"""The referee: the rules of the referee box in a separate environment, on the clock of the run."""
+"""The referee: the rules of the referee box in a separate environment on the run's clock."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ from cxbridge_rcll.hostfunctions import ConfigFunctions, FieldFunctions, Machine
 from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox
 
-ENVIRONMENT: Final = "referee"
-"""The name of its CLIPS environment, in logs and recordings."""
+ENVIRONMENT: Final = "referee"  # name of the referee's CLIPS environment in logs and recordings
 
 STATION: Final = "/llsfrb/mps/stations/"
 SERVER_PORT: Final = "/llsfrb/comm/server-port"
@@ -34,12 +33,10 @@ _VERSION: Final = "(defglobal ?*VERSION-MAJOR* = 0 ?*VERSION-MINOR* = 0 ?*VERSIO
 
 @dataclass(frozen=True, slots=True)
 class RefereeSettings:
-    """The sources of a referee.
+    """The inputs of a referee.
 
-    :param config: its configuration.
     :param messages: the folder with message definitions.
-    :param network: carries its messages.
-    :param seed: of everything that it draws.
+    :param seed: the seed for its random choices.
     """
 
     refbox: Refbox
@@ -50,9 +47,9 @@ class RefereeSettings:
 
 
 class Referee(Component):
-    """Watches over a game.
+    """Supervises a game.
 
-    :raises CxbridgeError: when its rules do not load.
+    :raises CxbridgeError: if the rules do not load.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
@@ -87,7 +84,7 @@ class Referee(Component):
         env, start = self.env, self._settings.refbox.rules / "init.clp"
         if not env.batch(start):
             raise ExecutiveError("the referee's rules do not load; see the log", file=start)
-        env.call("seed", self._settings.seed)  # its own is the time of the machine
+        env.call("seed", self._settings.seed)  # the rules seed with the time of the machine
         env.assert_string("(init)")
         env.refresh_agenda()
         env.run()
@@ -96,17 +93,17 @@ class Referee(Component):
         return Machine(name, self._clock, self._report)
 
     def _report(self, machine: str, field: str, value: object) -> None:
-        """Assert the values of a machine's sensors for the rules."""
-        said: Value = int(value) if isinstance(value, int) and not isinstance(value, bool) else FALSE
+        """Assert the sensor values of a machine for the rules."""
+        clips_value: Value = int(value) if isinstance(value, int) and not isinstance(value, bool) else FALSE
         if value is True:
-            said = TRUE
-        self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(field), said))
+            clips_value = TRUE
+        self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(field), clips_value))
 
     def _print_facts(self, _indices: tuple[Value, ...], _slots: tuple[Value, ...]) -> None:
-        """Print nothing: the final tables of the referee box are in the result of the game."""
+        """Print nothing: the referee box's final tables are in the result of the game."""
 
     def loop(self) -> None:
-        """Read the machines and the received messages, and let the rules decide."""
+        """Read the machines and the received messages, then run the rules."""
         env = self.env
         with env.lock:
             self._machines.loop()
@@ -118,25 +115,23 @@ class Referee(Component):
 
     @property
     def machines(self) -> dict[str, Machine]:
-        """The machines by name."""
         return self._machines.machines
 
     @property
     def faults(self) -> list[str]:
-        """What went wrong in its functions."""
+        """The errors in the functions of the rules."""
         return self.env.faults
 
     def facts(self, template: str) -> Iterator[dict[str, Value]]:
-        """Yield the slots of its facts of a deftemplate."""
+        """Yield the slots of each fact of a deftemplate."""
         for _, _, slots in self.env.facts(template):
             yield slots
 
     def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
-        """Yield some slots of its facts of a deftemplate: cheaper than all of them."""
+        """Yield some slots of each fact of a deftemplate, which is faster than all slots."""
         return self.env.columns(template, *slots)
 
     def close(self) -> None:
-        """End it."""
         self._time.dispose()
         self._close_environment()
 
@@ -145,15 +140,17 @@ class Referee(Component):
         self.env.destroy()
 
 
-def referee_maker(settings: RefereeSettings, made: Callable[[Referee], None]) -> Callable[[Run], Component]:
-    """Return what makes the referee of a run.
+def referee_maker(
+    settings: RefereeSettings, on_created: Callable[[Referee], None]
+) -> Callable[[Run], Component]:
+    """Return the factory of a run's referee.
 
-    :param made: called with it.
+    :param on_created: called with the referee.
     """
 
     def make(context: Run) -> Component:
         referee = Referee(context, settings)
-        made(referee)
+        on_created(referee)
         return referee
 
     return make

@@ -1,4 +1,4 @@
-"""A referee box that runs elsewhere: instructed, and listened to, over a connection to its server."""
+"""A referee box in another process, controlled and observed over a connection to its server."""
 
 from __future__ import annotations
 
@@ -24,29 +24,28 @@ from cxbridge_protobuf.types import Message, MessageTypes, frame_of
 from cxbridge_rcll.controller import PACKAGE, Controller, Phase, Script
 from cxbridge_rcll.reported import ReportedGame, ReportedMachine
 
+# Seconds to wait for the first game state, which a referee sends several times a second.
 _PATIENCE_S: Final = 5.0
-"""Seconds in which a referee has to say how its game stands; it does several times a second."""
 
 _PAUSE_S: Final = 0.02
 _SPECS: Final = "/clips-executive/specs"
 _PEER: Final = "parameters/rcll/peer-address"
 _MOST_PORT: Final = 65535
 _MEASURED_S: Final = 20.0
-_SAME_SPEED: Final = 0.2
-"""By how much the two clocks may differ: messages are late now and then."""
+_SAME_SPEED: Final = 0.2  # tolerated difference of the clock speeds, since messages are occasionally late
 
 
 class Address(NamedTuple):
-    """Where the server of a referee box listens."""
+    """The address of a referee box."""
 
     host: str
     port: int
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Read ``HOST:PORT``.
+        """Parse ``HOST:PORT``.
 
-        :raises CxbridgeError: when it is not.
+        :raises CxbridgeError: if the text has another form.
         """
         host, colon, port = text.rpartition(":")
         if not colon or not host or not port.isdigit() or not 0 < int(port) <= _MOST_PORT:
@@ -60,7 +59,7 @@ class Address(NamedTuple):
 
 
 class RemoteReferee:
-    """A referee box that runs elsewhere.
+    """A referee box in another process.
 
     :param messages: the folder with message definitions.
     """
@@ -74,7 +73,7 @@ class RemoteReferee:
         self._client: RefereeClient | None = None
 
     def set_up(self, config: Configuration) -> None:
-        """Set where the agent finds a referee of this host; between hosts the team's own address counts."""
+        """Set the agent's peer address if the referee is on this host; otherwise keep the team's address."""
         if not is_loopback(self._address.host):
             return
         for spec in config.keys(_SPECS):
@@ -83,7 +82,7 @@ class RemoteReferee:
                 config.set(path, "127.0.0.1")
 
     def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
-        """Yield what makes the connection to the referee, and who leads it through the game."""
+        """Yield the factories of the connection to the referee and of its controller."""
 
         def client(context: Run) -> Component:
             self._client = RefereeClient(context, self._address, self._messages)
@@ -98,33 +97,28 @@ class RemoteReferee:
         return self._client
 
     def machine(self, name: str) -> ReportedMachine | None:
-        """Return the machine of a name."""
         return self._running.game.machines.get(name)
 
     def places(self) -> Iterator[dict[str, Value]]:
-        """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
         return self._running.game.places()
 
     @property
     def score(self) -> Score:
-        """How the game stands."""
         return self._running.game.score
 
     @property
     def standing(self) -> Standing:
-        """Its phase, and the states of its machines."""
         return self._running.game.standing
 
     @property
     def is_over(self) -> bool:
-        """Whether the game has come to its end."""
         return self._running.game.is_over
 
 
 class RefereeClient(Component):
-    """The connection to a referee box. Making it waits until the referee has said how its game stands.
+    """The connection to a referee box; its construction waits for the first game state.
 
-    :raises CxbridgeError: when there is no server, it is not a referee of this league, or its game has begun.
+    :raises CxbridgeError: if no server listens, it is not a referee of this league, or its game has begun.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
@@ -150,7 +144,7 @@ class RefereeClient(Component):
             raise
 
     def _await_game(self) -> None:
-        end = time.monotonic() + _PATIENCE_S
+        deadline = time.monotonic() + _PATIENCE_S
         while not self.game.phase:
             self._listen()
             if self._is_lost:
@@ -158,7 +152,7 @@ class RefereeClient(Component):
                     f"there is no referee at {self._address}: {self._problem or 'it closes the connection'}",
                     hint="start the referee box, or name its server-port",
                 )
-            if time.monotonic() > end:
+            if time.monotonic() > deadline:
                 raise CxbridgeError(
                     f"{self._address} does not say how its game stands: {self._problem or 'nothing came'}",
                     hint="is it a referee box, and are the message definitions those of its version?",
@@ -171,7 +165,7 @@ class RefereeClient(Component):
             )
 
     def loop(self) -> None:
-        """Take the referee's messages."""
+        """Process the referee's messages and compare the clocks."""
         self._listen()
         self._compare_clocks()
 
@@ -184,25 +178,25 @@ class RefereeClient(Component):
             case Received(message=None):
                 self._problem = self._problem or f"message {event.component}:{event.type}: {event.problem}"
             case Received():
-                self.game.take(event.message)
+                self.game.handle_message(event.message)
             case Presence(connected=False):
                 self._is_lost = True
             case Warned():
                 self._problem = event.text
 
     def _compare_clocks(self) -> None:
-        """Warn once when the referee's time and the run's do not pass alike."""
+        """Warn once if the referee's time and the run's time have different speeds."""
         if self.game.phase != Phase.PRODUCTION or self._is_compared:
             return
         now_us = self._clock.now_us()
         if self._production is None:
             self._production = now_us, self.game.game_time
             return
-        begun_us, begun = self._production
+        begun_us, begun_game_time = self._production
         seconds = (now_us - begun_us) / MICROSECONDS
         if seconds < _MEASURED_S:
             return
-        factor = (self.game.game_time - begun) / seconds
+        factor = (self.game.game_time - begun_game_time) / seconds
         if abs(factor - 1) > _SAME_SPEED:
             self._log.warn(
                 f"The referee's time passes {factor:.2f} times as fast as the game's: see --speed, and "
@@ -211,7 +205,7 @@ class RefereeClient(Component):
         self._is_compared = True
 
     def send(self, message: Message) -> None:
-        """Send the referee a message; nothing is sent when it is gone."""
+        """Send the referee a message; ignored after a lost connection."""
         if not self._is_lost:
             try:
                 self._network.send(self._link, frame_of(message))
@@ -225,11 +219,10 @@ class RefereeClient(Component):
 
     @property
     def loss(self) -> str:
-        """Why the game cannot come to its end: the referee is gone."""
+        """The reason why the game cannot end: the lost connection; empty while connected."""
         if not self._is_lost or self.game.is_over:
             return ""
         return f"the referee at {self._address} is gone, in {self.game.phase} at {self.game.game_time:g} s"
 
     def close(self) -> None:
-        """Leave the referee."""
         self._network.close()

@@ -1,4 +1,4 @@
-"""The reports of a referee elsewhere about a game: its state, machines and orders."""
+"""A game as reported by a referee in another process: its state, machines and orders."""
 
 from __future__ import annotations
 
@@ -17,17 +17,16 @@ _DELIVERED: Final = {team: f"quantity_delivered_{team.lower()}" for team in TEAM
 _POINTS: Final = {team: f"points_{team.lower()}" for team in TEAMS}
 _BASE_STATION: Final = "BS"
 
-UNKNOWN: Final = "unknown"
-"""The category of all points: the referee does not report a reason."""
+UNKNOWN: Final = "unknown"  # category of all points, because the referee reports no reason
 
 
 class ReportedMachine:
-    """A machine that the referee has, as robots meet it.
+    """A machine of the referee, as the robots use it.
 
-    Its sensors see nothing of simulated robots. The product at its output is the one that the referee reports
-    there, until a robot takes it.
+    Its sensors ignore simulated robots. The product at the output is the one that the referee reports, until
+    a robot takes it.
 
-    :param pay: reports to the referee that a base went down the slide.
+    :param pay: reports a base in the slide to the referee.
     """
 
     def __init__(self, name: str, pay: Callable[[str], None]) -> None:
@@ -40,7 +39,7 @@ class ReportedMachine:
         self._pay = pay
 
     def update(self, message: Message) -> None:
-        """Take a report of the referee."""
+        """Process a report of the referee."""
         self._kind = message.type
         if message.HasField("zone"):
             self.zone = _name(message, "zone")
@@ -50,18 +49,16 @@ class ReportedMachine:
         self.state = message.state
 
     def has(self, place: MachinePlace) -> bool:
-        """Return whether the place has a workpiece; a base station gives to either side."""
+        """Return whether the position has a workpiece; a base station has one on either side."""
         return self._is_made and (place is MachinePlace.OUTPUT or self._kind == _BASE_STATION)
 
     def put(self, workpiece: Workpiece) -> None:
-        """Lay a workpiece at the input: the referee's machine takes for granted that there is one."""
+        """Do nothing: the referee's machine assumes a workpiece at its input."""
 
     def pay(self) -> None:
-        """Let a workpiece go down the slide."""
         self._pay(self.name)
 
     def take(self, place: MachinePlace) -> Workpiece | None:
-        """Take the workpiece there; None when there is none."""
         if not self.has(place):
             return None
         self._is_made = False
@@ -69,17 +66,17 @@ class ReportedMachine:
 
 
 class ReportedGame:
-    """A game as the referee's messages report it.
+    """A game as reported by the referee's messages.
 
-    :param pay: reports to the referee that a base went down the slide of a machine.
+    :param pay: reports a base in a machine's slide to the referee.
     """
 
     def __init__(self, pay: Callable[[str], None]) -> None:
         self.machines: dict[str, ReportedMachine] = {}
         self.phase = ""
         self.game_time = 0.0
+        # Whether the referee has reported the end twice; the second report contains all points.
         self.is_over = False
-        """Whether the referee has said so twice: with the second time all points are in."""
         self._pay = pay
         self._points = dict.fromkeys(TEAMS, 0)
         self._awards: list[Award] = []
@@ -87,11 +84,11 @@ class ReportedGame:
         self._orders: dict[int, ProductOrder] = {}
         self._delivered: dict[tuple[int, str], int] = {}
 
-    def take(self, message: Message) -> None:
-        """Take a message; those of no interest are ignored."""
-        take = getattr(self, f"_take_{message.DESCRIPTOR.name}", None)
-        if take is not None:
-            take(message)
+    def handle_message(self, message: Message) -> None:
+        """Process a message; unknown kinds are ignored."""
+        handle_message = getattr(self, f"_take_{message.DESCRIPTOR.name}", None)
+        if handle_message is not None:
+            handle_message(message)
 
     def _take_GameState(self, message: Message) -> None:  # noqa: N802 - the name of the message
         phase = _name(message, "phase")
@@ -124,13 +121,12 @@ class ReportedGame:
                 self._delivered[key] = count
 
     def places(self) -> Iterator[dict[str, Value]]:
-        """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
         for machine in self.machines.values():
             yield {"name": machine.name, "zone": machine.zone, "rotation": machine.rotation}
 
     @property
     def score(self) -> Score:
-        """How the game stands. The referee does not report what points are for."""
+        """The score. The referee does not report reasons for points."""
         return Score(
             dict(self._points),
             tuple(self._deliveries),
@@ -142,12 +138,11 @@ class ReportedGame:
 
     @property
     def standing(self) -> Standing:
-        """The phase, and the states of the machines."""
         return Standing(self.phase, {name: machine.state for name, machine in self.machines.items()})
 
 
 def _name(message: Any, field: str) -> str:
-    """Return the name of the value of an enumeration."""
+    """Return the name of an enumeration field's value."""
     kind = message.DESCRIPTOR.fields_by_name[field].enum_type
     return str(kind.values_by_number[getattr(message, field)].name)
 

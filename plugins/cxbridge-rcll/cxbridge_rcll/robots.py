@@ -1,4 +1,4 @@
-"""The robots: executors of the team's skills, which move over the field and work at the machines."""
+"""The robots: executors of the team's skills that move over the field and use the machines."""
 
 from __future__ import annotations
 
@@ -17,17 +17,13 @@ from cxbridge_rcll.field import Field, Pose, entry
 from cxbridge_rcll.machines import MachinePlace, Workpiece, Workplace
 from cxbridge_rcll.stations import StationNodes
 
-SPEED: Final = 0.5
-"""Metres a second."""
+SPEED: Final = 0.5  # metres per second
 
-ALIGN_S: Final = 4.0
-"""Seconds at the end of a way, to align with a machine."""
+ALIGN_S: Final = 4.0  # seconds to align with a machine after a drive
 
-ANYWHERE_S: Final = 12.0
-"""Seconds to an unknown place."""
+ANYWHERE_S: Final = 12.0  # seconds for a drive to an unknown place
 
-HANDLE_S: Final = 15.0
-"""Seconds to take or to put a workpiece."""
+HANDLE_S: Final = 15.0  # seconds to take or put a workpiece
 
 LOOK_S: Final = 5.0
 ENTER_S: Final = 4.0
@@ -54,10 +50,10 @@ class Robot:
 
 @dataclass(slots=True)
 class RobotWorld:
-    """What robots share.
+    """The state that all robots share.
 
-    :param places: where things are.
-    :param machine: returns the machine of a name.
+    :param places: the geometry of the field.
+    :param machine: returns a machine by name.
     """
 
     places: Field
@@ -65,13 +61,12 @@ class RobotWorld:
     robots: dict[str, Robot] = field(default_factory=dict)
 
     def add(self, names: Iterable[str]) -> None:
-        """Add robots."""
         for number, name in enumerate(names, start=1):
             self.robots[name] = Robot(name, number, entry(number))
 
 
 class RobotExecutor(SkillExecutor):
-    """Executes the skills of a robot. Made by :func:`robot_executor` for a world."""
+    """Executes the skills of a robot; :func:`robot_executor` creates a subclass per world."""
 
     skills = (
         "moveto",
@@ -86,11 +81,9 @@ class RobotExecutor(SkillExecutor):
     world: RobotWorld
 
     def start(self) -> None:
-        """Find the robot that it moves."""
         self.robot = self.world.robots[self.agent]
 
     def execute(self, call: SkillCall) -> Steps:
-        """Execute a skill."""
         steps: Callable[[SkillCall], Steps] = getattr(self, f"_{call.skill}")
         return steps(call)
 
@@ -165,11 +158,13 @@ class RobotExecutor(SkillExecutor):
             self.robot.put_at = machine.name
 
     def _check(self, machine: Workplace, side: str, query: str) -> None:
-        there = machine.has(MachinePlace.INPUT if side == "INPUT" else MachinePlace.OUTPUT)
+        is_present = machine.has(MachinePlace.INPUT if side == "INPUT" else MachinePlace.OUTPUT)
         if side == "INPUT" and query == "THERE":
-            there |= self.robot.put_at == machine.name  # the machine may have moved it already
-        if there != (query == "THERE"):
-            raise SkillFailedError(f"a workpiece is {'' if there else 'not '}at {machine.name} {side}")
+            is_present |= (
+                self.robot.put_at == machine.name
+            )  # the machine may have moved the workpiece already
+        if is_present != (query == "THERE"):
+            raise SkillFailedError(f"a workpiece is {'' if is_present else 'not '}at {machine.name} {side}")
 
     def _go(self, place: str) -> Steps:
         goal = self.world.places.find(place)
@@ -191,24 +186,23 @@ class RobotExecutor(SkillExecutor):
             yield None
 
     def _fractions(self, seconds: float) -> Generator[float, None, None]:
-        """Yield how much of a time is over, until it is."""
+        """Yield the elapsed fraction of a time span until its end."""
         begun_us, length_us = self.clock.now_us(), round(seconds * MICROSECONDS)
-        while (gone_us := self.clock.now_us() - begun_us) < length_us:
-            yield gone_us / length_us
+        while (elapsed_us := self.clock.now_us() - begun_us) < length_us:
+            yield elapsed_us / length_us
 
 
 def robot_executor(world: RobotWorld) -> type[RobotExecutor]:
-    """Return the class of the executors of a world."""
     return type("RobotExecutor", (RobotExecutor,), {"world": world})
 
 
 class RobotInterfaces(Component):
-    """Writes what robots report over the blackboard besides their skills.
+    """Writes the robots' interfaces other than skills.
 
-    :param prefixes: the prefixes of the ids of a robot's interfaces, by its name: as Fawkes' bbsync mirrors
-        them on another robot's blackboard, with its name; on its own blackboard empty.
-    :param stations: gets the messages to the generator of the navigation graph; None: they change nothing.
-    :raises BlackBoardError: when an interface has another writer.
+    :param prefixes: the prefix of the interface ids by robot name: that of Fawkes' bbsync on another robot's
+        blackboard, empty on the robot's own.
+    :param stations: receives messages to the navigation graph's generator; None to ignore them.
+    :raises BlackBoardError: if an interface has another writer.
     """
 
     hooks = (Hook.SENSOR_PROCESS,)
@@ -236,7 +230,7 @@ class RobotInterfaces(Component):
             self._served = [
                 self._write(kind, f"{prefix}{_id_of(kind)}")
                 for kind in _GENERATORS
-                if context.registry.path(kind) is not None  # a team may do without it
+                if context.registry.path(kind) is not None  # a team may lack this interface
                 for prefix in dict.fromkeys(("/", *(prefix or "/" for prefix in prefixes.values())))
             ]
             self._served += [
@@ -252,7 +246,7 @@ class RobotInterfaces(Component):
         return interface
 
     def loop(self) -> None:
-        """Answer commands, and now and then write where the robots are."""
+        """Answer commands, and periodically write the robots' poses."""
         for interface in self._served:
             self._serve(interface)
         now_us = self._clock.now_us()
@@ -268,7 +262,7 @@ class RobotInterfaces(Component):
             interface.write()
 
     def _serve(self, interface: Any) -> None:
-        """Say of each command that it is carried out."""
+        """Report each command as done."""
         while (message := interface.msgq_pop()) is not None:
             if self._stations is not None:
                 self._stations.take(message)
@@ -278,7 +272,6 @@ class RobotInterfaces(Component):
                 interface.write()
 
     def close(self) -> None:
-        """Close the interfaces."""
         for interface in reversed(self._open):
             self._board.close(interface)
         self._open.clear()

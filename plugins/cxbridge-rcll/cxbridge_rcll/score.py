@@ -1,4 +1,4 @@
-"""How a game stands: points, deliveries, phase; from the facts of the referee."""
+"""Points, deliveries and phase of a game, from the facts of the referee."""
 
 from __future__ import annotations
 
@@ -17,12 +17,10 @@ _LATE: Final = " Late (deadline"
 
 
 def phase_of(referee: Referee) -> str:
-    """Return the phase of the game."""
     return next((str(phase) for (phase,) in referee.columns("gamestate", "phase")), "")
 
 
 def states_of(referee: Referee) -> dict[str, str]:
-    """Return the states of the machines."""
     return {str(name): str(state) for name, state in referee.columns("machine", "name", "state")}
 
 
@@ -33,7 +31,6 @@ def category_of(reason: str) -> str:
 
 
 def score_of(referee: Referee) -> Score:
-    """Return how the game stands."""
     awards = sorted(
         (
             Award(
@@ -64,10 +61,10 @@ def score_of(referee: Referee) -> Score:
     )
     state = next(referee.facts("gamestate"), {})
     points = state.get("points")
-    given = [_whole(each) for each in points] if isinstance(points, tuple) else [0, 0]
+    team_points = [_whole(each) for each in points] if isinstance(points, tuple) else [0, 0]
     time = next(referee.facts("time-info"), {"game-time": 0.0})
     return Score(
-        dict(zip(TEAMS, given, strict=True)),
+        dict(zip(TEAMS, team_points, strict=True)),
         tuple(deliveries),
         tuple(awards),
         str(state.get("phase", "")),
@@ -77,7 +74,6 @@ def score_of(referee: Referee) -> Score:
 
 
 def _orders(referee: Referee) -> Iterator[ProductOrder]:
-    """Yield the orders that were announced."""
     for slots in referee.facts("order"):
         if slots["active"] == "TRUE":
             period = slots["delivery-period"]

@@ -10,8 +10,7 @@ if TYPE_CHECKING:
     from cxbridge.run.options import RunOptions
     from cxbridge_rcll.remote import Address
 
-MINUTES: Final = 20.0
-"""How long the league's production takes."""
+MINUTES: Final = 20.0  # duration of the league's production phase
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,13 +18,14 @@ class LeagueSettings:
     """The settings of a game of the league.
 
     :param run: the agent: its checkouts, spec and recordings.
-    :param refbox_dir: a checkout of the referee box, whose rules decide; None: ``referee`` does.
-    :param referee: where a referee box runs; None: its rules are in the process of the agent.
-    :param speed: how fast time passes where the referee runs; its rules of this process need none.
-    :param proto_dirs: folders with message definitions, before those of the checkouts.
-    :param referee_config: files that are laid over the configuration of the referee box.
-    :param minutes: of the production.
-    :param simtest: the testbed of the agent's own tests, e.g. ``FULL``; empty: they do not run.
+    :param refbox_dir: a checkout of the referee box for a referee in this process; None if ``referee`` is
+        set.
+    :param referee: the address of a referee box; None for a referee in this process.
+    :param speed: the speed of time in the referee box at ``referee``.
+    :param proto_dirs: folders with message definitions, searched before those of the checkouts.
+    :param referee_config: files on top of the configuration of the referee box.
+    :param minutes: the minutes of the production phase.
+    :param simtest: the testbed of the agent's own tests, e.g. ``FULL``; empty to skip them.
     """
 
     run: RunOptions

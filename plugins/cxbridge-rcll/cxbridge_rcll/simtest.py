@@ -1,4 +1,4 @@
-"""The tests that an agent runs in a game: its rules log whether they have succeeded, and leave the game."""
+"""An agent's own tests in a game: its rules log the verdict and quit."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _SAID: Final = re.compile(rf"SIMTEST: ({_SUCCEEDED}|{FAILED})")
 
 
 def turn_on(config: Configuration, spec: str, testbed: str, checkouts: Iterable[Path]) -> None:
-    """Let the rules of a spec test the agent.
+    """Enable the tests in the rules of a spec.
 
-    :param spec: its path in the configuration.
-    :param checkouts: where its rules are.
-    :raises CxbridgeError: when it has no tests, or no such testbed.
+    :param spec: the path of the spec in the configuration.
+    :param checkouts: the folders with its rules.
+    :raises CxbridgeError: if the spec has no tests or not this testbed.
     """
     name = spec.rpartition("/")[2]
     if not config.keys(f"{spec}/{_PARAMETERS}"):
@@ -50,14 +50,12 @@ def _testbeds(files: Iterable[Path]) -> list[str]:
 
 
 class Verdict:
-    """Notes how the tests end; a sink of log lines. Of several agents one that fails decides."""
+    """Records the verdict of the tests from log lines; one failure of several agents decides."""
 
     def __init__(self) -> None:
-        self.text = ""
-        """``SUCCEEDED`` or ``FAILED``; empty without a verdict so far."""
+        self.text = ""  # `SUCCEEDED` or `FAILED`; empty before a verdict
 
     def __call__(self, event: Event) -> None:
-        """Take a log line."""
-        found = _SAID.search(event.text) if isinstance(event, LogLine) else None
-        if found is not None and self.text != FAILED:
-            self.text = found[1]
+        match = _SAID.search(event.text) if isinstance(event, LogLine) else None
+        if match is not None and self.text != FAILED:
+            self.text = match[1]

@@ -1,4 +1,4 @@
-"""The machines as nodes of a navigation graph, as navgraph-generator-mps of fawkes-robotino adds them."""
+"""The machines as nodes of a navigation graph, as in navgraph-generator-mps of fawkes-robotino."""
 
 from __future__ import annotations
 
@@ -11,24 +11,21 @@ from cxbridge_rcll.field import Field, Pose
 
 _SIDES: Final = ("I", "O")
 _COLUMNS, _ROWS = 7, 8
-_INSERTION_ROW: Final = 1
-"""The robots' entrance: no robot waits there."""
+_INSERTION_ROW: Final = 1  # row of the robots' entrance, where no robot waits
 
-_FREE_M: Final = 1.5
-"""Metres from a place to wait to the next machine, at least."""
+_FREE_M: Final = 1.5  # minimum distance in metres from a waiting place to a machine
 
-WAIT_ZONES: Final = 3
-"""Places to wait in each half, as the team's configuration has it."""
+WAIT_ZONES: Final = 3  # waiting places per half, as in the team's configuration
 
 
 class StationNodes:
-    """Adds the machines that rules announce to the navigation graph of a robot, and places to wait.
+    """Adds announced machines and waiting places to the navigation graph of a robot.
 
     A machine ``C-BS`` has the nodes ``C-BS-I`` and ``C-BS-O`` before its sides, ``WAIT-C-BS-I`` and
-    ``WAIT-C-BS-O`` farther away, and ``C-BS`` itself, to which no edge leads. A zone to wait in is a node
-    ``C-Z42``. There are no edges: simulated robots drive straight.
+    ``WAIT-C-BS-O`` farther away, and ``C-BS`` itself, to which no edge leads. A waiting zone is a node
+    ``C-Z42``. Edges are omitted: simulated robots drive straight.
 
-    :param graph: returns the graph; raises a CxbridgeError when there is none.
+    :param graph: returns the graph, or raises a CxbridgeError.
     """
 
     def __init__(self, places: Field, graph: Callable[[], NavGraph]) -> None:
@@ -36,10 +33,7 @@ class StationNodes:
         self._names: set[str] = set()
 
     def take(self, message: Any) -> None:
-        """Take a message to NavGraphWithMPSGeneratorInterface; those of no interest here are ignored.
-
-        :raises CxbridgeError: when there is no graph.
-        """
+        """Process a message to NavGraphWithMPSGeneratorInterface; unknown types are ignored."""
         match message.type:
             case "UpdateStationByTagMessage":
                 self._names.add(message.name)
@@ -64,10 +58,13 @@ class StationNodes:
 
     def _centre(self, name: str) -> Pose | None:
         ends = [self._places.find(f"{name}-{side}") for side in _SIDES]
-        found = [end for end in ends if end is not None]
-        if len(found) < len(ends):
+        known_ends = [end for end in ends if end is not None]
+        if len(known_ends) < len(ends):
             return None
-        return Pose(sum(end.x for end in found) / len(found), sum(end.y for end in found) / len(found))
+        return Pose(
+            sum(end.x for end in known_ends) / len(known_ends),
+            sum(end.y for end in known_ends) / len(known_ends),
+        )
 
     def _add_wait_zones(self) -> None:
         machines = [pose for pose in map(self._centre, sorted(self._names)) if pose is not None]
@@ -79,7 +76,7 @@ class StationNodes:
                 if _distance(pose, machines) >= _FREE_M
             ]
             while free and len(chosen) < WAIT_ZONES:
-                # the one that is farthest from those that are chosen, or from machines
+                # the zone farthest from the chosen ones, or from the machines at first
                 name, pose = max(free, key=lambda each: _distance(each[1], chosen or machines))
                 chosen.append(pose)
                 free.remove((name, pose))
@@ -94,6 +91,6 @@ def _zones(places: Field, half: str) -> Iterator[tuple[str, Pose]]:
                 yield f"{half}-Z{column}{row}", pose
 
 
-def _distance(pose: Pose, others: list[Pose]) -> float:
-    """Return the distance to the nearest other station."""
-    return min((pose.distance(other) for other in others), default=math.inf)
+def _distance(pose: Pose, poses: list[Pose]) -> float:
+    """Return the distance to the nearest of several poses."""
+    return min((pose.distance(other) for other in poses), default=math.inf)

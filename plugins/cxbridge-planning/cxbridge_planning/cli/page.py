@@ -17,15 +17,12 @@ from cxbridge_planning.worth import Service, services, value_of_metric
 
 
 def write_page(path: Path, domain: Domain, problem: Problem, result: PlanResult) -> None:
-    """Write the page about the result of a planner.
-
-    :raises CxbridgeError: when it cannot be written, or no installed package makes pages.
-    """
+    """Write the page about a planner's result."""
     write_document(path, "plan", f"Plan for {problem.name}", as_document(domain, problem, result))
 
 
 def as_document(domain: Domain, problem: Problem, result: PlanResult) -> dict[str, Any]:
-    """Return the values of the page, as JSON has them."""
+    """Return the content of the page as JSON values."""
     check = check_plan(domain, problem, result.actions)
     facts = {
         "problem": problem.name,
@@ -79,9 +76,9 @@ def _changes(moment: PlanMoment) -> dict[str, Any]:
     }
 
 
-def _serves(found: Sequence[Service]) -> list[dict[str, Any]]:
+def _serves(services_of_step: Sequence[Service]) -> list[dict[str, Any]]:
     by_step: dict[int, list[str]] = {}
-    for service in found:
+    for service in services_of_step:
         by_step.setdefault(service.step, []).append(_fact(service.fact))
     return [{"step": step, "facts": facts} for step, facts in by_step.items()]
 

@@ -28,7 +28,7 @@ def game(paid):
 
 def test_points_are_counted_as_they_come(types, game):
     for cyan, magenta, seconds in ((0, 0, 1.0), (2, 0, 5.5), (2, 3, 7.0), (0, 3, 9.25)):
-        game.take(game_state(types, "PRODUCTION", seconds, cyan, magenta))
+        game.handle_message(game_state(types, "PRODUCTION", seconds, cyan, magenta))
     assert game.score.points == {"CYAN": 0, "MAGENTA": 3}
     assert game.score.awards == (
         Award("CYAN", 2, 5.5, "PRODUCTION", "", "unknown"),
@@ -40,29 +40,29 @@ def test_points_are_counted_as_they_come(types, game):
 
 
 def test_a_delivery_is_counted_once(types, game):
-    game.take(game_state(types, "PRODUCTION", 30.0))
+    game.handle_message(game_state(types, "PRODUCTION", 30.0))
     for count in (0, 1, 1, 2):
-        game.take(order_info(types, count))
+        game.handle_message(order_info(types, count))
     assert game.score.deliveries == (Delivery(7, "C1", "CYAN", 30.0),) * 2
     assert game.score.orders == (ProductOrder(7, "C1", 30, 90),)
 
 
 def test_the_states_of_machines_are_seen(types, game):
-    game.take(game_state(types, "PRODUCTION", 1.0))
-    game.take(machine_info(types, state="PROCESSING"))
+    game.handle_message(game_state(types, "PRODUCTION", 1.0))
+    game.handle_message(machine_info(types, state="PROCESSING"))
     assert game.standing == ("PRODUCTION", {"C-BS": "PROCESSING"})
 
 
 def test_a_game_is_over_when_the_referee_has_said_it_twice(types, game):
     said = []
     for phase in ("PRE_GAME", "PRODUCTION", "POST_GAME", "POST_GAME"):
-        game.take(game_state(types, phase, 0.0))
+        game.handle_message(game_state(types, phase, 0.0))
         said.append(game.is_over)
     assert said == [False, False, False, True]
 
 
 def test_a_machine_is_where_the_referee_says(types, game):
-    game.take(machine_info(types))
+    game.handle_message(machine_info(types))
     pose = Field(game.places).find("C-BS-O")
     assert pose is not None
     assert (round(pose.x, 2), round(pose.y, 2)) == (3.5, 0.75)
@@ -79,17 +79,17 @@ def test_a_machine_is_where_the_referee_says(types, game):
 )
 def test_what_was_made_is_taken_once(types, game, kind, place, is_there):
     for state in ("IDLE", "PROCESSING", "READY-AT-OUTPUT", "IDLE"):
-        game.take(machine_info(types, "C-X", kind, state))
+        game.handle_message(machine_info(types, "C-X", kind, state))
     machine = game.machines["C-X"]
     assert machine.has(place) is is_there
     assert (machine.take(place) is not None) is is_there
     assert machine.take(place) is None
-    game.take(machine_info(types, "C-X", kind, "READY-AT-OUTPUT"))
+    game.handle_message(machine_info(types, "C-X", kind, "READY-AT-OUTPUT"))
     assert machine.has(place) is is_there
 
 
 def test_a_payment_is_told_to_the_referee(types, game, paid):
-    game.take(machine_info(types, "C-RS1", "RS"))
+    game.handle_message(machine_info(types, "C-RS1", "RS"))
     machine = game.machines["C-RS1"]
     machine.pay()
     machine.put(Workpiece(["BASE_RED"]))
@@ -98,5 +98,5 @@ def test_a_payment_is_told_to_the_referee(types, game, paid):
 
 
 def test_other_messages_are_ignored(types, game):
-    game.take(types.create("llsf_msgs.SetTeamName"))
+    game.handle_message(types.create("llsf_msgs.SetTeamName"))
     assert game.score.phase == ""
