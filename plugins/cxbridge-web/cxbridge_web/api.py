@@ -1,4 +1,4 @@
-"""The API as an ASGI application: from a request to an endpoint, and from its answer to a reply."""
+"""The REST API as an ASGI application: routing of requests and encoding of answers."""
 
 from __future__ import annotations
 
@@ -25,20 +25,15 @@ from cxbridge_web.queue import QueueClosedError, RequestQueue, RequestQueueFullE
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-MOST_BODY: Final = 1 << 20
-"""Bytes that a body may have."""
+MOST_BODY: Final = 1 << 20  # limit of a request body in bytes
 
-ANSWER_S: Final = 10.0
-"""Seconds that the loop may take to answer."""
+ANSWER_S: Final = 10.0  # main loop's time limit for an answer in seconds
 
-BODY_S: Final = 10.0
-"""Seconds that a body may take to come."""
+BODY_S: Final = 10.0  # time limit for receiving a body in seconds
 
-COPY_S: Final = 60.0
-"""Seconds that a copy of facts may take, which is made in pieces."""
+COPY_S: Final = 60.0  # time limit for copying facts, which happens in pieces
 
-MOST_WAITING: Final = 16
-"""Requests that may wait for a Skiller or an explanation."""
+MOST_WAITING: Final = 16  # limit of requests that wait for a Skiller or an explanation
 
 _THREADS: Final = 4
 _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}
@@ -56,7 +51,6 @@ class Api:
         self._waiting = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request."""
         request = Request(scope, receive)
         pretty = "pretty" in request.query_params
         try:
@@ -79,7 +73,7 @@ class Api:
         call = ApiCall(self._host, names, dict(request.query_params), body)
         try:
             if endpoint.paged:
-                _ = call.window  # refused before anybody works for it
+                _ = call.window  # reject an invalid query before the work starts
             if endpoint.copy is not None:
                 copied = await self._ask(endpoint, partial(endpoint.copy, call), call, COPY_S)
                 call = replace(call, copied=copied)
@@ -88,8 +82,8 @@ class Api:
                 answer = await self._wait_for(handler, call)
             else:
                 answer = await self._ask(endpoint, partial(endpoint.handler, call), call, ANSWER_S)
-            # a long text is made where it does not delay other clients
-            return await asyncio.to_thread(_finish, endpoint, call, answer, pretty)
+            # a long text is encoded in a thread, where it does not delay other clients
+            return await asyncio.to_thread(_encode_answer, endpoint, call, answer, pretty)
         except RefusedError as error:
             raise ApiError(403, f"{error.message} ({error.hint})") from error
         except CxbridgeError as error:
@@ -104,24 +98,24 @@ class Api:
             raise ApiError(500, f"Execution failed: {type(error).__name__}: {error}") from error
 
     def _check_right(self, endpoint: Endpoint) -> None:
-        """Refuse what clients may not do, before anything of it is read.
+        """Check the client's right before reading the body.
 
-        :raises ApiError: when it is such an endpoint.
+        :raises ApiError: if clients lack the right of the endpoint.
         """
         rights = self._host.rights
         right = endpoint.needed(rights)
         if not rights.allow(right):
-            act = "change anything" if not rights.control else "run programs"
-            raise ApiError(403, f"Clients may not {act}: {rights.why_not(right)}")
+            forbidden_action = "change anything" if not rights.control else "run programs"
+            raise ApiError(403, f"Clients may not {forbidden_action}: {rights.why_not(right)}")
 
     def _in_thread(self, endpoint: Endpoint) -> Handler | None:
-        """Return the function to call in a thread; None: the main loop answers."""
+        """Return the function to call in a thread; None if the main loop answers."""
         if endpoint.where is Where.THREAD:
             return endpoint.handler
         return endpoint.stalled if self._host.stall else None
 
     async def _wait_for(self, handler: Handler, call: ApiCall) -> Any:
-        """Have a thread answer that may wait."""
+        """Run a handler that may wait in a thread."""
         if self._waiting >= MOST_WAITING:
             raise ApiError(503, "Too many requests wait already")
         self._waiting += 1
@@ -132,18 +126,18 @@ class Api:
             self._waiting -= 1
 
     def close(self) -> None:
-        """Begin nothing any more."""
+        """Cancel all requests that have not started."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def _ask(self, endpoint: Endpoint, look: Callable[[], Any], call: ApiCall, limit_s: float) -> Any:
-        """Have the main loop answer."""
+        """Request an answer from the main loop."""
         key = None
         if endpoint.method == "GET":
             key = (endpoint.path, tuple(call.path.items()), tuple(sorted(call.query.items())))
         try:
             answer = asyncio.wrap_future(self._queue.ask(look, key))
-            answer.add_done_callback(_take_note)
-            # several clients may wait for the same answer: one that gives up must not cancel it
+            answer.add_done_callback(_retrieve_error)
+            # several clients may wait for the same answer: one disconnect must not cancel it
             return await asyncio.wait_for(asyncio.shield(answer), limit_s)
         except RequestQueueFullError as error:
             raise ApiError(503, "Too many questions wait for the main loop") from error
@@ -151,20 +145,20 @@ class Api:
             raise ApiError(503, "The daemon is stopping") from error
         except TimeoutError as error:
             stall = self._host.stall
-            why = f": {stall}" if stall else ""
-            raise ApiError(503, f"The main loop did not answer within {limit_s:g} s{why}") from error
+            reason = f": {stall}" if stall else ""
+            raise ApiError(503, f"The main loop did not answer within {limit_s:g} s{reason}") from error
 
 
-def _take_note(answer: asyncio.Future[Any]) -> None:
-    """Retrieve an error for which no client may wait any more: asyncio would print it."""
+def _retrieve_error(answer: asyncio.Future[Any]) -> None:
+    """Retrieve the error of an abandoned request, since asyncio would print it."""
     if not answer.cancelled():
         answer.exception()
 
 
 async def read_object(request: Request) -> dict[str, Any]:
-    """Return the body, which must be a JSON object.
+    """Return the body, a JSON object.
 
-    :raises ApiError: when it is none, too long, or does not come.
+    :raises ApiError: if the body is too long, too slow or not an object.
     """
     kind = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if kind != "application/json":
@@ -183,7 +177,7 @@ async def read_object(request: Request) -> dict[str, Any]:
     try:
         value = json.loads(body)
         if b"\\ud" in body.lower():
-            json.dumps(value, ensure_ascii=False).encode()  # half a character is not a text
+            json.dumps(value, ensure_ascii=False).encode()  # a lone surrogate is not valid text
     except (ValueError, RecursionError) as error:
         raise ApiError(400, f"The body is not JSON: {error}") from error
     if not isinstance(value, dict):
@@ -191,8 +185,8 @@ async def read_object(request: Request) -> dict[str, Any]:
     return value
 
 
-def _finish(endpoint: Endpoint, call: ApiCall, answer: Any, pretty: bool) -> Response:
-    """Make the reply of a handler's return value."""
+def _encode_answer(endpoint: Endpoint, call: ApiCall, answer: Any, pretty: bool) -> Response:
+    """Encode the return value of a handler as a reply."""
     answer = endpoint.finish(call, answer)
     if not endpoint.paged:
         return _reply(answer, 200, pretty=pretty)

@@ -1,4 +1,4 @@
-"""The list of all endpoints of the API: of each module of ``fawkes/``, of each operation, and our own."""
+"""The list of all endpoints: modules of ``fawkes/``, operations and extensions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 
 def directory(figures: Figures) -> Directory:
-    """Return all endpoints."""
     modules = pkgutil.iter_modules(cxbridge_web.fawkes.__path__)
     views = [import_module(f"{cxbridge_web.fawkes.__name__}.{module.name}") for module in modules]
     of_fawkes = [endpoint for view in views for endpoint in getattr(view, "ENDPOINTS", ())]

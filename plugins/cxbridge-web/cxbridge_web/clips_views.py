@@ -1,4 +1,4 @@
-"""The views of a CLIPS environment."""
+"""Queries of a CLIPS environment: counts, rules and agenda."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ from cxbridge_web.paging import ListPart, Window, has_text, matches
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-MOST_ACTIVATIONS: Final = 1000
-"""Activations of an agenda that are reported at once."""
+MOST_ACTIVATIONS: Final = 1000  # limit of activations in one answer
 
 
 def census(env: ClipsEnvironment) -> dict[str, int]:
-    """Return how many facts, rules and activations there are."""
+    """Return the numbers of facts, rules and activations."""
     with env.lock:
         return {
             "facts": _count(env, lib.GetNextFact),
@@ -29,10 +28,10 @@ def census(env: ClipsEnvironment) -> dict[str, int]:
         }
 
 
-def _count(env: ClipsEnvironment, following: Callable[[CData, CData], CData]) -> int:
-    count, item = 0, following(env.env, NULL)
+def _count(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> int:
+    count, item = 0, next_item(env.env, NULL)
     while item != NULL:
-        count, item = count + 1, following(env.env, item)
+        count, item = count + 1, next_item(env.env, item)
     return count
 
 
@@ -40,7 +39,7 @@ def _count(env: ClipsEnvironment, following: Callable[[CData, CData], CData]) ->
 class RuleRow:
     """A rule.
 
-    :param agenda: how often it is on the agenda.
+    :param agenda: the number of its activations.
     """
 
     name: str
@@ -49,17 +48,17 @@ class RuleRow:
 
 
 def rules(env: ClipsEnvironment) -> list[RuleRow]:
-    """Return all rules. To be called between runs of the rules, with the lock held."""
-    waiting: Counter[str] = Counter()
+    """Return all rules; the caller holds the lock, between runs of the rules."""
+    activation_counts: Counter[str] = Counter()
     activation = lib.GetNextActivation(env.env, NULL)
     while activation != NULL:
-        waiting[decode(lib.ActivationRuleName(activation))] += 1
+        activation_counts[decode(lib.ActivationRuleName(activation))] += 1
         activation = lib.GetNextActivation(env.env, activation)
     rows = []
     rule = lib.GetNextDefrule(env.env, NULL)
     while rule != NULL:
         name = decode(lib.DefruleName(rule))
-        rows.append(RuleRow(name, decode(lib.DefruleModule(rule)), waiting[name]))
+        rows.append(RuleRow(name, decode(lib.DefruleModule(rule)), activation_counts[name]))
         rule = lib.GetNextDefrule(env.env, rule)
     return rows
 
@@ -68,7 +67,7 @@ def rules(env: ClipsEnvironment) -> list[RuleRow]:
 class ActivationRow:
     """An activation.
 
-    :param basis: the facts, as CLIPS prints them: ``f-1,*``.
+    :param basis: the facts as CLIPS prints them: ``f-1,*``.
     """
 
     rule: str
@@ -77,27 +76,27 @@ class ActivationRow:
 
 
 def activations(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
-    """Return a part of the agenda, :data:`MOST_ACTIVATIONS` at most; its items are :class:`ActivationRow`.
+    """Return a part of the agenda as :class:`ActivationRow` items, at most :data:`MOST_ACTIVATIONS`.
 
-    To be called between runs of the rules, with the lock held.
+    The caller holds the lock, between runs of the rules.
 
-    :param pattern: of the rules' names.
+    :param pattern: a pattern of rule names.
     """
-    most = MOST_ACTIVATIONS if window.limit is None else min(window.limit, MOST_ACTIVATIONS)
+    limit = MOST_ACTIVATIONS if window.limit is None else min(window.limit, MOST_ACTIVATIONS)
     rows: list[ActivationRow] = []
     total = 0
     env.output.pause()
     activation = lib.GetNextActivation(env.env, NULL)
     while activation != NULL:
         rule = decode(lib.ActivationRuleName(activation))
-        wanted = matches(rule, pattern)
-        seen = wanted and window.offset <= total < window.offset + most
-        if wanted and (seen or window.search):
+        is_match = matches(rule, pattern)
+        in_window = is_match and window.offset <= total < window.offset + limit
+        if is_match and (in_window or window.search):
             basis = env.api.activation_text(activation).split(":", 1)[1].strip()
-            wanted = not window.search or has_text((rule, basis), window.search)
-            if seen and wanted:
+            is_match = not window.search or has_text((rule, basis), window.search)
+            if in_window and is_match:
                 rows.append(ActivationRow(rule, int(lib.ActivationGetSalience(activation)), basis))
-        total += wanted
+        total += is_match
         activation = lib.GetNextActivation(env.env, activation)
     env.output.resume()
     return ListPart(rows, total)

@@ -1,4 +1,4 @@
-"""The endpoints of the API: their description, the directory that finds them by path, JSON of answers."""
+"""Endpoints of the API: description, lookup by path, and JSON encoding of answers."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from cxbridge_web.paging import MOST_COUNT, Window
 
 
 class ApiError(Exception):
-    """A request that cannot be answered as wished.
+    """A request that cannot be fulfilled.
 
-    :param status: of HTTP.
-    :param text: the mistake, for people.
-    :param model: the reply as a model; None: the text is the reply.
+    :param status: the HTTP status.
+    :param text: the error for people.
+    :param model: the reply as a model; None to reply with the text.
     """
 
     def __init__(self, status: int, text: str, model: Mapping[str, Any] | Model | None = None) -> None:
@@ -35,22 +35,20 @@ class ApiError(Exception):
 
 
 class Where(Enum):
-    """Who answers."""
+    """The place where a handler runs."""
 
-    LOOP = "loop"
-    """The main loop, between two of its loops."""
-    THREAD = "thread"
-    """A thread that may wait."""
+    LOOP = "loop"  # main loop, between two of its iterations
+    THREAD = "thread"  # a thread that may wait
 
 
 @dataclass(frozen=True, slots=True)
 class ApiCall:
-    """A request for an endpoint.
+    """A request to an endpoint.
 
     :param path: the values of the names in the path.
     :param query: the first value of each parameter.
-    :param body: the members of the body's JSON object; empty without one.
-    :param copied: facts; None: there was nothing to copy.
+    :param body: the members of the body's JSON object; empty without a body.
+    :param copied: copied facts; None if the endpoint needs none.
     """
 
     host: WebHost
@@ -61,22 +59,22 @@ class ApiCall:
 
     @property
     def facts(self) -> FactCopy:
-        """The facts that :attr:`Endpoint.copy` has copied."""
-        assert self.copied is not None  # made before the handler is called
+        """The facts copied by :attr:`Endpoint.copy`."""
+        assert self.copied is not None  # set before the handler is called
         return self.copied
 
     @property
     def window(self) -> Window:
-        """Which part of a list is wanted.
+        """The requested part of a list.
 
-        :raises PagingError: when the query is invalid.
+        :raises PagingError: if the query is invalid.
         """
         return Window.of(self.query)
 
     def text(self, name: str) -> str:
         """Return a member of the body that must be a text.
 
-        :raises ApiError: when it does not exist.
+        :raises ApiError: if it is missing or not a text.
         """
         value = self.body.get(name)
         if not isinstance(value, str) or not value:
@@ -84,19 +82,18 @@ class ApiCall:
         return value
 
 
-Handler = Callable[[ApiCall], Any]
-"""Answers: returns what JSON knows, or :class:`Text`; raises :class:`ApiError`."""
+Handler = Callable[[ApiCall], Any]  # returns a JSON value or `Text`; raises `ApiError`
 
 
 class Text(str):
-    """A reply that is not a JSON."""
+    """A plain text reply instead of JSON."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """A parameter of the query."""
+    """A query parameter."""
 
     name: str
     about: str
@@ -105,33 +102,33 @@ class Query:
 
 _Count = Annotated[int, Meta(ge=0, le=MOST_COUNT)]
 
+# The query parameters of a paged list, which `cxbridge_web.paging.Window` reads.
 PAGING: Final = (
     Query("limit", "So many at most.", _Count),
     Query("offset", "From that one on; the first is 0.", _Count),
     Query("search", "Those that have this text in any of their texts."),
 )
-"""The parameters of the query of a paged list; :class:`~cxbridge_web.paging.Window` reads them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Endpoint:
     """A method of a path.
 
-    :param path: below ``/api``; ``{x}`` is one segment, ``{x+}`` one or more characters, slashes included;
-        ``/?`` at the end: with or without a slash.
-    :param about: one line on its purpose.
-    :param reply: the type of its answer, a model or a list of models; a text by default.
-    :param names: the types of names in the path that are no texts.
-    :param paged: parts of the list can be asked for. What ``finish`` returns is cut, unless it is a
-        :class:`~cxbridge_web.paging.Part`.
-    :param body: the type of the body, a struct; None: there is none.
-    :param errors: what else may result, by status.
-    :param right: what clients need; None: for a GET to look, for all else to run programs.
-    :param is_skill: it runs a skill string, which is a program when it is evaluated as Lua.
-    :param stalled: answers in the handler's place, in the server's thread, while the main loop is stuck.
-    :param copy: copies the facts that the handler needs, in pieces, in the main loop. Then the handler is
-        called in the server's thread.
-    :param finish: makes the reply of the handler's return value, in the server's thread.
+    :param path: relative to ``/api``; ``{x}`` matches one segment, ``{x+}`` one or more characters with
+        slashes; ``/?`` at the end makes the slash optional.
+    :param about: one line about its purpose.
+    :param reply: the type of the answer, a model or a list of models; a text by default.
+    :param names: the types of names in the path other than texts.
+    :param paged: whether parts of the list can be requested. The result of ``finish`` is cut unless it is a
+        :class:`~cxbridge_web.paging.ListPart`.
+    :param body: the type of the body, a struct; None without a body.
+    :param errors: possible errors by status.
+    :param right: the required right; by default, looking for GET and running programs for other methods.
+    :param is_skill: whether it runs a skill string, which counts as a program if it is evaluated as Lua.
+    :param stalled: replaces the handler in the server's thread while the main loop is stuck.
+    :param copy: copies the needed facts in pieces in the main loop; the handler then runs in the server's
+        thread.
+    :param finish: converts the handler's return value to the reply in the server's thread.
     """
 
     method: str
@@ -157,7 +154,7 @@ class Endpoint:
         return self.path.split("/")[1]
 
     def needed(self, rights: Rights) -> Right:
-        """Return the right that clients of a daemon need for this."""
+        """Return the right that clients of a daemon need."""
         if self.is_skill and rights.skills_are_programs:
             return Right.PROGRAMS
         if self.right is not None:
@@ -169,7 +166,7 @@ _NAME = re.compile(r"\\{([a-z_\\-]+)(\\\+)?\\}")
 
 
 def _pattern(path: str) -> re.Pattern[str]:
-    """Return the expression of a path; names of groups have no dashes."""
+    """Return the regular expression of a path; group names cannot have dashes."""
 
     def group(match: re.Match[str]) -> str:
         name = match[1].replace("\\", "").replace("-", "_")
@@ -180,10 +177,7 @@ def _pattern(path: str) -> re.Pattern[str]:
 
 
 class Directory:
-    """All endpoints; those before win.
-
-    :param endpoints: in their order.
-    """
+    """All endpoints; the first match wins."""
 
     def __init__(self, endpoints: Sequence[Endpoint]) -> None:
         self.endpoints: Final = tuple(endpoints)
@@ -191,24 +185,24 @@ class Directory:
         self._components = {endpoint.component for endpoint in endpoints}
 
     def find(self, method: str, path: str) -> tuple[Endpoint, dict[str, str]]:
-        """Return the endpoint of a path below ``/api``, and the values of its names.
+        """Return the endpoint of a path below ``/api`` and the values of its names.
 
-        :raises ApiError: when there is none.
+        :raises ApiError: if no endpoint matches.
         """
         for pattern, endpoint in self._patterns:
             if endpoint.method == method and (match := pattern.fullmatch(path)):
                 return endpoint, match.groupdict()
         _, _, rest = path.partition("/")
-        component, slash, more = rest.partition("/")
+        component, slash, subpath = rest.partition("/")
         if not component:
             raise ApiError(404, "REST API overview not yet implemented\n")
         if component not in self._components:
             raise ApiError(404, f"REST API '{component}' unknown\n")
-        raise ApiError(404, f"REST API '{component}' has no endpoint '{slash}{more}'\n")
+        raise ApiError(404, f"REST API '{component}' has no endpoint '{slash}{subpath}'\n")
 
 
 def to_json(value: Any, *, pretty: bool = False) -> bytes:
-    """Return a value as JSON; numbers that JSON lacks are null, bytes that are not UTF-8 a question mark."""
+    """Return a value as JSON; NaN and infinities become null, invalid UTF-8 question marks."""
     value = plain(value)
     try:
         text = _dump(value, pretty=pretty)
@@ -223,7 +217,7 @@ def _dump(value: Any, *, pretty: bool) -> str:
 
 
 def _hex(value: bytes) -> str:
-    """Return the only values that :func:`plain` leaves and json does not know."""
+    """Convert bytes, the only type that :func:`plain` leaves and json does not know."""
     return bytes(value).hex()
 
 

@@ -1,8 +1,8 @@
-r"""Escapes text of recordings for a page: nothing in it can end an element or turn the reading order around.
+r"""Escaping of recorded text for a page, such that it cannot end an element or reverse the reading order.
 
-Recorded text was written by programs, sometimes by strangers. Three things could do harm in a page:
-markup, characters that end a script (``</script>``, and U+2028 in old engines), and characters that are not
-visible but change the visible text (bidirectional controls). The last are shown by their number, ``\u202e``.
+Programs write recorded text, sometimes untrusted ones. Dangerous are markup, characters that end a script
+(``</script>``, and U+2028 in old engines), and invisible characters that change the visible text
+(bidirectional controls). The last are shown by their number, ``\u202e``.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 
 from cxbridge.printing import UNSAFE, numbered
 
+# Characters shown by their number: unsafe ones and invisible ones.
 _UNSEEN = (
     *UNSAFE,
     0xAD,
@@ -24,33 +25,31 @@ _UNSEEN = (
     *range(0xFFF9, 0xFFFC),
     *range(0xE0000, 0xE0080),
 )
-"""Characters shown by their number: those that are unsafe anywhere, and unseen ones."""
 
 _VISIBLE: Mapping[int, str] = {
     code: numbered(code) if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
     for code in _UNSEEN
 }
 _IN_JSON: Mapping[int, str] = {
-    # the encoder has replaced those below 0x20 already: in its output they are escapes, not characters
+    # the encoder has already escaped characters below 0x20
     **{code: "\\" + text for code, text in _VISIBLE.items() if code >= 0x20},  # noqa: PLR2004
     **{ord(character): f"\\u{ord(character):04x}" for character in "<>&"},
 }
 
 
 def visible(text: str) -> str:
-    """Return a text with the characters that are not seen replaced by their numbers."""
+    """Replace invisible characters by their numbers."""
     return text.translate(_VISIBLE)
 
 
 def html(text: object) -> str:
-    """Return a text for use between tags, and within the quotes of an attribute."""
+    """Escape a text for use between tags and within a quoted attribute."""
     return escape(visible(str(text)), quote=True)
 
 
 def embed(data: Any) -> str:
     """Return values as JSON for a ``<script type="application/json">``.
 
-    :param data: what JSON knows; numbers that it does not know (NaN) are the caller's to avoid.
     :raises ValueError: for NaN and infinities.
     """
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))

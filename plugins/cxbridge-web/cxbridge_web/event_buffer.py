@@ -1,4 +1,4 @@
-"""The newest events as text, kept in bounded room, for clients that follow them at their own pace."""
+"""A bounded buffer of the newest encoded events, for clients that read at different speeds."""
 
 from __future__ import annotations
 
@@ -12,55 +12,52 @@ from typing import Any, Final, NamedTuple
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.trace.codec import encode_with_kind
 
-MOST_EVENTS: Final = 10_000
-"""Events of each group that are kept."""
+MOST_EVENTS: Final = 10_000  # limit of events in each group
 
-MOST_BYTES: Final = 16 << 20
-"""Bytes of text of each group that are kept."""
+MOST_BYTES: Final = 16 << 20  # limit of encoded bytes in each group
 
-BUNCH_BYTES: Final = 64 << 10
-"""Bytes after which a bunch is sent."""
+BUNCH_BYTES: Final = 64 << 10  # size in bytes at which a bunch is sent
 
+# Kinds with separate limits: transitions of a run, and its log. A late client then still gets them, although
+# facts and interface values are far more frequent.
 GROUPS: Final = (
     frozenset({"goal", "plan-action", "skill", "planner"}),
     frozenset({"log", "message"}),
 )
-"""Kinds that are kept apart from each other and from the rest: transitions of a run, and its log. So late
-clients have them, though facts and values of interfaces are far more frequent."""
 
 _OTHERS: Final = len(GROUPS)
 
 
 def group_of(kind: str) -> int:
-    """Return the number of the group of a kind; kinds without a group belong to the last one."""
+    """Return the number of a kind's group; the last group has all kinds without one."""
     return next((number for number, kinds in enumerate(GROUPS) if kind in kinds), _OTHERS)
 
 
 @dataclass(frozen=True, slots=True)
 class EventSelection:
-    """The events that a client wants.
+    """A client's choice of events.
 
-    :param kinds: by their names in :data:`~cxbridge.event_kinds.EVENT_TYPES`.
-    :param env: of this environment, and those that belong to none; empty: of all.
+    :param kinds: names from :data:`~cxbridge.event_kinds.EVENT_TYPES`.
+    :param env: selects the events of this environment and those of none; empty selects all.
     """
 
     kinds: frozenset[str]
     env: str = ""
 
     def wants(self, kind: str, env: str) -> bool:
-        """Whether an event is one of them."""
+        """Return whether an event is selected."""
         return kind in self.kinds and (not self.env or not env or env == self.env)
 
     @property
     def groups(self) -> set[int]:
-        """The groups that they belong to."""
+        """The groups of the selected kinds."""
         return {group_of(kind) for kind in self.kinds}
 
 
 class StreamPosition(NamedTuple):
-    """How far a client has come.
+    """A position in the stream of events.
 
-    :param counts: the number of events of each group up to the position; the last is the rest.
+    :param counts: the number of events of each group up to the position.
     :param lost: the number of events that were lost before the buffer.
     """
 
@@ -72,7 +69,7 @@ class StreamPosition(NamedTuple):
 
     @property
     def total(self) -> int:
-        """How many events there were up to there."""
+        """The number of events up to the position."""
         return sum(self.counts) + self.lost
 
     def after(self, group: int) -> StreamPosition:
@@ -91,12 +88,11 @@ class _BufferedEvent:
 
 
 class _Group:
-    """The newest events of a group, within bounds."""
+    """The newest events of a group within its limits."""
 
     def __init__(self, most_events: int, most_bytes: int) -> None:
         self.entries: deque[_BufferedEvent] = deque()
-        self.gone = 0
-        """How many have made room."""
+        self.gone = 0  # number of discarded events
         self.bytes = 0
         self._most_events = most_events
         self._most_bytes = most_bytes
@@ -109,50 +105,49 @@ class _Group:
             self.gone += 1
 
     def after(self, count: int) -> list[_BufferedEvent]:
-        """Return the events after a number; quick for clients that are up to date."""
+        """Return the events after a count; fast for clients that are up to date."""
         later = list(islice(reversed(self.entries), max(0, self.gone + len(self.entries) - count)))
         later.reverse()
         return later
 
 
 class EventBuffer:
-    """Events in their order, each group (:data:`GROUPS`) within its bounds.
+    """Events in order, with limits for each group of :data:`GROUPS`.
 
-    For one thread.
+    Not thread-safe.
     """
 
     def __init__(self, most_events: int = MOST_EVENTS, most_bytes: int = MOST_BYTES) -> None:
-        self.end = StreamPosition()
-        """After the event that came last."""
+        self.end = StreamPosition()  # position after the newest event
         self._groups = [_Group(most_events, most_bytes) for _ in range(_OTHERS + 1)]
         self._values: dict[str, Any] = {}
 
     @property
     def begin(self) -> StreamPosition:
-        """Before the oldest events that are kept."""
+        """The position before the oldest buffered event."""
         oldest = (group.entries[0] for group in self._groups if group.entries)
         lost = min((entry.position.lost for entry in oldest), default=self.end.lost)
         return StreamPosition(tuple(group.gone for group in self._groups), lost)
 
     @property
     def count(self) -> int:
-        """How many events there were."""
+        """The number of events so far."""
         return self.end.total
 
     @property
     def size(self) -> int:
-        """Bytes of text that are kept."""
+        """The number of buffered bytes."""
         return sum(group.bytes for group in self._groups)
 
     def __len__(self) -> int:
         return sum(len(group.entries) for group in self._groups)
 
     def skip(self, count: int) -> None:
-        """Note events that were lost before the buffer."""
+        """Count events that were lost before the buffer."""
         self.end = self.end._replace(lost=self.end.lost + count)
 
     def add(self, events: Iterable[Event]) -> None:
-        """Keep events; of each interface the changes, and of simultaneous ones the last."""
+        """Add events; unchanged interface values are dropped, and of simultaneous writes all but the last."""
         events = list(events)
         last = {event.uid: event for event in events if isinstance(event, InterfaceWrite)}
         for event in events:
@@ -163,7 +158,7 @@ class EventBuffer:
             self._keep(event)
 
     def forget_interfaces(self) -> None:
-        """Take the next values of each interface as new."""
+        """Forget interface values, so that the next value of each interface counts as changed."""
         self._values.clear()
 
     def _keep(self, event: Event) -> None:
@@ -176,30 +171,32 @@ class EventBuffer:
     def after(
         self, position: StreamPosition, selection: EventSelection
     ) -> tuple[list[tuple[StreamPosition, bytes]], StreamPosition, int]:
-        """Return the events after a position: a bunch of about :data:`BUNCH_BYTES`.
+        """Return a bunch of about :data:`BUNCH_BYTES` of events after a position.
 
-        :returns: the events with the positions after them; the position to continue after; the number of
-            missing events in between, of the wanted groups.
+        :returns: the events, each with the position after it; the position to continue from; the number of
+            missing events of the selected groups.
         """
         groups = selection.groups
         later = merge(*(self._groups[each].after(position.counts[each]) for each in groups), key=_order)
-        found: list[tuple[StreamPosition, bytes]] = []
-        size, upto = 0, self.end
+        selected_events: list[tuple[StreamPosition, bytes]] = []
+        size, end_position = 0, self.end
         for entry in later:
             if selection.wants(entry.kind, entry.env):
-                found.append((entry.position, entry.text))
+                selected_events.append((entry.position, entry.text))
                 size += len(entry.text)
                 if size >= BUNCH_BYTES:
-                    upto = entry.position
+                    end_position = entry.position
                     break
         return (
-            found,
-            upto,
-            upto.lost - position.lost + sum(self._gone(position, upto, each) for each in groups),
+            selected_events,
+            end_position,
+            end_position.lost
+            - position.lost
+            + sum(self._discarded_between(position, end_position, each) for each in groups),
         )
 
-    def _gone(self, position: StreamPosition, upto: StreamPosition, group: int) -> int:
-        """Return how many events of a group between two positions are not kept any more."""
+    def _discarded_between(self, position: StreamPosition, upto: StreamPosition, group: int) -> int:
+        """Return the number of discarded events of a group between two positions."""
         return max(0, min(upto.counts[group], self._groups[group].gone) - position.counts[group])
 
 

@@ -1,4 +1,4 @@
-"""The source of a stream of events: the bus, restricted to the events that clients want."""
+"""The source of the event stream: the bus, limited to the events that clients want."""
 
 from __future__ import annotations
 
@@ -18,20 +18,19 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.watching import WatchItems
     from cxbridge_web.host import WebHost
 
-WATCHED: Final = ("fact", "rule")
-"""Kinds that CLIPS reports only while it watches for them."""
+WATCHED: Final = ("fact", "rule")  # kinds that CLIPS reports only under a watch
 
+# The limit of events in each group of `GROUPS` that wait for the server's thread.
 MOST_PENDING: Final = 10_000
-"""Events of each group (:data:`~cxbridge_web.event_buffer.GROUPS`) that wait for the server's thread."""
 
 
 def default_kinds() -> frozenset[str]:
-    """Return the default selection of a client: the kinds that every recording has."""
+    """Return the default kinds of a client: those of every recording."""
     return frozenset(event_type.KIND.name for event_type in RecordLevel.TRANSITIONS.event_types)
 
 
 class EventCollector:
-    """Takes events from the bus to the server's thread.
+    """Passes events from the bus to the server's thread.
 
     The main loop's thread calls :meth:`poll` and :meth:`close`, the server's thread the other methods.
     """
@@ -47,14 +46,14 @@ class EventCollector:
         self._open: dict[str, Sink] = {}
         self._watched: list[tuple[ClipsEnvironment, str]] = []
         self._environments: list[ClipsEnvironment] = []
+        # Number of firings by environment and rule, counted while a client wants them.
         self.firings: Counter[tuple[str, str]] = Counter()
-        """The number of firings by environment and rule, while a client wanted them."""
         self._on_demand = {name: kind for name, kind in EVENT_TYPES.items() if kind.KIND.on_demand}
         host.bus.subscribe(self._take, *(kind for kind in EVENT_TYPES.values() if not kind.KIND.on_demand))
 
     @property
     def counts_firings(self) -> bool:
-        """Whether :attr:`firings` are counted now."""
+        """Whether :attr:`firings` are being counted."""
         return "rule" in self._open
 
     # -- in the threads of the emitters
@@ -72,21 +71,21 @@ class EventCollector:
 
     # -- in the server's thread
 
-    def want(self, kinds: Iterable[str], *, more: bool) -> None:
-        """Note that a client wants these kinds, or stops to want them; used at the start of a loop."""
+    def want(self, kinds: Iterable[str], *, add: bool) -> None:
+        """Register or unregister a client's kinds; the next loop applies the change."""
         for kind in self._on_demand.keys() & set(kinds):
-            self._wanted[kind] += 1 if more else -1
+            self._wanted[kind] += 1 if add else -1
 
     def drain(self) -> tuple[list[Event], int]:
-        """Return the events that came since the last time, and how many were lost before them."""
+        """Return the events since the last call, and the number of lost ones before them."""
         lost, self._lost = self._lost, 0
-        found = [[group.popleft() for _ in range(len(group))] for group in self._pending]
-        return [event for _, event in merge(*found, key=itemgetter(0))], lost
+        pending_groups = [[group.popleft() for _ in range(len(group))] for group in self._pending]
+        return [event for _, event in merge(*pending_groups, key=itemgetter(0))], lost
 
     # -- in the main loop's thread
 
     def poll(self) -> None:
-        """Subscribe to the wanted kinds, and to no other. Called once a loop."""
+        """Subscribe to exactly the wanted kinds. Called once a loop."""
         wanted = {kind for kind in self._on_demand if self._wanted[kind] > 0}
         environments = list(self._host.environments().values())
         if wanted == self._open.keys() and environments == self._environments:
@@ -94,30 +93,30 @@ class EventCollector:
         self._set(wanted, environments)
 
     def close(self) -> None:
-        """Listen to nothing any more. A second call does nothing."""
+        """Unsubscribe from all events; repeated calls are harmless."""
         self._set(set(), [])
         self._host.bus.unsubscribe(self._take)
 
     def _set(self, wanted: set[str], environments: list[ClipsEnvironment]) -> None:
         bus = self._host.bus
-        alive = list(self._host.environments().values())
+        current_environments = list(self._host.environments().values())
         for env, kind in self._watched:
-            if env in alive:
+            if env in current_environments:
                 _items(env, kind).set((), on=False)
         self._watched.clear()
         for sink in self._open.values():
             bus.unsubscribe(sink)
-        # other listeners decide themselves what facts and rules are watched
-        alone = [kind for kind in wanted if not bus.wants(self._on_demand[kind])]
+        # other listeners decide themselves which facts and rules are watched
+        unwatched_kinds = [kind for kind in wanted if not bus.wants(self._on_demand[kind])]
         self._open = {kind: self._sink(kind) for kind in wanted}
         for kind, sink in self._open.items():
             bus.subscribe(sink, self._on_demand[kind])
         for env in environments:
-            for kind in alone:
+            for kind in unwatched_kinds:
                 if kind in WATCHED and not _items(env, kind):
                     _items(env, kind).set((), on=True)
                     self._watched.append((env, kind))
-        for env in alive:
+        for env in current_environments:
             env.watcher.start()
         self._environments = environments
 

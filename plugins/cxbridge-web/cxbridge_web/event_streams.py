@@ -1,4 +1,4 @@
-"""A stream of events for each client that wants one, as server-sent events."""
+"""Server-sent events: a stream for each client."""
 
 from __future__ import annotations
 
@@ -21,23 +21,20 @@ if TYPE_CHECKING:
 
     from cxbridge_web.host import WebHost
 
-PERIOD_S: Final = 0.05
-"""Seconds between bunches."""
+PERIOD_S: Final = 0.05  # seconds between bunches
 
-ALIVE_S: Final = 15.0
-"""Seconds without events after which a comment is sent."""
+ALIVE_S: Final = 15.0  # seconds without events after which a comment is sent
 
-MOST_CLIENTS: Final = 100
-"""Who may follow at the same time."""
+MOST_CLIENTS: Final = 100  # limit of simultaneous clients
 
 _ID: Final = re.compile(r"([^-]*)-" + r"\.".join([r"(\d{1,19})"] * (len(GROUPS) + 2)), re.ASCII)
 _HEADERS: Final = [(b"content-type", b"text/event-stream"), (b"cache-control", b"no-store")]
 
 
 class EventStreams:
-    """Sends events to clients. An ASGI application; lives in the thread of the server.
+    """Sends events to clients; an ASGI application in the server's thread.
 
-    :param collector: where the events come from.
+    :param collector: the source of the events.
     :param alive_s: see :data:`ALIVE_S`.
     """
 
@@ -57,23 +54,21 @@ class EventStreams:
         self._ticker: asyncio.Task[None] | None = None
         self._closed = False
         self._bunches: dict[tuple[StreamPosition, EventSelection, bool], tuple[bytes, StreamPosition]] = {}
-        self.clients = 0
-        """How many follow now."""
-        self.dropped = 0
-        """Events that clients were too slow for, all together."""
+        self.clients = 0  # number of connected clients
+        self.dropped = 0  # number of events that slow clients have missed
 
     @property
     def count(self) -> int:
-        """How many events there were."""
+        """The number of events so far."""
         return self._buffer.count
 
     def close(self) -> None:
-        """End all streams; in the thread of the server."""
+        """End all streams; called in the server's thread."""
         self._closed = True
         self._tick()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve one client until it goes."""
+        """Serve one client until it disconnects."""
         request = Request(scope, receive)
         try:
             selection = _selection(request)
@@ -86,38 +81,38 @@ class EventStreams:
             await PlainTextResponse("Too many clients follow already", 503)(scope, receive, send)
             return
         self.clients += 1
-        self._collector.want(selection.kinds, more=True)
+        self._collector.want(selection.kinds, add=True)
         if self._ticker is None:
             self._ticker = asyncio.create_task(self._poll_events())
-        gone = asyncio.create_task(_disconnected(receive))
+        disconnect = asyncio.create_task(_disconnected(receive))
         together = request.query_params.get("together") == "true"
-        following = asyncio.create_task(self._follow(send, selection, position, together=together))
+        stream = asyncio.create_task(self._follow(send, selection, position, together=together))
         try:
-            await asyncio.wait((gone, following), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((disconnect, stream), return_when=asyncio.FIRST_COMPLETED)
         finally:
-            for task in (gone, following):
+            for task in (disconnect, stream):
                 task.cancel()
-            await asyncio.gather(gone, following, return_exceptions=True)
-            self._collector.want(selection.kinds, more=False)
+            await asyncio.gather(disconnect, stream, return_exceptions=True)
+            self._collector.want(selection.kinds, add=False)
             self.clients -= 1
             if "interface" in selection.kinds:
                 self._buffer.forget_interfaces()
 
     def _position(self, request: Request) -> StreamPosition:
-        """Return the position after which the client wants to continue.
+        """Return the position from which the client continues.
 
-        :raises ValueError: when it is not an id.
+        :raises ValueError: if the id is invalid.
         """
         text = request.headers.get("last-event-id") or request.query_params.get("since")
         if text is None:
             return self._buffer.end
         if text == "0":
             return self._buffer.begin
-        found = _ID.fullmatch(text)
-        if found is None:
+        match = _ID.fullmatch(text)
+        if match is None:
             raise ValueError(f"'{text[:40]}' is not an id of an event")
-        epoch, *counts = found.groups()
-        if epoch != self._epoch:  # one of a server before: all that is kept is new
+        epoch, *counts = match.groups()
+        if epoch != self._epoch:  # an id of an earlier server process: send all buffered events
             return self._buffer.begin
         end = self._buffer.end
         *known, lost = map(min, map(int, counts), (*end.counts, end.lost))
@@ -140,7 +135,7 @@ class EventStreams:
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
     async def _wait(self, send: Send) -> None:
-        """Wait for news, and send a sign of life now and then."""
+        """Wait for further events, with periodic comments as keep-alive."""
         news = self._news
         while not self._closed:
             try:
@@ -153,27 +148,26 @@ class EventStreams:
     def _bunch(
         self, position: StreamPosition, selection: EventSelection, *, together: bool
     ) -> tuple[bytes, StreamPosition]:
-        """Return the events after a position as text, and the position after them; made once for all clients.
+        """Return the encoded events after a position and the position after them; clients share the result.
 
-        :param together: as one message, whose lines are the events: browsers take a tenth of a millisecond
-            for each message.
+        :param together: one message with an event per line, since browsers need 0.1 ms per message.
         """
         key = (position, selection, together)
         bunch = self._bunches.get(key)
         if bunch is None:
-            found, upto, gone = self._buffer.after(position, selection)
+            buffered, end_position, missing_count = self._buffer.after(position, selection)
             parts = []
-            if gone:
-                dropped = json.dumps({"kind": "dropped", "count": gone})
+            if missing_count:
+                dropped = json.dumps({"kind": "dropped", "count": missing_count})
                 parts.append(f"event: dropped\ndata: {dropped}\n\n".encode())
-                self.dropped += gone
-            messages = [found] if together and found else [[each] for each in found]
+                self.dropped += missing_count
+            messages = [buffered] if together and buffered else [[each] for each in buffered]
             parts += [self._message(each) for each in messages]
-            bunch = self._bunches[key] = (b"".join(parts), upto)
+            bunch = self._bunches[key] = (b"".join(parts), end_position)
         return bunch
 
     def _message(self, events: list[tuple[StreamPosition, bytes]]) -> bytes:
-        """Return a message with events, one a line."""
+        """Return a message with one event per line."""
         after, _ = events[-1]
         lines = b"\n".join(b"data: " + text for _, text in events)
         return b"id: %s\n%s\n\n" % (self._id(after).encode(), lines)
@@ -182,7 +176,7 @@ class EventStreams:
         return f"{self._epoch}-{position}"
 
     async def _poll_events(self) -> None:
-        """Look for events as long as there are clients."""
+        """Poll for events while clients are connected."""
         while self.clients and not self._closed:
             if self._collect():
                 self._tick()
@@ -190,14 +184,14 @@ class EventStreams:
         self._ticker = None
 
     def _collect(self) -> bool:
-        """Take over new events; return whether there are any."""
-        before = self._buffer.end
+        """Buffer further events; return whether there were any."""
+        previous_end = self._buffer.end
         events, lost = self._collector.drain()
         if lost:
             self._buffer.skip(lost)
         if events:
             self._buffer.add(events)
-        if self._buffer.end == before:
+        if self._buffer.end == previous_end:
             return False
         self._bunches.clear()
         return True
@@ -219,7 +213,7 @@ async def _disconnected(receive: Receive) -> None:
 def _selection(request: Request) -> EventSelection:
     """Return the client's selection.
 
-    :raises ValueError: when there is no such kind.
+    :raises ValueError: if a kind is unknown.
     """
     text = request.query_params.get("kinds", "")
     kinds = frozenset(kind.strip() for kind in text.split(",") if kind.strip())

@@ -1,4 +1,4 @@
-"""The endpoints of cxbridge that are not operations: status, rules, agenda, interfaces, commands."""
+"""The endpoints of cxbridge besides operations: status, rules, agenda, interfaces, commands."""
 
 from __future__ import annotations
 
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from cxbridge_web.event_streams import EventStreams
 
 
-ANSWER_S: Final = 10.0
-"""Seconds that an explanation may take."""
+ANSWER_S: Final = 10.0  # time limit of an explanation in seconds
 
 OWNER: Final = "cxbridge web"
 _LONGEST_NAME: Final = 250
@@ -164,11 +163,11 @@ class MessageId(Model, kw_only=True):
 
 
 class Figures:
-    """The web server's state.
+    """The state of the web server.
 
     :param streams: the clients that follow events.
     :param collector: counts the firings of rules while a client follows them.
-    :param navgraphs: the navigation graphs that were read.
+    :param navgraphs: the loaded navigation graphs.
     """
 
     def __init__(self, streams: EventStreams, collector: EventCollector, navgraphs: NavGraphs) -> None:
@@ -178,18 +177,17 @@ class Figures:
         self.constructs = WrittenConstructs()
 
     def server(self) -> WebState:
-        """Return how the web server stands."""
+        """Return the state of the web server."""
         return WebState(self.streams.clients, self.streams.count, self.streams.dropped)
 
     def maps(self, _call: ApiCall) -> list[NavGraph]:
-        """Return the navigation graphs."""
         return [
             NavGraph(graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
             for event in self.navgraphs.all()
         ]
 
     def status(self, call: ApiCall) -> Status:
-        """Return how the daemon stands, as far as it can be read in any thread: without environments."""
+        """Return the status as far as any thread can read it: without environments."""
         return Status(
             **call.host.status(),
             remote_control=call.host.rights.control,
@@ -202,7 +200,7 @@ class Figures:
     def describe_constructs(
         self, _call: ApiCall, wanted: tuple[tuple[str, ...], str, str, bool]
     ) -> list[Construct]:
-        """Return the models of the constructs that :func:`_constructs` wants."""
+        """Return the models of the constructs that :func:`_constructs` selects."""
         files, kinds, names, with_text = wanted
         found = [
             each
@@ -233,9 +231,9 @@ def _environment(call: ApiCall) -> ClipsEnvironment:
 def _agenda(call: ApiCall) -> ListPart:
     env = _environment(call)
     with env.lock:
-        found = activations(env, call.query.get("rule", ""), call.window)
-    rows = [Activation(rule=row.rule, salience=row.salience, basis=row.basis) for row in found.items]
-    return ListPart(rows, found.total)
+        page_of_agenda = activations(env, call.query.get("rule", ""), call.window)
+    rows = [Activation(rule=row.rule, salience=row.salience, basis=row.basis) for row in page_of_agenda.items]
+    return ListPart(rows, page_of_agenda.total)
 
 
 def _rules(call: ApiCall) -> tuple[str, list[RuleRow], tuple[str, ...]]:
@@ -246,7 +244,7 @@ def _rules(call: ApiCall) -> tuple[str, list[RuleRow], tuple[str, ...]]:
 
 
 def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
-    """Return the loaded files as selected: kinds, names, with or without texts."""
+    """Return the query's selection: files, patterns of kind and name, whether to include texts."""
     env, query = _environment(call), call.query
     with env.lock:
         files = tuple(map(str, env.loader.files))
@@ -297,15 +295,15 @@ def _send(call: ApiCall) -> MessageId:
 
 
 def _health(call: ApiCall) -> Health:
-    found = call.host.status()
-    health = Health(state=found["state"], error=found["error"] or call.host.stall)
+    host_status = call.host.status()
+    health = Health(state=host_status["state"], error=host_status["error"] or call.host.stall)
     if health.state not in {"RUNNING", "PAUSED"}:
         raise ApiError(503, health.error, health)
     return health
 
 
 def _status(figures: Figures, call: ApiCall) -> Status:
-    """Return how the daemon stands, with its environments; in the thread of the main loop."""
+    """Return the status with environments; called in the main loop's thread."""
     status = figures.status(call)
     status.environments = [
         EnvironmentSize(name, **census(env)) for name, env in sorted(call.host.environments().items())
@@ -317,7 +315,7 @@ def _status(figures: Figures, call: ApiCall) -> Status:
 
 
 def _interrupt(figures: Figures, call: ApiCall) -> Status:
-    """End what rules do at this moment; return how the daemon stands."""
+    """Stop the running rules and return the status."""
     call.host.interrupt()
     return figures.status(call)
 
@@ -325,14 +323,14 @@ def _interrupt(figures: Figures, call: ApiCall) -> Status:
 def _describe_rules(
     figures: Figures, _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
 ) -> list[Rule]:
-    """Return the models of the rules that :func:`_rules` found."""
+    """Return the models of the rules that :func:`_rules` returns."""
     name, rows, files = found
     constructs = figures.constructs.of(files)
     models = []
     for row in rows:
         rule = Rule(name=row.name, module=row.module, agenda=row.agenda)
-        if (place := constructs.get(("defrule", row.name))) is not None:
-            rule.file, rule.line, rule.core = place.file, place.line, place.core
+        if (construct := constructs.get(("defrule", row.name))) is not None:
+            rule.file, rule.line, rule.core = construct.file, construct.line, construct.core
         if figures.collector.counts_firings:
             rule.firings = figures.collector.firings[name, row.name]
         models.append(rule)
@@ -368,7 +366,7 @@ def _command(figures: Figures, verb: str, about: str) -> Endpoint:
 
 
 def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
-    """Return the endpoints of the daemon: how it stands, and commands."""
+    """Return the endpoints for the daemon's status and commands."""
     return (
         _get(
             "/status",
@@ -401,7 +399,7 @@ def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
 
 
 def _of_rules(figures: Figures) -> Sequence[Endpoint]:
-    """Return the endpoints of what CLIPS environments have."""
+    """Return the endpoints for rules, constructs, agenda and explanations."""
     return (
         _get(
             "/rules",
@@ -450,7 +448,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
 
 
 def _of_interfaces(figures: Figures) -> Sequence[Endpoint]:
-    """Return the endpoints of the blackboard and of the navigation graphs."""
+    """Return the endpoints for the blackboard and navigation graphs."""
     return (
         _get(
             "/navgraphs",

@@ -1,4 +1,4 @@
-"""The checks of every request before it is served."""
+"""Checks of each request before it is served."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ALWAYS: Final = (
 
 
 class Guard:
-    """Lets allowed requests through to an application, and answers the rest.
+    """Forwards allowed requests to an application and answers the rest.
 
     :param app: the guarded application.
     """
@@ -42,26 +42,30 @@ class Guard:
         self._hosts = LOCAL_NAMES | {settings.host.lower()}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Check one request."""
         if scope["type"] != "http":
-            return  # no WebSocket here: the server itself answers with an error
+            return  # no WebSockets: uvicorn answers them with an error
         headers = Headers(scope=scope)
         origin = headers.get("origin", "")
         shared = is_allowed(origin, self._origins)
 
         async def sender(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
-                more = (
+                cors_headers = (
                     [(b"access-control-allow-origin", origin.encode("latin-1")), _EXPOSED] if shared else []
                 )
-                message["headers"] = [*message.get("headers", ()), *_ALWAYS, (b"vary", b"Origin"), *more]
+                message["headers"] = [
+                    *message.get("headers", ()),
+                    *_ALWAYS,
+                    (b"vary", b"Origin"),
+                    *cors_headers,
+                ]
             await send(message)
 
         refusal = self._refusal(scope, headers)
         await (refusal or self._app)(scope, receive, sender)
 
     def _refusal(self, scope: Scope, headers: Headers) -> Response | None:
-        """Return what to answer to a request that may not come, or that asks whether it may."""
+        """Return the reply to a rejected or a preflight request; None for an allowed request."""
         host = headers.get("host", "")
         if not self._token and not is_named(host, self._hosts):
             return PlainTextResponse("This server has no such name\n", 421)
@@ -86,20 +90,20 @@ class Guard:
         return None
 
     def _is_known(self, authorization: str) -> bool:
-        scheme, _, given = authorization.partition(" ")
-        given = given.strip()
+        scheme, _, token = authorization.partition(" ")
+        token = token.strip()
         if scheme.lower() == "basic":
             try:
-                given = base64.b64decode(given, validate=True).decode("latin-1").partition(":")[2]
+                token = base64.b64decode(token, validate=True).decode("latin-1").partition(":")[2]
             except (binascii.Error, ValueError):
                 return False
         elif scheme.lower() != "bearer":
             return False
-        return hmac.compare_digest(given.encode("utf-8"), self._token.encode("utf-8"))
+        return hmac.compare_digest(token.encode("utf-8"), self._token.encode("utf-8"))
 
 
 def _is_of_another_site(scope: Scope, headers: Headers) -> bool:
-    """Whether a browser says that another site's page made the request, and it is not a link to our page."""
+    """Return whether another site's page made the request, unless it is a link to the page."""
     if headers.get("sec-fetch-site") not in {"cross-site", "same-site"}:
         return False
     return headers.get("sec-fetch-mode") != "navigate" or scope["path"].startswith("/api")

@@ -1,4 +1,4 @@
-"""The interface of the process around a web server: a daemon, or a run."""
+"""The interface of the process around a web server: a daemon or a run."""
 
 from __future__ import annotations
 
@@ -21,18 +21,16 @@ if TYPE_CHECKING:
     from cxbridge.space.tf.listener import TransformListener
 
 _OWNER: Final = "TransformsRestApi"
-_RULES: Final = 1
-"""Rules that are listed of those that fired before each step of a goal."""
+_RULES: Final = 1  # limit of listed rules that fired before each step of a goal
 
 
 class WebHost(ABC):
-    """The process around a web server. What says nothing else is called by the main loop's thread.
+    """The process around a web server. Methods run in the main loop's thread unless they state another.
 
-    :param run: the source of the web server's data: a daemon is a run, too.
+    :param run: the source of the data, since a daemon is a run, too.
     """
 
-    operations: OperationContext
-    """What operations work on."""
+    operations: OperationContext  # context of operations
 
     def __init__(self, run: Run | Team) -> None:
         self.bus: Final = run.bus
@@ -43,13 +41,12 @@ class WebHost(ABC):
 
     @property
     @abstractmethod
-    def board(self) -> BlackBoard:
-        """The blackboard."""
+    def board(self) -> BlackBoard: ...
 
     @property
     @abstractmethod
     def rights(self) -> Rights:
-        """What clients may do."""
+        """The rights of clients."""
 
     @property
     @abstractmethod
@@ -62,34 +59,34 @@ class WebHost(ABC):
 
     @abstractmethod
     def status(self) -> dict[str, Any]:
-        """Return how the process and its components stand; docs/rest.md has the fields."""
+        """Return the status of the process and its components; docs/rest.md has the fields."""
 
     @abstractmethod
     def command(self, verb: str) -> None:
-        """Carry out ``pause``, ``resume`` or ``reset``."""
+        """Execute the command ``pause``, ``resume`` or ``reset``."""
 
     @property
     @abstractmethod
     def stall(self) -> str:
-        """Why the main loop does not come to its end; empty when it does. In any thread."""
+        """The reason why the main loop is stuck; empty if it is not. Callable in any thread."""
 
     @abstractmethod
     def interrupt(self) -> None:
-        """End what rules do in this loop; in any thread."""
+        """Stop the running rules of this loop. Callable in any thread."""
 
     @abstractmethod
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
-        """Return name, description and whether it is loaded, of all plugins."""
+        """Return name, description and whether it is loaded, of each plugin."""
 
     @abstractmethod
     def load_plugin(self, name: str, *, load: bool) -> None:
-        """Load or unload a plugin; no error when it is already.
+        """Load or unload a plugin; ignored if it already is.
 
-        :raises CxbridgeError: when that is not possible.
+        :raises CxbridgeError: if that fails.
         """
 
     def frames(self) -> Mapping[str, str | None]:
-        """Return the parent of each coordinate frame; listens to them from the first question on."""
+        """Return the parent of each coordinate frame; the first call subscribes to the transforms."""
         if self._transforms is None:
             from cxbridge.space.tf.listener import TransformListener  # noqa: PLC0415 - for those who ask
 
@@ -97,11 +94,11 @@ class WebHost(ABC):
         return self._transforms.buffer.frames
 
     def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
-        """Explain a rule, a goal, an action, a fact or the run; in any thread but the main loop's.
+        """Explain a rule, a goal, an action, a fact or the run; not in the main loop's thread.
 
         :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
-        :returns: ``lines`` and ``data``; None when there is no answer in time.
-        :raises CxbridgeError: when there is nothing to explain.
+        :returns: ``lines`` and ``data``; None after the time limit.
+        :raises CxbridgeError: if the subject is unknown.
         """
         return ask_why(self.board, name, kind, _RULES, timeout_s)
 
@@ -116,7 +113,7 @@ class WebHost(ABC):
     ) -> dict[str, Any]:
         """Return the fields of a status.
 
-        :param now_us: None: the clock's time.
+        :param now_us: None for the clock's time.
         """
         clock, loop = self._clock, self._loop
         return {

@@ -1,4 +1,4 @@
-"""The models of the API: the base of the types of answers, and the JSON schemas of all types."""
+"""The base of the answer types of the API, and the JSON schemas of all types."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ import msgspec
 from msgspec import UNSET, Struct, UnsetType
 from msgspec.structs import fields
 
-API_VERSION: Final = "v1beta1"
-"""Of all models."""
+API_VERSION: Final = "v1beta1"  # version of all models
 
 Schema = dict[str, Any]
 
@@ -36,28 +35,28 @@ class Request(Struct, kw_only=True):
 
 @cache
 def model_of(kind: str, answer: type[Struct]) -> type[Model]:
-    """Return the model whose members are those of the answer of an operation."""
+    """Return the model with the members of an operation's answer."""
     members = [
         (each.name, each.type) if each.required else (each.name, each.type, each.default)
         for each in fields(answer)
     ]
     about = {"__doc__": answer.__doc__}
-    made = msgspec.defstruct(kind, members, bases=(Model,), namespace=about, kw_only=True)
-    return cast("type[Model]", made)
+    model = msgspec.defstruct(kind, members, bases=(Model,), namespace=about, kw_only=True)
+    return cast("type[Model]", model)
 
 
 def plain(value: object) -> Any:
-    """Return an answer as the module json knows it, or bytes."""
+    """Convert an answer to the types of the module json, and bytes."""
     return msgspec.to_builtins(value, builtin_types=(bytes, bytearray, memoryview), enc_hook=_simple)
 
 
 def _simple(value: object) -> Any:
-    """Return a value that msgspec does not know in a form that it knows."""
+    """Convert a value that msgspec does not know."""
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 
 def schema_of(type_: Any) -> Schema:
-    """Return the JSON schema of a type; a model is a reference."""
+    """Return the JSON schema of a type; a reference if it is a model."""
     (schema,), _ = msgspec.json.schema_components([type_], ref_template=_REFERENCE)
     return schema
 
@@ -65,15 +64,15 @@ def schema_of(type_: Any) -> Schema:
 def schemas(answers: Iterable[Any], bodies: Iterable[Any]) -> dict[str, Schema]:
     """Return the JSON schemas of all models by name.
 
-    An answer has each member that is never left out, a body may lack members that have a default.
+    An answer has all members except optional ones; a body may lack members with a default.
     """
-    _, given = msgspec.json.schema_components(bodies, ref_template=_REFERENCE)
-    _, found = msgspec.json.schema_components(answers, ref_template=_REFERENCE)
-    return given | {name: _complete(schema) for name, schema in found.items()}
+    _, body_schemas = msgspec.json.schema_components(bodies, ref_template=_REFERENCE)
+    _, answer_schemas = msgspec.json.schema_components(answers, ref_template=_REFERENCE)
+    return body_schemas | {name: _complete(schema) for name, schema in answer_schemas.items()}
 
 
 def _complete(schema: Schema) -> Schema:
-    """Return the schema of an answer: it always has a member with a default value."""
+    """Return the schema of an answer, where members with a default are required."""
     required = [
         name
         for name, member in schema.get("properties", {}).items()

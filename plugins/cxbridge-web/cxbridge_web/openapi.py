@@ -1,4 +1,4 @@
-"""The description of the API: an OpenAPI document, made of its endpoints."""
+"""The OpenAPI document of the API, generated from its endpoints."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _BODY: Final = {413: "The body is too long"}
 
 
 def document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
-    """Return the document."""
+    """Return the OpenAPI document."""
     paths: dict[str, Any] = {}
     for endpoint in endpoints:
         path = _NAME.sub(r"{\1}", endpoint.path.removesuffix("/?"))

@@ -1,4 +1,4 @@
-"""The operations of :mod:`cxbridge.operations` over HTTP: the endpoints of their routes, and their models."""
+"""Endpoints and models for the routes of :mod:`cxbridge.operations`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ _WANTED: Final = {str: "a text", bool: "true or false", int: "a whole number", l
 
 
 def endpoints() -> Iterator[Endpoint]:
-    """Return the endpoints of all operations."""
     for operation in operations().values():
         for route in operation.routes:
             yield _endpoint(operation, route)
@@ -37,12 +36,12 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         try:
             if route.check is not None:
                 route.check(context, call.path)
-            given = operation.parse(_given(operation, route, call), strict=True)
+            given = operation.parse(_request_arguments(operation, route, call), strict=True)
             result = (route.instead or operation.carry_out)(context, given)
             if route.answer is not None:
                 result = route.answer(context, given)
         except ParameterError as error:
-            raise ApiError(400, _wrong(operation, route, error.name)) from error
+            raise ApiError(400, _error_text(operation, route, error.name)) from error
         except UnavailableError as error:
             raise ApiError(503, "The executive is not running now") from error
         except NotFoundError as error:
@@ -60,7 +59,7 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         handler=handler,
         about=route.about,
         reply=list[model] if is_list else model,  # type: ignore[valid-type]  # is made here
-        names={each.name: int for each in fields(operation.parameters) if _type(each) is int},
+        names={each.name: int for each in fields(operation.parameters) if _bare_type(each) is int},
         query=tuple(Query(name, about) for name, about in route.query.items()),
         body=_body(operation.parameters, route) if route.body else None,
         errors=route.errors,
@@ -68,52 +67,52 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
     )
 
 
-def _given(operation: Operation[Any], route: Route[Any], call: ApiCall) -> dict[str, Any]:
-    """Return the parameters as the path, the query and the body have them.
+def _request_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall) -> dict[str, Any]:
+    """Return the parameters of a request from its path, query and body.
 
-    :raises ParameterError: when a text is empty that must not be.
+    :raises ParameterError: if a required text is empty.
     """
-    found: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     for each in fields(operation.parameters):
         name, member = each.name, route.names.get(each.name, each.name)
         if name in call.path:
-            found[name] = int(call.path[name]) if _type(each) is int else call.path[name]
+            arguments[name] = int(call.path[name]) if _bare_type(each) is int else call.path[name]
         elif name in route.given:
-            found[name] = call.query.get(name) or call.body.get(member) or route.given[name]
+            arguments[name] = call.query.get(name) or call.body.get(member) or route.given[name]
         elif member in call.body:
-            found[name] = call.body[member]
-        if each.required and _type(each) is str and not found.get(name):
+            arguments[name] = call.body[member]
+        if each.required and _bare_type(each) is str and not arguments.get(name):
             raise ParameterError(name, "it is empty")
-    return found
+    return arguments
 
 
-def _wrong(operation: Operation[Any], route: Route[Any], name: str) -> str:
-    """Return the description of a parameter's mistake, for people."""
+def _error_text(operation: Operation[Any], route: Route[Any], name: str) -> str:
+    """Return the error text for a wrong parameter."""
     parameter = next(each for each in fields(operation.parameters) if each.name == name)
-    member, kind = route.names.get(name, name), _type(parameter)
+    member, kind = route.names.get(name, name), _bare_type(parameter)
     if parameter.required and kind is str and name not in route.given:
         return f"The body lacks '{member}', a text"
-    wanted = _WANTED.get(kind) or _meta(parameter).description
-    return f"'{member}' must be {wanted}"
+    expected = _WANTED.get(kind) or _meta(parameter).description
+    return f"'{member}' must be {expected}"
 
 
 def _meta(parameter: FieldInfo) -> msgspec.Meta:
-    found: tuple[msgspec.Meta, ...] = getattr(parameter.type, "__metadata__", (msgspec.Meta(),))
-    return found[0]
+    metadata: tuple[msgspec.Meta, ...] = getattr(parameter.type, "__metadata__", (msgspec.Meta(),))
+    return metadata[0]
 
 
-def _type(parameter: FieldInfo) -> Any:
-    """Return the type of a parameter without what describes it, and without that of its items."""
+def _bare_type(parameter: FieldInfo) -> Any:
+    """Return the bare type of a parameter without metadata and item types."""
     bare = get_args(parameter.type)[0] if hasattr(parameter.type, "__metadata__") else parameter.type
     return get_origin(bare) or bare
 
 
 def _body(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.Struct]:
-    """Return the parameters that come with a body."""
+    """Return the type of a route's body: the parameters outside of path and query."""
     members: list[Any] = []
     for each in fields(parameters):
         if f"{{{each.name}}}" not in route.path and each.name not in route.query:
             member = (route.names.get(each.name, each.name), each.type)
-            usual = route.given.get(each.name, each.default)
-            members.append(member if usual is NODEFAULT else (*member, usual))
+            default = route.given.get(each.name, each.default)
+            members.append(member if default is NODEFAULT else (*member, default))
     return msgspec.defstruct(route.body, members, kw_only=True)

@@ -1,4 +1,4 @@
-"""The options of commands that serve the page or connect Foxglove."""
+"""Command-line options of the page and of Foxglove."""
 
 from __future__ import annotations
 
@@ -23,33 +23,33 @@ _MOST_PORT: Final = 65_535
 
 
 def has_desktop(platform: str = sys.platform, environ: Mapping[str, str] = os.environ) -> bool:
-    """Return whether a browser has a separate window; in the terminal it would be in the way."""
+    """Return whether a browser opens in its own window; a text browser would occupy the terminal."""
     return platform in {"darwin", "win32"} or bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class BrowserOptions:
-    """Whether a browser is opened."""
+    """Options for opening a browser."""
 
     no_browser: Annotated[
         bool, typer.Option("--no-browser", help="Print the address of the page, and open no browser.")
     ] = False
 
     def announce(self, url: str) -> None:
-        """Print the address of the page, and open the page in a browser if a person sits at the terminal."""
+        """Print the address of the page, and open it in a browser if a person uses the terminal."""
         say(f"The page is at {url}", err=True, flush=True)
         if not self.no_browser and sys.stderr.isatty() and has_desktop():
             import threading  # noqa: PLC0415 - start-up time is a feature
             import webbrowser  # noqa: PLC0415
 
-            # some browsers take seconds to report that they have been started
+            # some browsers return only seconds after their start
             threading.Thread(target=webbrowser.open, args=(url,), name="browser", daemon=True).start()
 
 
 def _port(option: str, text: str) -> int:
     """Return the port that a user gave to an option.
 
-    :raises CxbridgeError: when the text is not a port.
+    :raises CxbridgeError: if the text is not a port.
     """
     if not (text.isascii() and text.isdecimal() and int(text) <= _MOST_PORT):
         raise CxbridgeError(f"{option} cannot be at port '{text}'", hint="0 to 65535; 0: any free port")
@@ -65,7 +65,7 @@ def _refuse_replay(option: str, options: RunOptions) -> None:
 
 
 class WatchOptions(PluginOptions):
-    """Options with which a person watches a run, or a daemon."""
+    """Options for watching a run or a daemon."""
 
     commands: ClassVar[frozenset[str]] = frozenset({"run", "daemon"})
 
@@ -87,9 +87,9 @@ class WatchOptions(PluginOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class WebOptions(BrowserOptions, WatchOptions):
-    """The page of a run or a daemon.
+    """Options of the page of a run or a daemon.
 
-    :param web: the port; empty: ``--web`` without a port; None: no page.
+    :param web: the port; empty for ``--web`` without a port; None for no page.
     """
 
     web: Annotated[
@@ -103,19 +103,19 @@ class WebOptions(BrowserOptions, WatchOptions):
 
     @property
     def is_on(self) -> bool:
-        """Whether there is a page."""
+        """Whether the page is requested."""
         return self.web is not None
 
     @property
     def port(self) -> int | None:
-        """The port that the user gave; None when the user gave none.
+        """The given port; None for the default.
 
-        :raises CxbridgeError: when the text is not a port.
+        :raises CxbridgeError: if the text is not a port.
         """
         return _port("--web", self.web) if self.web else None
 
     def check(self, options: RunOptions) -> None:
-        """Raise :class:`CxbridgeError` when the port is not a port, or the run is a replay."""
+        """Raise :class:`CxbridgeError` if the port is invalid or the run is a replay."""
         if self.web is not None:
             _refuse_replay("--web", options)
         if self.web:
@@ -131,7 +131,6 @@ class WebOptions(BrowserOptions, WatchOptions):
         return WebSettings(port=port)
 
     def servers(self) -> Sequence[RunServer]:
-        """Return the server of a run's page."""
         if not self.is_on:
             return ()
         from cxbridge_web.servers.run_web import RunPage  # noqa: PLC0415 - start-up time is a feature
@@ -139,7 +138,6 @@ class WebOptions(BrowserOptions, WatchOptions):
         return (RunPage(self.server_settings(), self.announce),)
 
     def settings(self) -> Iterable[tuple[str, Setting]]:
-        """Return the settings of a daemon with a page."""
         if self.is_on:
             yield "web/enable", True
             if self.port is not None:
@@ -148,9 +146,9 @@ class WebOptions(BrowserOptions, WatchOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class FoxgloveOptions(WatchOptions):
-    """A server for Foxglove.
+    """Options of the server for Foxglove.
 
-    :param foxglove: the port; empty: ``--foxglove`` without a port; None: no server.
+    :param foxglove: the port; empty for ``--foxglove`` without a port; None for no server.
     """
 
     foxglove: Annotated[
@@ -164,26 +162,25 @@ class FoxgloveOptions(WatchOptions):
 
     @property
     def is_on(self) -> bool:
-        """Whether there is a server for Foxglove."""
+        """Whether the server is requested."""
         return self.foxglove is not None
 
     @property
     def port(self) -> int:
         """The port of the server.
 
-        :raises CxbridgeError: when the text is not a port.
+        :raises CxbridgeError: if the text is not a port.
         """
         return _port("--foxglove", self.foxglove) if self.foxglove else FOXGLOVE_PORT
 
     def check(self, options: RunOptions) -> None:
-        """Raise :class:`CxbridgeError` when the port is not a port, or the run is a replay."""
+        """Raise :class:`CxbridgeError` if the port is invalid or the run is a replay."""
         if self.foxglove is not None:
             _refuse_replay("--foxglove", options)
         if self.foxglove:
             _port("--foxglove", self.foxglove)
 
     def servers(self) -> Sequence[RunServer]:
-        """Return the server of a run for Foxglove."""
         if not self.is_on:
             return ()
         from cxbridge_web.foxglove.settings import FoxgloveSettings  # noqa: PLC0415 - start-up time is a feature
@@ -193,13 +190,12 @@ class FoxgloveOptions(WatchOptions):
         return (RunFoxglove(settings, lambda url: say(f"Foxglove connects to {url}", err=True, flush=True)),)
 
     def settings(self) -> Iterable[tuple[str, Setting]]:
-        """Return the settings of a daemon with a server for Foxglove."""
         if self.is_on:
             yield "foxglove/port", self.port
 
 
 def is_free(port: int) -> bool:
-    """Return whether a server of this machine can listen at a port."""
+    """Return whether a server on this machine can listen at a port."""
     import socket  # noqa: PLC0415 - start-up time is a feature
 
     with socket.socket() as attempt:

@@ -1,4 +1,4 @@
-"""The page, and the files that belong to it."""
+"""The files of the page."""
 
 from __future__ import annotations
 
@@ -20,43 +20,41 @@ if TYPE_CHECKING:
 
 
 def digest(text: str) -> str:
-    """Return how a content security policy names an inline script."""
+    """Return the hash of an inline script for a content security policy."""
     return f"'sha256-{b64encode(sha256(text.encode('utf-8')).digest()).decode()}'"
 
 
+# The served folder, with `index.html` at `/`.
 FOLDER: Final = Path(__file__).resolve().parent / "static"
-"""The served folder: ``index.html`` is at ``/``."""
 
 _INDEX: Final = (FOLDER / "index.html").read_text(encoding="utf-8")
 _IMPORTS: Final = _INDEX.partition('<script type="importmap">')[2].partition("</script>")[0]
 
+# The content security policy: resources of this server only, and the inline script with the import map.
 POLICY: Final = (
     f"default-src 'self'; script-src 'self' {digest(_IMPORTS)}; img-src 'self' data: blob:; "
     "style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; form-action 'self'; "
     "frame-ancestors 'none'"
 )
-"""Pages may load from this server and talk to it, and to no other. One inline script maps the modules."""
 
 _HEADERS: Final = ((b"content-security-policy", POLICY.encode()), (b"cache-control", b"no-cache"))
 
-SHARED: Final = "/shared/"
-"""Where the files are, seen from the page."""
+SHARED: Final = "/shared/"  # path prefix of generated files
 
 
-VIEWS: Final = FOLDER / "js" / "views"
-"""Each file here is a view of the page."""
+VIEWS: Final = FOLDER / "js" / "views"  # folder with one module per view of the page
 
 
 def views_module() -> str:
-    """Return the module that names the views: the files there are now."""
+    """Return the module that lists the existing views."""
     return f"export default {json.dumps(sorted(path.stem for path in VIEWS.glob('*.js')))};\n"
 
 
 def site_module(runs: Sequence[tuple[str, str]] | None, inside: Mapping[str, Any] | None = None) -> str:
-    """Return the module with the page's source of data.
+    """Return the module that configures the page's data source.
 
-    :param runs: recorded runs, by path and name; None: a daemon or a run, with the API.
-    :param inside: of the recording in the page itself; None: there is none.
+    :param runs: recorded runs by path and name; None for a daemon or a run with the API.
+    :param inside: the description of a recording within the page itself; None without one.
     """
     found = None if runs is None else [{"path": path, "name": name} for path, name in runs]
     return f"export default {json.dumps({'runs': found, 'inside': inside})};\n"
@@ -69,9 +67,9 @@ def base_script() -> str:
 
 
 def shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -> tuple[str, str] | None:
-    """Return the text and the media type of a file that is made; None: it is none of them.
+    """Return text and media type of a generated file; None for other paths.
 
-    :param path: of the request.
+    :param path: the path of the request.
     :param runs: see :func:`site_module`.
     """
     match path.removeprefix(SHARED):
@@ -86,7 +84,7 @@ def shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -> tup
 
 
 class Pages:
-    """Serves the files of a folder, with ETag. An ASGI application.
+    """Serves the files of a folder with ETags; an ASGI application.
 
     :param runs: see :func:`site_module`.
     """
@@ -96,8 +94,6 @@ class Pages:
         self._files = StaticFiles(directory=FOLDER, html=True, check_dir=False)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve one file."""
-
         async def sender(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
                 message["headers"] = [*message.get("headers", ()), *_HEADERS]
@@ -110,7 +106,7 @@ class Pages:
                 text, kind = shared
                 await Response(text, media_type=kind)(scope, receive, sender)
                 return
-        if "\0" in path:  # old starlette asks the system for such a file
+        if "\0" in path:  # old versions of starlette pass such a path to the system, which raises ValueError
             await PlainTextResponse("Not Found\n", 404)(scope, receive, sender)
             return
         try:

@@ -1,4 +1,4 @@
-"""Lists in parts: what of them is wanted, and how many there are; docs/rest.md, Lists."""
+"""Parts of lists: the requested range and the total; see docs/rest.md, Lists."""
 
 from __future__ import annotations
 
@@ -9,21 +9,20 @@ from typing import Any, Final
 
 _MOST_DIGITS: Final = 15
 
-MOST_COUNT: Final = 10**_MOST_DIGITS - 1
-"""The highest number in a query."""
+MOST_COUNT: Final = 10**_MOST_DIGITS - 1  # largest number in a query
 
 _NO_TEXTS: Final = frozenset({"kind", "apiVersion"})
 
 
 class PagingError(ValueError):
-    """An invalid parameter."""
+    """An invalid query parameter."""
 
 
 @dataclass(frozen=True, slots=True)
 class ListPart:
     """A part of a list.
 
-    :param total: how many the whole list has.
+    :param total: the length of the whole list.
     """
 
     items: Sequence[Any]
@@ -32,10 +31,10 @@ class ListPart:
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """Which part of a list is wanted.
+    """The requested part of a list.
 
-    :param limit: None: as many as there are.
-    :param search: in small letters; empty: whatever they have.
+    :param limit: None for no limit.
+    :param search: a case-folded text; empty to select all items.
     """
 
     offset: int = 0
@@ -44,27 +43,29 @@ class Window:
 
     @classmethod
     def of(cls, query: Mapping[str, str]) -> Window:
-        """Return the selection of a query.
+        """Parse the query parameters.
 
-        :raises PagingError: when a number is none.
+        :raises PagingError: if a number is invalid.
         """
         return cls(_count(query, "offset") or 0, _count(query, "limit"), query.get("search", "").casefold())
 
     @property
     def range(self) -> tuple[int, int | None]:
-        """Where it begins and ends; None: with the list."""
+        """Start and end of the part; None for the end of the list."""
         return self.offset, None if self.limit is None else self.offset + self.limit
 
     def bounds(self, total: int) -> tuple[int, int]:
-        """Return where the part of a list begins and ends that has ``total``, without a look at texts."""
+        """Return begin and end of the part in a list of length ``total``, ignoring the search."""
         begin = min(self.offset, total)
         return begin, total if self.limit is None else min(begin + self.limit, total)
 
     def cut(self, models: Sequence[Any]) -> ListPart:
-        """Return the part of all models."""
-        found = [model for model in models if has_text(model, self.search)] if self.search else models
-        begin, end = self.bounds(len(found))
-        return ListPart(found[begin:end], len(found))
+        """Return the requested part of all models."""
+        matching_models = (
+            [model for model in models if has_text(model, self.search)] if self.search else models
+        )
+        begin, end = self.bounds(len(matching_models))
+        return ListPart(matching_models[begin:end], len(matching_models))
 
 
 def _count(query: Mapping[str, str], name: str) -> int | None:
@@ -77,7 +78,7 @@ def _count(query: Mapping[str, str], name: str) -> int | None:
 
 
 def has_text(model: Any, search: str) -> bool:
-    """Whether any text of a model has ``search`` in it, in small letters or capitals."""
+    """Return whether any text of a model contains ``search``, ignoring case."""
     if isinstance(model, str):
         return search in model.casefold()
     if isinstance(model, Mapping):
@@ -88,5 +89,5 @@ def has_text(model: Any, search: str) -> bool:
 
 
 def matches(name: str, pattern: str) -> bool:
-    """Whether a name is that of a shell's pattern; of an empty one each is."""
+    """Return whether a name matches a shell pattern; an empty pattern matches all names."""
     return not pattern or fnmatchcase(name, pattern)

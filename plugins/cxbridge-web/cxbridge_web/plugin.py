@@ -1,4 +1,4 @@
-"""The tables of this plug-in; docs/plugins.md describes them."""
+"""The plug-in's tables, described in docs/plugins.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Questions of the web server, answered by the main loop when it has time."""
+"""The queue of the web server's questions to the main loop."""
 
 from __future__ import annotations
 
@@ -10,25 +10,22 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-MOST_WAITING: Final = 64
-"""Questions that may wait."""
+MOST_WAITING: Final = 64  # limit of waiting questions
 
-SHARE: Final = 0.1
-"""The part of its time that the loop gives the web at most."""
+SHARE: Final = 0.1  # largest share of the loop's time for the web server
 
+# The longest pause between answers in seconds; otherwise a two-second reset would delay clients by 18 s.
 MOST_REST_S: Final = 1.0
-"""Seconds without an answer at most: after a reset of two seconds, no client waits for eighteen."""
 
-LONG_S: Final = 0.005
-"""After which no further question is taken in the same loop."""
+LONG_S: Final = 0.005  # seconds after which no further question is answered in the same loop
 
 
 class QueueClosedError(Exception):
-    """The queue is closed: requests get no answer."""
+    """The queue is closed and answers no requests."""
 
 
 class RequestQueueFullError(Exception):
-    """Too many questions wait already."""
+    """The limit of waiting questions is reached."""
 
 
 @dataclass(slots=True)
@@ -40,9 +37,9 @@ class _QueuedRequest:
 
 
 class RequestQueue:
-    """Takes questions of any thread to the thread that calls :meth:`poll`.
+    """Passes questions of any thread to the thread that calls :meth:`poll`.
 
-    :param now: seconds, for how long things take.
+    :param now: the clock for durations in seconds.
     """
 
     def __init__(self, now: Callable[[], float] = time.perf_counter) -> None:
@@ -54,21 +51,21 @@ class RequestQueue:
         self._rest_until = 0.0
 
     def ask(self, look: Callable[[], Any], key: object = None) -> Future[Any]:
-        """Have ``look`` called by the loop, and return where its answer will be.
+        """Queue a call of ``look`` in the main loop and return the future answer.
 
-        A function that returns a generator is run in pieces: the generator continues in the same loop or a
-        later one after each ``yield``, and its return value is the answer.
+        A generator runs in pieces: it continues in the same or a later loop after each ``yield``, and its
+        return value is the answer.
 
-        :param key: of questions with the same key that wait one is asked, for all. None: never.
-        :raises QueueFullError: when too many wait.
-        :raises QueueClosedError: when it is closed.
+        :param key: waiting questions with the same key share one call; None to never share.
+        :raises RequestQueueFullError: if too many questions wait.
+        :raises QueueClosedError: if the queue is closed.
         """
         with self._lock:
             if self._closed:
                 raise QueueClosedError
-            known = None if key is None else self._by_key.get(key)
-            if known is not None:
-                return known.answer
+            pending = None if key is None else self._by_key.get(key)
+            if pending is not None:
+                return pending.answer
             if len(self._waiting) >= MOST_WAITING:
                 raise RequestQueueFullError
             question = _QueuedRequest(look, key)
@@ -78,7 +75,7 @@ class RequestQueue:
             return question.answer
 
     def poll(self) -> None:
-        """Answer what waits, in bounded time. Called once a loop, by the main loop's thread."""
+        """Answer waiting questions in bounded time. Called once a loop by the main loop's thread."""
         if not self._waiting:
             return
         start = self._now()
@@ -94,10 +91,11 @@ class RequestQueue:
             if is_late():
                 break
         end = self._now()
+        # a pause of 9 times the work keeps the web server at its share of the loop's time
         self._rest_until = end + min((end - start) * (1 / SHARE - 1), MOST_REST_S)
 
     def _put_back(self, question: _QueuedRequest) -> None:
-        """Let an unfinished question wait behind the rest: short questions need not wait for it."""
+        """Queue an unfinished question again behind shorter ones."""
         with self._lock:
             if not self._closed:
                 self._waiting.append(question)
@@ -105,7 +103,7 @@ class RequestQueue:
         question.answer.set_exception(QueueClosedError())
 
     def close(self) -> None:
-        """Refuse waiting and later questions. A second call does nothing."""
+        """Reject waiting and later questions; repeated calls are harmless."""
         with self._lock:
             self._closed = True
             waiting = list(self._waiting)
@@ -126,10 +124,10 @@ class RequestQueue:
 
 
 def _answer(question: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
-    """Answer a question; return whether it is done. A question in pieces is left when it becomes late."""
+    """Answer a question; return whether it is finished. A question in pieces stops when it is late."""
     answer = question.answer
     if question.pieces is None and not answer.set_running_or_notify_cancel():
-        return True  # the client has given up
+        return True  # the client has disconnected
     try:
         result = question.look() if question.pieces is None else question.pieces
         if isinstance(result, Generator):

@@ -1,4 +1,4 @@
-"""The web server: a thread that serves, and its part in the main loop."""
+"""The web server: a thread, and its work in the main loop."""
 
 from __future__ import annotations
 
@@ -22,12 +22,11 @@ if TYPE_CHECKING:
     from cxbridge_web.settings import WebSettings
 
 EVENTS_PATH: Final = "/api/cxbridge/events"
-COMPONENT: Final = "Web"
-"""Under which the server logs."""
+COMPONENT: Final = "Web"  # of the log lines
 
 
 class WebServer:
-    """Serves in a thread, from :meth:`start` to :meth:`stop`; keeps events from when it is made.
+    """Serves in a thread from :meth:`start` to :meth:`stop`, but collects events from its creation on.
 
     :param host: the process around it.
     """
@@ -42,18 +41,17 @@ class WebServer:
         self._streams: EventStreams | None = None
         self._api: Api | None = None
         self._thread: HttpThread | None = None
-        self.port = settings.port
-        """Where it serves, once it does."""
+        self.port = settings.port  # port of the running server
 
     @property
     def url(self) -> str:
-        """Where it is, once it serves."""
+        """The address of the running server; empty before the start."""
         return "" if self._thread is None else self._thread.url
 
     def start(self) -> None:
-        """Begin to serve.
+        """Start to serve.
 
-        :raises CxbridgeError: when that is not possible.
+        :raises CxbridgeError: if that fails.
         """
         thread = HttpThread(self._settings, self._log)
         self.port = thread.port
@@ -69,12 +67,12 @@ class WebServer:
         thread.start(Guard(site, self._settings))
 
     def attend(self) -> None:
-        """Carry out the requests of the server's thread. Called once a loop, by the main loop's thread."""
+        """Carry out the requests of the server's thread. Called once a loop by the main loop's thread."""
         self._collector.poll()
         self._queue.poll()
 
     def stop(self) -> None:
-        """Serve no more. A second call does nothing."""
+        """Stop serving; repeated calls are harmless."""
         self._queue.close()
         thread, self._thread = self._thread, None
         if thread is not None:
@@ -90,7 +88,7 @@ class WebServer:
 
 
 class _Site:
-    """All that is served, by path. An ASGI application."""
+    """Routes requests to API, events and pages; an ASGI application."""
 
     def __init__(self, api: Api, events: EventStreams, pages: Pages) -> None:
         self._api = api

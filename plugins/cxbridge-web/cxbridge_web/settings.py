@@ -12,21 +12,19 @@ from cxbridge.listening import LOOPBACK, check_place, is_loopback
 from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_web.tls import check_pair
 
-DEFAULT_PORT: Final = 8088
-"""That of Fawkes' webview."""
+DEFAULT_PORT: Final = 8088  # port of Fawkes' webview
 
-LEAST_TOKEN: Final = 16
-"""Characters of a token that are too many to guess."""
+LEAST_TOKEN: Final = 16  # minimum length of a token; shorter ones could be guessed
 
 
 @dataclass(frozen=True, kw_only=True)
 class WebSettings(PluginSettings):
-    """A web server's settings.
+    """The settings of a web server.
 
-    :param port: 0: any free one.
-    :param token: empty: every user of this machine may connect.
-    :param tls_cert: PEM file with the certificate; with ``tls_key``.
-    :param allow_origins: the origins whose pages may use the API, besides our own; ``*``: all.
+    :param port: 0 for any free port.
+    :param token: empty to admit every user of this machine.
+    :param tls_cert: PEM file with the certificate; requires ``tls_key``.
+    :param allow_origins: additional origins whose pages may use the API; ``*`` for all.
     """
 
     SECTION: ClassVar[str] = "/cxbridge/web"
@@ -49,7 +47,7 @@ class WebSettings(PluginSettings):
 
     @classmethod
     def read(cls, config: Configuration) -> Self | None:
-        """Return the settings below ``cxbridge/web``; None without them, or with ``enable: false``."""
+        """Return the settings below ``cxbridge/web``; None without them or with ``enable: false``."""
         if not config.get_bool(f"{cls.SECTION}/enable", default=bool(config.keys(cls.SECTION))):
             return None
         settings = cls(
@@ -65,11 +63,11 @@ class WebSettings(PluginSettings):
 
     @property
     def is_local(self) -> bool:
-        """Whether the server is for clients of this machine only."""
+        """Whether only clients of this machine can connect."""
         return is_loopback(self.host)
 
     def check(self) -> None:
-        """Raise :class:`ConfigError` when settings do not go together, or are not safe."""
+        """Raise :class:`ConfigError` if settings conflict or are unsafe."""
         if self.port > 65535:  # noqa: PLR2004 - ports have 16 bits
             raise ConfigError(f"cxbridge/web/port cannot be {self.port}", hint="0 to 65535")
         if self.token and len(self.token) < LEAST_TOKEN:

@@ -1,4 +1,4 @@
-"""Certificate and key of a server: checked before it starts, to report mistakes in their files."""
+"""Checks of a server's certificate and key before its start, to report file errors."""
 
 from __future__ import annotations
 
@@ -15,27 +15,26 @@ from cxbridge.errors import ConfigError
 _CERTIFICATE: Final = re.compile(r"-----BEGIN CERTIFICATE-----[^-]+-----END CERTIFICATE-----")
 _HINT: Final = "cxbridge/web/tls-cert and tls-key are PEM files; docs/security.md says how they are made"
 _VERSION, _SEQUENCE, _UTC_TIME, _LONG = 0xA0, 0x30, 0x17, 0x80
-_CENTURY: Final = 50
-"""Years of two digits below it are of this century."""
+_CENTURY: Final = 50  # two-digit years below this one belong to the 21st century
 
 
 def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> None:
-    """Raise when a certificate and its key cannot be used.
+    """Check a certificate and its key.
 
-    :param now: seconds since the epoch.
-    :raises ConfigError: with the file.
+    :param now: the clock in seconds since the epoch.
+    :raises ConfigError: if they are unusable, with the file.
     """
     text = _read(cert)
-    found = _CERTIFICATE.search(text)
-    if found is None:
+    match = _CERTIFICATE.search(text)
+    if match is None:
         raise ConfigError("there is no certificate in this file", file=cert, hint=_HINT)
     try:
-        until = _expires(ssl.PEM_cert_to_DER_cert(found[0]))
+        expiry = _expires(ssl.PEM_cert_to_DER_cert(match[0]))
     except (ValueError, IndexError) as error:
         raise ConfigError("this is not a certificate", file=cert, hint=_HINT) from error
-    if until.timestamp() < now():
+    if expiry.timestamp() < now():
         raise ConfigError(
-            f"this certificate has expired: it was good until {until:%Y-%m-%d %H:%M} UTC",
+            f"this certificate has expired: it was good until {expiry:%Y-%m-%d %H:%M} UTC",
             file=cert,
             hint="make another; docs/security.md says how",
         )
@@ -62,7 +61,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
 def _read(file: Path) -> str:
     """Return a file's text.
 
-    :raises ConfigError: when it cannot be read.
+    :raises ConfigError: if the file cannot be read.
     """
     try:
         return file.read_bytes().decode("latin-1")
@@ -72,10 +71,10 @@ def _read(file: Path) -> str:
 
 
 def _expires(der: bytes) -> datetime:
-    """Return until when a certificate is good.
+    """Return the expiry of a certificate.
 
-    :raises ValueError: when it is none.
-    :raises IndexError: when it is cut off.
+    :raises ValueError: if the data is not a certificate.
+    :raises IndexError: if the data is cut off.
     """
     _, certificate, _ = _element(der)
     _, inner, _ = _element(certificate)
@@ -95,7 +94,7 @@ def _expires(der: bytes) -> datetime:
 
 
 def _element(der: bytes) -> tuple[int, bytes, bytes]:
-    """Return tag and content of the first element of DER, and what follows it."""
+    """Return tag and content of the first DER element, and the remaining bytes."""
     tag, length, begin = der[0], der[1], 2
     if length & _LONG:
         begin += length & ~_LONG

@@ -1,4 +1,4 @@
-"""Where the constructs of CLIPS files are written, and their text."""
+"""Positions and source text of the constructs in CLIPS files."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class WrittenConstruct:
     """A construct of a file.
 
     :param kind: ``defrule``, ``deftemplate`` ...
-    :param file: as seen from the working directory, if it is below that.
-    :param line: where it begins, from 1.
-    :param core: whether its file is one of the CX core's, and not of the agent.
-    :param text: the source text, comments included.
+    :param file: relative to the working directory if it is below that.
+    :param line: the first line, from 1.
+    :param core: whether the file belongs to the CX core, not to the agent.
+    :param text: the source text with comments.
     """
 
     kind: str
@@ -34,23 +34,23 @@ class WrittenConstruct:
 
 
 class WrittenConstructs:
-    """The constructs of files; files are read again when they have changed. For any thread."""
+    """The constructs of files, which are read again after changes; thread-safe."""
 
     def __init__(self) -> None:
         self._files: dict[str, tuple[int, tuple[WrittenConstruct, ...]]] = {}
         self._lock = threading.Lock()
 
     def of(self, files: Sequence[str]) -> dict[tuple[str, str], WrittenConstruct]:
-        """Return the constructs of files by kind and name; of several the last."""
+        """Return the constructs of files by kind and name; the last duplicate wins."""
         with self._lock:
-            found = [construct for file in dict.fromkeys(files) for construct in self._in(file)]
-        return {(construct.kind, construct.name): construct for construct in found}
+            constructs = [construct for file in dict.fromkeys(files) for construct in self._in(file)]
+        return {(construct.kind, construct.name): construct for construct in constructs}
 
     def _in(self, file: str) -> tuple[WrittenConstruct, ...]:
         try:
-            changed = Path(file).stat().st_mtime_ns
-            if file not in self._files or self._files[file][0] != changed:
-                self._files[file] = changed, tuple(_read(Path(file)))
+            modification_ns = Path(file).stat().st_mtime_ns
+            if file not in self._files or self._files[file][0] != modification_ns:
+                self._files[file] = modification_ns, tuple(_read(Path(file)))
         except OSError:
             return ()
         return self._files[file][1]
@@ -58,5 +58,7 @@ class WrittenConstructs:
 
 def _read(file: Path) -> Iterator[WrittenConstruct]:
     core = file.resolve().is_relative_to(_CORE)
-    for found in definitions(file.read_bytes().decode("utf-8", "replace")):
-        yield WrittenConstruct(found.kind, found.name, short_path(file), found.line, core, found.node.text)
+    for definition in definitions(file.read_bytes().decode("utf-8", "replace")):
+        yield WrittenConstruct(
+            definition.kind, definition.name, short_path(file), definition.line, core, definition.node.text
+        )

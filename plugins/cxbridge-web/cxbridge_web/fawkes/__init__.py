@@ -1,1 +1,1 @@
-"""Fawkes' REST API: the same paths, models and texts; docs/rest.md lists what differs."""
+"""Fawkes' REST API with the same paths, models and texts; docs/rest.md lists the differences."""

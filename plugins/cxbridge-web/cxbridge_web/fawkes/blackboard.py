@@ -18,8 +18,7 @@ from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.models import Model
 
 OWNER: Final = "BlackboardRestApi"
-_EPOCH_S: Final = 1_000_000_000
-"""Earlier times are given as numbers."""
+_EPOCH_S: Final = 1_000_000_000  # times before this second are given as numbers
 
 
 class InterfaceFieldType(Struct):
@@ -89,7 +88,7 @@ def _info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
     try:
         schema = call.host.board.registry.get(info.type).SCHEMA
     except InterfaceError:
-        pass  # a foreign interface without a definition here
+        pass  # a foreign interface without a local definition
     else:
         fields = _fields(schema.fields)
         messages = [InterfaceMessageType(each.name, _fields(each.fields)) for each in schema.messages]
@@ -105,9 +104,9 @@ def _info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
 
 
 def find(call: ApiCall) -> BoardInfo | None:
-    """Return the interface that the path names.
+    """Return the interface of the path.
 
-    :raises ApiError: when the path is a pattern.
+    :raises ApiError: if the path is a pattern.
     """
     wanted = call.path["type"], call.path["id"]
     for part, name in zip(("Type", "ID"), wanted, strict=True):
@@ -140,7 +139,7 @@ def _data(call: ApiCall) -> InterfaceData:
 
 
 def data_models(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData]:
-    """Return the values of interfaces; those of which there is no definition here are left out."""
+    """Return the values of interfaces, without those that have no local definition."""
     models = []
     for info in infos:
         with suppress(CxbridgeError):
@@ -151,7 +150,7 @@ def data_models(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData
 def _data_model(call: ApiCall, info: BoardInfo) -> InterfaceData:
     """Return the values of an interface.
 
-    :raises CxbridgeError: when it cannot be opened.
+    :raises CxbridgeError: if it cannot be opened.
     """
     board = call.host.board
     instance = board.open_for_reading(info.type, info.id, owner=OWNER)
@@ -173,7 +172,7 @@ def _data_model(call: ApiCall, info: BoardInfo) -> InterfaceData:
 
 
 def _value(field: FieldSchema, value: Any) -> Any:
-    """Return a value as Fawkes' introspection has it: of an array of one its element."""
+    """Return a value in the form of Fawkes' introspection: an array of length 1 is its element."""
     if isinstance(value, bytes | bytearray):
         value = list(value)
     if field.is_array and field.runtime_length == 1 and isinstance(value, Sequence):
@@ -197,7 +196,7 @@ def _graph(call: ApiCall) -> TransformsGraph:
 
 
 def graph(infos: Sequence[BoardInfo]) -> str:
-    """Return who reads and writes what, in the dot language."""
+    """Return the graph of readers and writers in the dot language."""
     lines = ["digraph bbmap {", "  graph [fontsize=12,rankdir=LR];"]
     lines += ["  node [fontsize=12 shape=box width=4 margin=0.05];", "  { rank=same; "]
     for info in infos:

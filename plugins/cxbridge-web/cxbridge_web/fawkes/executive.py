@@ -1,4 +1,4 @@
-"""The component ``clips-executive``: goals, plans, and the domain."""
+"""The component ``clips-executive``: goals, plans and the domain."""
 
 from __future__ import annotations
 
@@ -20,24 +20,23 @@ from cxbridge_web.paging import ListPart
 
 _M = TypeVar("_M", bound=Model)
 
-COMPONENT: Final = "ClipsExecutiveRestApi"
-"""Under which Fawkes' plugin logs."""
+COMPONENT: Final = "ClipsExecutiveRestApi"  # log component of Fawkes' plugin
 
 
+# The slots of goals in Fawkes' API, which all cores have.
 _FAWKES_SLOTS: Final = frozenset(
     {
         *("id", "type", "sub-type", "class", "mode", "outcome", "error", "message", "parent", "priority"),
         *("params", "meta", "required-resources", "acquired-resources"),
     }
 )
-"""The slots of goals that Fawkes' API shows: each goal has them."""
 
 
 _TYPES: Final[Mapping[str, type]] = {"INTEGER": int, "FLOAT": float}
 
 
 def _goal_member(slot: GoalSlot) -> tuple[Any, ...]:
-    """Return name and type of a slot of goals, and the default of a slot that other cores may lack."""
+    """Return name and type of a goal's slot, and the default of an optional slot."""
     if slot.name == "params":
         return "parameters", Annotated[list[str], Meta(extra={"slot": slot.name})]
     name, kind = slot.name.replace("-", "_"), _TYPES.get(slot.type, str)
@@ -159,7 +158,7 @@ class GroundedPDDLPredicate(Model, kw_only=True, rename="kebab"):
 
 
 def _readable(call: ApiCall, noun: str, found: Iterable[Slots], make: Callable[[Slots], _M]) -> list[_M]:
-    """Return the models of facts; those that cannot be read are left out, and reported."""
+    """Return the models of facts; unreadable facts are logged and skipped."""
     models = []
     for slots in found:
         try:
@@ -178,7 +177,7 @@ def _plans_of_goals(call: ApiCall) -> dict[str, list[str]]:
         try:
             plans.setdefault(text(slots, "goal-id"), []).append(text(slots, "id"))
         except SlotError:
-            continue  # as Fawkes does: it belongs to no goal
+            continue  # as in Fawkes: a plan without a goal is skipped
     return plans
 
 
@@ -191,11 +190,11 @@ def _goals(call: ApiCall) -> list[Model]:
 
 
 def _one_goal(call: ApiCall) -> Model:
-    wanted = call.path["id"]
-    found = (slots for slots in facts(call, "goal") if slots.get("id") == wanted)
+    goal_id = call.path["id"]
+    found = (slots for slots in facts(call, "goal") if slots.get("id") == goal_id)
     for goal in _readable(call, "goal", found, partial(_goal, _plans_of_goals(call))):
         return goal
-    raise ApiError(400, f"Goal '{wanted}' is unknown")
+    raise ApiError(400, f"Goal '{goal_id}' is unknown")
 
 
 # -- the domain
@@ -217,8 +216,8 @@ def _operators(call: ApiCall) -> list[DomainOperator]:
 
 
 def _plan(actions: dict[tuple[str, str], list[PlanAction]], slots: Slots) -> Plan:
-    found = actions.get((text(slots, "goal-id"), text(slots, "id")), [])
-    return read(Plan, slots, actions=sorted(found, key=lambda action: action.id))
+    plan_actions = actions.get((text(slots, "goal-id"), text(slots, "id")), [])
+    return read(Plan, slots, actions=sorted(plan_actions, key=lambda action: action.id))
 
 
 def _action(known: formulas.Known, slots: Slots) -> PlanAction:
@@ -287,7 +286,7 @@ def _get(
     templates: tuple[str, ...],
     **more: Any,
 ) -> Endpoint:
-    """Return an endpoint whose handler gets copies of the facts of these deftemplates."""
+    """Return an endpoint whose handler gets copied facts of the given deftemplates."""
     more.setdefault("copy", lambda call: copy(call, ENVIRONMENT, templates.__contains__))
     return Endpoint(
         method="GET",
@@ -312,6 +311,7 @@ _PDDL: Final[Sequence[tuple[str, type[Model], str, str]]] = (
     ("/grounded-pddl-formulas", GroundedPDDLFormula, "grounded-pddl-formula", "grounded formula"),
 )
 
+# All endpoints of the component in Fawkes' order.
 ENDPOINTS: Final = (
     _get("/goals", list[Goal], "All goals.", _goals, _GOALS),  # type: ignore[valid-type]  # is made here
     _get("/goals/{id}", Goal, "One goal.", _one_goal, _GOALS, errors={400: "There is no such goal"}),
@@ -325,7 +325,6 @@ ENDPOINTS: Final = (
     ),
     *(_listing(*row) for row in _PDDL),
     *(_single(*row) for row in _PDDL),
-    # where Fawkes has it
+    # Fawkes' path
     _single("/grounded-pddl-groundings", *_PDDL[-1][1:]),
 )
-"""All of the component, in Fawkes' order."""

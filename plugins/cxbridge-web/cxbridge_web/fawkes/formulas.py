@@ -1,4 +1,4 @@
-"""Preconditions of plan actions: formulas of PDDL, grounded, as a tree."""
+"""Preconditions of plan actions as trees of grounded PDDL formulas."""
 
 from __future__ import annotations
 
@@ -40,6 +40,7 @@ class GroundedPredicate(_GroundedNode, kw_only=True):
     """An atom."""
 
 
+# The deftemplates of formulas.
 TEMPLATES: Final = (
     "pddl-grounding",
     "pddl-formula",
@@ -47,19 +48,17 @@ TEMPLATES: Final = (
     "grounded-pddl-formula",
     "grounded-pddl-predicate",
 )
-"""Deftemplates whose facts are looked at."""
 
-_DEEPEST: Final = 64
-"""Levels of a formula; facts that an agent asserts may be part of each other."""
+_DEEPEST: Final = 64  # limit of nesting, since asserted facts may form a cycle
 
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """All facts of formulas that exist.
+    """All facts about formulas.
 
     :param groundings: by id.
-    :param nodes: whether it is an atom, and its slots, by the id of their parent.
-    :param satisfied: whether it is, by grounding and id of the formula or predicate.
+    :param nodes: by the parent's id: whether the node is an atom, and its slots.
+    :param satisfied: by grounding and id of the formula or predicate.
     """
 
     groundings: Mapping[str, Slots]
@@ -74,7 +73,7 @@ class Known:
         groundings = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-grounding")}
         if not groundings:
             return cls({}, {}, {})
-        # A formula of which two formulas are parents would be looked at 2^N times below N such formulas.
+        # a formula with two parents would be visited 2^N times below N such formulas
         formulas = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-formula")}.values()
         for atom, found in ((False, formulas), (True, facts(call, "pddl-predicate"))):
             for slots in found:
@@ -92,16 +91,16 @@ class Known:
 
 
 def tree(known: Known, operator: str, grounding: Slots) -> GroundedFormula | GroundedPredicate | None:
-    """Return the precondition of an operator in a grounding; None when it has none.
+    """Return an operator's precondition in a grounding; None without a precondition.
 
-    :raises SlotError: when a fact of it cannot be read.
+    :raises SlotError: if a fact is unreadable.
     """
-    found = None
+    root = None
     grounding_id = text(grounding, "id")
     for atom, slots in known.nodes.get(operator, ()):
         if (grounding_id, text(slots, "id")) in known.satisfied:
-            found = _node(known, atom, slots, grounding, 0)
-    return found
+            root = _node(known, atom, slots, grounding, 0)
+    return root
 
 
 def _node(
@@ -115,9 +114,11 @@ def _node(
     values: list[str] = []
     if atom:
         names, constants = texts(slots, "param-names"), texts(slots, "param-constants")
-        given = dict(zip(texts(grounding, "param-names"), texts(grounding, "param-values"), strict=False))
+        grounding_values = dict(
+            zip(texts(grounding, "param-names"), texts(grounding, "param-values"), strict=False)
+        )
         values = [
-            given.get(name, "") if constant is None else constant
+            grounding_values.get(name, "") if constant is None else constant
             for name, constant in zip(names, constants_of(names, constants), strict=True)
         ]
     make = GroundedPredicate if atom else GroundedFormula

@@ -1,4 +1,4 @@
-"""The component ``skiller``: skills, what runs, and orders to run one."""
+"""The component ``skiller``: the list of skills, the running skill, and commands to run or stop one."""
 
 from __future__ import annotations
 
@@ -23,11 +23,10 @@ if TYPE_CHECKING:
 
 OWNER: Final = "SkillerRestApi"
 SKILLER: Final = "Skiller"
-GRAPH_S: Final = 5.0
-"""Seconds that the Skiller may take to show a graph."""
+GRAPH_S: Final = 5.0  # time limit for the Skiller to show a graph in seconds
 
+# The limit of a skill's name in bytes: longer names do not reach the Skiller.
 LONGEST_NAME: Final = 31
-"""Bytes of a skill's name that reach the Skiller."""
 
 _PERIOD_S: Final = 0.05
 _ACTIVE: Final = "active"
@@ -60,33 +59,33 @@ class SkillCall(Request, kw_only=True):
 
 @dataclass(slots=True)
 class _ShownGraph:
-    """The state of a Skiller that all clients see.
+    """The state of a Skiller, which all clients share.
 
-    :ivar lock: held while a client has the Skiller show something.
-    :ivar last: the state machine that the Skiller showed last. An idle Skiller has none: after a request for
-        something else, as for the list of skills, the machine of its last skill is gone.
+    :ivar lock: held while a client requests a graph.
+    :ivar last: the last shown state machine of an executed skill. An idle Skiller loses it when another
+        subject is requested, such as the list of skills.
     """
 
     lock: threading.Lock = field(default_factory=threading.Lock)
     last: str = ""
 
 
+# The state of each host's Skillers by Skiller id.
 _graphs: WeakKeyDictionary[WebHost, dict[str, _ShownGraph]] = WeakKeyDictionary()
-"""The graphs of each host's Skillers, by the Skillers' ids."""
 
 
 @contextmanager
 def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
-    """Open interfaces of the requested Skiller, which must be running.
+    """Open interfaces of the requested Skiller.
 
-    :raises ApiError: when it is not.
+    :raises ApiError: if the Skiller does not run.
     """
     board, skiller = call.host.board, call.query.get("skiller") or SKILLER
     if skiller != SKILLER and not any(
         info.type == "SkillerInterface" and info.id == skiller for info in board.list_all()
     ):
         raise ApiError(404, f"There is no Skiller '{skiller}'")
-    # The fields come from their XML definitions: there is no static type for them here.
+    # interface fields come from XML definitions, so they have no static type
     instances: list[Any] = []
     try:
         for name in types:
@@ -95,7 +94,7 @@ def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
         if not all(instance.has_writer for instance in instances):
             raise ApiError(503, "Behavior Engine plugin is not loaded")
         yield instances
-    except NoWriterError as error:  # it has stopped during the request
+    except NoWriterError as error:  # the Skiller has stopped during the request
         raise ApiError(503, "Behavior Engine plugin is not loaded") from error
     finally:
         for instance in instances:
@@ -103,9 +102,9 @@ def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
 
 
 def _show(debug: Any, subject: str) -> None:
-    """Have the Skiller show a graph, and wait until it does.
+    """Request a graph from the Skiller and wait for it.
 
-    :raises ApiError: when it does not.
+    :raises ApiError: if it does not arrive in time.
     """
     deadline = time.monotonic() + GRAPH_S
     if len(subject.encode("utf-8", "surrogateescape")) <= LONGEST_NAME:
@@ -129,7 +128,7 @@ def _alone_with(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
 
 
 def _note(shown: _ShownGraph, debug: Any) -> None:
-    """Remember the machine of the skill that runs or ran last."""
+    """Keep the state machine of the active skill."""
     if debug.graph_fsm == "ACTIVE" and debug.graph:
         shown.last = str(debug.graph)
 
@@ -142,12 +141,12 @@ def _ask(debug: Any, subject: str) -> None:
 
 def _skills(call: ApiCall) -> list[SkillInfo]:
     with _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _), _alone_with(call, debug):
-        before = debug.graph_fsm
+        previous_subject = debug.graph_fsm
         try:
             _show(debug, "LIST")
             names = str(debug.graph).splitlines()
         finally:
-            _ask(debug, before)
+            _ask(debug, previous_subject)
     return [SkillInfo(name=name) for name in names]
 
 
@@ -198,7 +197,7 @@ def _stop(call: ApiCall) -> Text:
         raise ApiError(400, "Only the 'active' skill can be stopped")
     with _opened(call, "SkillerInterface") as (skiller,):
         _check_control(skiller)
-        # a Skiller heeds the order of its controller only
+        # a Skiller obeys its exclusive controller only
         for name in ("AcquireControlMessage", "StopExecMessage", "ReleaseControlMessage"):
             skiller.msgq_enqueue(skiller.create_message(name))
     return Text("OK")

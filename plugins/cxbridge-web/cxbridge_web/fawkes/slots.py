@@ -1,4 +1,4 @@
-"""Values of facts as Fawkes' REST API has them."""
+"""Conversion of slot values for Fawkes' REST API."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ ENVIRONMENT = "executive"
 
 
 class SlotError(Exception):
-    """A slot has no value, or none of the kind that is wanted."""
+    """A slot without a value, or with a value of another type."""
 
 
 def environment(call: ApiCall, name: str = ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
     """Return a CLIPS environment.
 
-    :raises ApiError: when there is none of that name.
+    :raises ApiError: if the environment does not exist.
     """
     env = call.host.environments().get(name)
     if env is None:
@@ -47,12 +47,12 @@ def copy(
     status: int = 503,
     window: Window | None = None,
 ) -> Generator[None, None, FactCopy]:
-    """Copy facts of an environment, piece by piece.
+    """Copy facts of an environment in pieces.
 
-    :param wanted: whether those of a deftemplate are, by its name.
-    :param status: when there is no such environment, or it ends during the request.
-    :param window: which of them; those that are searched for a text are all copied.
-    :raises ApiError: when there is none of that name.
+    :param wanted: the filter of deftemplate names.
+    :param status: the error status if the environment is missing or ends during the request.
+    :param window: the requested part; a search copies all facts.
+    :raises ApiError: if the environment does not exist.
     """
     env = environment(call, name, status)
     begin, end = (0, None) if window is None or window.search else window.range
@@ -68,7 +68,7 @@ def copy(
 
 
 def facts(call: ApiCall, template: str) -> Iterator[Slots]:
-    """Yield the slots of the facts of a deftemplate that were copied, in their order."""
+    """Yield the slots of the copied facts of a deftemplate in order."""
     return call.facts.of(template)
 
 
@@ -82,9 +82,9 @@ def _first(slots: Slots, name: str) -> Value:
 
 
 def text(slots: Slots, name: str) -> str:
-    """Return a text; of nil nothing.
+    """Return a text; empty for nil.
 
-    :raises SlotError: when it is none.
+    :raises SlotError: if the value is not a text.
     """
     value = _first(slots, name)
     if not isinstance(value, str):
@@ -93,9 +93,9 @@ def text(slots: Slots, name: str) -> str:
 
 
 def number(slots: Slots, name: str) -> Any:
-    """Return a number; of nil 0.
+    """Return a number; 0 for nil.
 
-    :raises SlotError: when it is none.
+    :raises SlotError: if the value is not a number.
     """
     value = _first(slots, name)
     if isinstance(value, Symbol) and value == "nil":
@@ -106,9 +106,9 @@ def number(slots: Slots, name: str) -> Any:
 
 
 def integer(slots: Slots, name: str) -> int:
-    """Return an integer; the digits after the point are dropped.
+    """Return a number truncated to an integer.
 
-    :raises SlotError: when it is none.
+    :raises SlotError: if the value is not a finite number.
     """
     try:
         return int(number(slots, name))
@@ -117,9 +117,9 @@ def integer(slots: Slots, name: str) -> int:
 
 
 def flag(slots: Slots, name: str) -> bool:
-    """Return whether it is TRUE.
+    """Return whether the value is TRUE.
 
-    :raises SlotError: when it is not a symbol.
+    :raises SlotError: if it is not a symbol.
     """
     value = _first(slots, name)
     if not isinstance(value, Symbol):
@@ -130,7 +130,7 @@ def flag(slots: Slots, name: str) -> bool:
 def texts(slots: Slots, name: str, other: str = "CANNOT-REPRESENT") -> list[str]:
     """Return all values as texts.
 
-    :param other: stands for items without one.
+    :param other: replaces items without a text form.
     """
     value = slots.get(name, ())
     return [_text(item, other) for item in (value if isinstance(value, tuple) else (value,))]
@@ -138,6 +138,7 @@ def texts(slots: Slots, name: str, other: str = "CANNOT-REPRESENT") -> list[str]
 
 Reader: TypeAlias = Callable[[Slots, str], Any]
 
+# Readers of slots by the type of the model's member.
 _READERS: Final[Mapping[Any, Reader]] = {
     str: text,
     list[str]: texts,
@@ -145,18 +146,17 @@ _READERS: Final[Mapping[Any, Reader]] = {
     float: lambda slots, name: float(number(slots, name)),
     bool: flag,
 }
-"""How a member of a model is read from a slot, by the member's type."""
 
 _M = TypeVar("_M", bound=Model)
 
 
 @cache
 def _slots_of(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
-    """Return the members of a model that are read from slots: member, slot, reader, whether it is required.
+    """Return the members that are read from slots: member, slot, reader, whether required.
 
-    The slot has the name of the member in JSON, or the name in ``Meta(extra={"slot": NAME})``.
+    The slot is the member's name in JSON, or the name in ``Meta(extra={"slot": NAME})``.
     """
-    found = []
+    members = []
     for each in fields(model):
         hint, name = each.type, each.encode_name
         if get_origin(hint) is Annotated:
@@ -165,15 +165,15 @@ def _slots_of(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
         if each.default is UNSET:
             hint = get_args(hint)[0]
         if hint in _READERS:
-            found.append((each.name, name, _READERS[hint], each.required))
-    return tuple(found)
+            members.append((each.name, name, _READERS[hint], each.required))
+    return tuple(members)
 
 
 def read(model: type[_M], slots: Slots, **given: Any) -> _M:
-    """Return the model of a fact: each member has the value of the slot of its name.
+    """Return the model of a fact, with members from slots of the same name.
 
-    :param given: members that are not read from the fact.
-    :raises SlotError: when a slot has no value, or none of the member's type.
+    :param given: members that do not come from the fact.
+    :raises SlotError: if a slot has no value or a wrong type.
     """
     for member, name, reader, required in _slots_of(model):
         if member not in given and (required or name in slots):

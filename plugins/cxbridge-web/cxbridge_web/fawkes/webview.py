@@ -1,4 +1,4 @@
-"""The paths of Fawkes' webview itself: ``config``, ``plugins``, ``backends``, ``images``, ``transforms``."""
+"""The paths of Fawkes' webview: ``config``, ``plugins``, ``backends``, ``images``, ``transforms``."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _plain(value: ConfigValue) -> Any:
 
 
 def config_tree(config: Configuration, query: str) -> dict[str, Any]:
-    """Return the values below a path, nested from the root; secrets are left out."""
+    """Return the values below a path, nested from the root, with masked secrets."""
     tree: dict[str, Any] = {}
     for value in config.search(query):
         names = [name for name in value.path.split("/") if name]
@@ -133,20 +133,20 @@ def _plugin(call: ApiCall) -> Plugin:
 
 
 def _set_plugin(call: ApiCall) -> PluginOpResponse:
-    name, wanted = call.path["name"], call.body.get("desired_state")
+    name, desired_state = call.path["name"], call.body.get("desired_state")
 
     def refuse(status: int, text: str) -> ApiError:
         return ApiError(status, text, PluginOpResponse(name=name, state="ERROR", message=text))
 
-    if not isinstance(wanted, str):
+    if not isinstance(desired_state, str):
         raise refuse(400, "Request is missing required field 'desired_state'")
-    if wanted not in ("LOADED", "UNLOADED", "AVAILABLE"):
+    if desired_state not in ("LOADED", "UNLOADED", "AVAILABLE"):
         raise refuse(400, "Unknown state requested")
     try:
-        call.host.load_plugin(name, load=wanted == "LOADED")
+        call.host.load_plugin(name, load=desired_state == "LOADED")
     except CxbridgeError as error:
         raise refuse(400, error.message) from error
-    return PluginOpResponse(name=name, state=wanted)
+    return PluginOpResponse(name=name, state=desired_state)
 
 
 # -- backends, images, transforms

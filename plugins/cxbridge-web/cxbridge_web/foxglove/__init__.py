@@ -1,1 +1,1 @@
-"""What Foxglove's panels show of a run: one mapping for recordings and live; see docs/see.md#foxglove."""
+"""Messages for Foxglove's panels, both in recordings and live; see docs/see.md#foxglove."""

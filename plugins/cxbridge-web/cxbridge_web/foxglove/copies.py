@@ -1,4 +1,4 @@
-"""Writes a run as mcap, with additional messages that Foxglove's panels show."""
+"""Conversion of a run to mcap with additional messages for Foxglove's panels."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from cxbridge_web.foxglove.schemas import json_schema, schema_name
 
 
 class FoxgloveWriter(McapWriter):
-    """An mcap file as :class:`McapWriter` makes it, and more channels.
+    """An mcap file with the channels of :class:`McapWriter` and those for panels.
 
-    :param path: the file; one that is there is replaced.
+    :param path: the file, replaced if it exists.
     """
 
     def __init__(self, path: Path) -> None:
@@ -26,7 +26,7 @@ class FoxgloveWriter(McapWriter):
         self._panel_schemas: dict[str, int] = {}
 
     def _messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
-        """Yield events as messages, and what Foxglove shows of them."""
+        """Yield events as messages, each followed by its messages for panels."""
         for event in events:
             yield from super()._messages((event,))
             for message in foxglove_messages(event):
@@ -34,7 +34,7 @@ class FoxgloveWriter(McapWriter):
                 yield self._channel(message.topic, message.schema), event.time_us * 1000, data
 
     def _channel(self, topic: str, schema: str) -> int:
-        """Return the channel of a topic; it is added when it is new, with its schema."""
+        """Return the channel of a topic, added with its schema if missing."""
         if topic not in self._panel_channels:
             if schema not in self._panel_schemas:
                 text = dump(json_schema(schema)).encode()
@@ -44,7 +44,6 @@ class FoxgloveWriter(McapWriter):
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> FoxgloveWriter:
-    """Open a file for a copy of a run."""
     return FoxgloveWriter(path)
 
 

@@ -1,7 +1,7 @@
-"""The door before the server of foxglove-sdk, which answers the page of any origin: it looks at who comes.
+"""A filter before the server of foxglove-sdk, which itself accepts pages of any origin.
 
-The door reads the head of each connection's request, refuses pages of other origins and names that are not
-this machine's, and joins the other connections with the server behind it.
+It reads the head of each connection's request, rejects pages of other origins and names of other machines,
+and forwards the remaining connections to the server.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from cxbridge.closing import Closing
 from cxbridge.listening import LOCAL_NAMES, LOOPBACK, is_loopback, is_named, is_own_page
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
-MOST_CONNECTIONS: Final = 64
-"""Connections at a time."""
+MOST_CONNECTIONS: Final = 64  # limit of simultaneous connections
 
 _MOST_HEAD: Final = 16_384
 _HEAD_S: Final = 5.0
@@ -30,27 +29,26 @@ _END: Final = b"\r\n\r\n"
 
 
 def hidden_host() -> str:
-    """Return an address of this machine for the server behind the door.
+    """Return a random loopback address for the server behind the filter.
 
-    Linux and Windows have 16 million of them: no page of a browser can try so large a number with all their
-    ports.
+    Linux and Windows have 16 million of them, too many for a web page to try with all ports.
     """
-    if sys.platform == "darwin":  # which has only the first one
+    if sys.platform == "darwin":  # macOS has only one
         return LOOPBACK
     parts = (1 + secrets.randbelow(254) for _ in range(3))
     return ".".join(map(str, (127, *parts)))
 
 
 class FoxgloveDoor(Closing):
-    """Listens where Foxglove connects, in a thread.
+    """Listens at Foxglove's port in a thread.
 
-    :raises OSError: when the address or the port cannot be had.
+    :raises OSError: if the address or the port is unavailable.
     """
 
     def __init__(self, settings: FoxgloveSettings, inner: tuple[str, int]) -> None:
         self._inner, self._origins = inner, settings.allow_origins
-        here = is_loopback(settings.host)
-        self._names: Collection[str] | None = LOCAL_NAMES | {settings.host.lower()} if here else None
+        is_local = is_loopback(settings.host)
+        self._names: Collection[str] | None = LOCAL_NAMES | {settings.host.lower()} if is_local else None
         family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
         self._connections = 0
         listening = socket.create_server((settings.host, settings.port), family=family)
@@ -59,7 +57,7 @@ class FoxgloveDoor(Closing):
         self._server = self._thread.spawn(self._serve(listening)).result(_START_S)
 
     def close(self) -> None:
-        """End all connections, and listen no more."""
+        """Close all connections and stop listening."""
         self._thread.call(self._server.close)
         self._thread.close()
 
@@ -83,15 +81,15 @@ class FoxgloveDoor(Closing):
             writer.write(answer.encode())
             await writer.drain()
             return
-        there, back = await asyncio.open_connection(*self._inner)
+        server_reader, server_writer = await asyncio.open_connection(*self._inner)
         try:
-            back.write(head)
-            await _first_of(_pass_on(reader, back), _pass_on(there, writer))
+            server_writer.write(head)
+            await _first_of(_pass_on(reader, server_writer), _pass_on(server_reader, writer))
         finally:
-            back.close()
+            server_writer.close()
 
     def _refusal(self, head: bytes) -> str:
-        """Return status and reason of a request that is refused; empty for one that is not."""
+        """Return status and reason of a rejection; empty for an accepted request."""
         if self._connections > MOST_CONNECTIONS:
             return "503 Too many connections"
         hosts, origins = _values(head, "host"), _values(head, "origin")
@@ -105,7 +103,7 @@ class FoxgloveDoor(Closing):
 
 
 def _values(head: bytes, name: str) -> list[str]:
-    """Return the values of a field in the head of a request."""
+    """Return the values of a header field in the head of a request."""
     fields = (line.partition(":") for line in head.decode("latin-1").split("\r\n")[1:])
     return [value.strip() for found, _, value in fields if found.strip().lower() == name]
 
@@ -117,7 +115,7 @@ async def _pass_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -
 
 
 async def _first_of(*ways: Coroutine[Any, Any, None]) -> None:
-    """Pass on both ways until one of them has ended."""
+    """Run both forwarding directions until one of them ends."""
     tasks = [asyncio.create_task(way) for way in ways]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

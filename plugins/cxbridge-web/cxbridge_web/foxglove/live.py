@@ -1,4 +1,4 @@
-"""Serves a run live to Foxglove, over its WebSocket protocol (foxglove-sdk)."""
+"""A live server for Foxglove over its WebSocket protocol (foxglove-sdk)."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from cxbridge_web.foxglove.messages import FoxgloveMessage, foxglove_messages
 from cxbridge_web.foxglove.schemas import json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
+# The limit of messages per topic that are kept for later subscribers; the oldest are dropped.
 MOST_LASTING: Final = 1000
-"""Messages of a topic that are kept for clients that subscribe later; of more, those that came last."""
 
 _COMPONENT: Final = "Foxglove"
 _Encoded: TypeAlias = Callable[[], bytes]
 
 
 class FoxgloveServer:
-    """Sends the events of a bus, and what panels show of them, to all clients that subscribe.
+    """Sends the events of a bus and their messages for panels to all subscribed clients.
 
-    It receives events from when it is made; any thread may emit them.
+    It receives events from its creation on; any thread may emit them.
 
-    :param name: what clients see as the server's name.
+    :param name: the server's name for clients.
     """
 
     def __init__(self, bus: EventBus, settings: FoxgloveSettings, name: str = "cxbridge") -> None:
@@ -46,43 +46,42 @@ class FoxgloveServer:
         self._lock = threading.Lock()
         self._server: Any = None
         self._door: FoxgloveDoor | None = None
-        self.url = ""
-        """The server's address, once it serves."""
+        self.url = ""  # address of the running server
         kinds: tuple[type[Event], ...] = (*RecordLevel.TRANSITIONS.event_types, LoopTime)
-        # Before the first client: the SDK advertises a channel a moment before it accepts subscriptions.
+        # before the first client: the SDK advertises a channel slightly before it accepts subscriptions
         for kind in kinds:
             if not kind.KIND.topic_field:
                 self._add_event(kind.KIND.topic, kind)
         bus.subscribe(self._take, *kinds)
 
     def start(self) -> None:
-        """Begin to serve.
+        """Start to serve.
 
-        :raises CxbridgeError: when the port cannot be had.
+        :raises CxbridgeError: if the port is unavailable.
         """
         host, port, log = self._settings.host, self._settings.port, self._bus.logger(_COMPONENT)
-        behind = hidden_host()
+        inner_host = hidden_host()
         try:
             self._server = start_server(
                 name=self._name,
-                host=behind,
+                host=inner_host,
                 port=0,
                 context=self._context,
                 server_listener=_Subscriptions(self._note),
             )
-            self._door = FoxgloveDoor(self._settings, (behind, self._server.port))
+            self._door = FoxgloveDoor(self._settings, (inner_host, self._server.port))
         except (OSError, RuntimeError) as error:
             self.stop()
             raise CxbridgeError(
                 f"the Foxglove server cannot be at {host}:{port}: {error}",
                 hint="choose another port; 0: any free one",
             ) from error
-        shown = f"[{host}]" if ":" in host else host
-        self.url = f"ws://{shown}:{self._door.port}"
+        shown_host = f"[{host}]" if ":" in host else host
+        self.url = f"ws://{shown_host}:{self._door.port}"
         log.info(f"Foxglove connects to {self.url}")
 
     def stop(self) -> None:
-        """Serve no more. A second call does nothing."""
+        """Stop serving; repeated calls are harmless."""
         self._bus.unsubscribe(self._take)
         door, self._door = self._door, None
         server, self._server = self._server, None
@@ -92,18 +91,18 @@ class FoxgloveServer:
             door.close()
 
     def attend(self) -> None:
-        """Send lasting messages to new subscribers. Called once a loop."""
+        """Send kept messages to further subscribers. Called once a loop."""
         if not self._asked:
             return
         with self._lock:
-            asked, self._asked = self._asked, set()
-            found = [(topic, list(self._lasting.get(topic, {}).values())) for topic in asked]
-        for topic, kept in found:
+            topics, self._asked = self._asked, set()
+            kept_of_topics = [(topic, list(self._lasting.get(topic, {}).values())) for topic in topics]
+        for topic, kept in kept_of_topics:
             for time_us, encoded in kept:
                 self._channels[topic].log(encoded(), log_time=time_us * 1000)
 
     def _note(self, topic: str) -> None:
-        """Note a subscription, in a thread of the server: it is not in force yet."""
+        """Queue a subscription that is not active yet; called in a thread of the server."""
         with self._lock:
             self._asked.add(topic)
 
@@ -114,8 +113,8 @@ class FoxgloveServer:
 
     def _send_event(self, event: Event) -> None:
         kind = type(event).KIND
-        about = getattr(event, kind.topic_field) if kind.topic_field else ""
-        topic = kind.topic + about.replace("::", "/", 1)
+        subject_id = getattr(event, kind.topic_field) if kind.topic_field else ""
+        topic = kind.topic + subject_id.replace("::", "/", 1)
         if topic not in self._channels:
             self._add_event(topic, type(event))
         subject = "\0".join(str(getattr(event, name)) for name in kind.subject)
@@ -129,13 +128,14 @@ class FoxgloveServer:
     def _log(self, topic: str, subject: str, time_us: int, encoded: _Encoded) -> None:
         """Send a message to subscribers, and keep it if it reports a state.
 
-        :param subject: the subject of the reported state; empty: the message reports no state.
+        :param subject: the subject of the state; empty for a momentary message.
         """
         channel, time_us = self._channels[topic], max(time_us, 0)
         if subject:
             with self._lock:
                 kept = self._lasting.setdefault(topic, {})
-                kept.pop(subject, None)  # the last one is at the end
+                # move the subject to the end, so that the oldest one is dropped first
+                kept.pop(subject, None)
                 kept[subject] = time_us, encoded
                 if len(kept) > MOST_LASTING:
                     del kept[next(iter(kept))]
@@ -146,7 +146,7 @@ class FoxgloveServer:
         self._add(topic, {**schema_of(kind), "title": f"cxbridge.{kind.__name__}"})
 
     def _add(self, topic: str, schema: Mapping[str, Any]) -> None:
-        """Make the channel of a topic, unless another thread has just done so."""
+        """Create the channel of a topic unless another thread has just created it."""
         with self._lock:
             if topic not in self._channels:
                 self._channels[topic] = Channel(topic, schema=dict(schema), context=self._context)
@@ -157,14 +157,13 @@ def _encoded(message: FoxgloveMessage) -> bytes:
 
 
 class _Subscriptions(ServerListener):
-    """Reports the topics that clients subscribe to.
+    """Reports the subscriptions of clients.
 
-    :param note: called in a thread of the server.
+    :param note: called with a topic in a thread of the server.
     """
 
     def __init__(self, note: Any) -> None:
         self._note = note
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:  # noqa: ARG002 - the SDK's signature
-        """Report one."""
         self._note(channel.topic)

@@ -1,4 +1,4 @@
-"""Makes of each event the messages that Foxglove's panels show. docs/evidence/web-page.md lists them."""
+"""Conversion of events to messages for Foxglove's panels, listed in docs/evidence/web-page.md."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from typing import Any, Final
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
 from cxbridge_web.foxglove.scenes import is_number, navgraph_scene, pose, quaternion, stamp, vector
 
+# The topic of the log. Readers of runs select by schema and skip topics below `/foxglove`.
 LOG_TOPIC: Final = "/foxglove/log"
-"""The topic of the log. Readers of runs skip topics below ``/foxglove``: they select by the schema."""
 
 TRANSFORM_TOPIC: Final = "/foxglove/tf"
 
+# Foxglove's level numbers.
 LEVELS: Final = {Level.DEBUG: 1, Level.INFO: 2, Level.WARN: 3, Level.ERROR: 4}
-"""Foxglove's numbers of the levels."""
 
-_ODOMETRY: Final = "odom"
-"""The frame that a navigator counts in when it names none."""
+_ODOMETRY: Final = "odom"  # default frame of a navigator
 
 _TRANSLATION: Final = 3
 _ROTATION: Final = 4
@@ -28,10 +27,10 @@ _ROTATION: Final = 4
 class FoxgloveMessage:
     """A message.
 
-    :param schema: its name, without ``foxglove.``.
+    :param schema: its schema name without ``foxglove.``.
     :param data: JSON data.
-    :param lasting: the subject of a state, which holds until the next message with this subject; empty: the
-        message is about one moment.
+    :param lasting: the subject of a state that is valid until the next message with this subject; empty for a
+        momentary message.
     """
 
     topic: str
@@ -41,7 +40,6 @@ class FoxgloveMessage:
 
 
 def foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
-    """Yield the messages of an event; most have none."""
     if isinstance(event, LogLine):
         yield _log(event)
     elif isinstance(event, NavGraphRead):
@@ -113,12 +111,12 @@ _PLACES: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = 
 
 
 def _frame(event: InterfaceWrite, name: str) -> str:
-    """Return a frame's name; as in tf, a leading slash does not count."""
+    """Return a frame's name without a leading slash, which tf ignores."""
     return str(event.values.get(name, "")).lstrip("/")
 
 
 def _numbers(event: InterfaceWrite, name: str, count: int) -> tuple[float, ...] | None:
-    """Return this many numbers of a field; None when it has other values: JSON knows no NaN."""
+    """Return the given count of numbers of a field; None for other values, since JSON has no NaN."""
     value = event.values.get(name)
     if not isinstance(value, list | tuple) or len(value) != count or not all(map(is_number, value)):
         return None

@@ -8,8 +8,7 @@ from typing import Any, Final, TypeAlias, TypeGuard
 
 from cxbridge.events import NavGraphRead
 
-MAP: Final = "map"
-"""The frame that navigation graphs are in."""
+MAP: Final = "map"  # frame of navigation graphs
 
 _Place: TypeAlias = tuple[float, float]
 
@@ -24,28 +23,26 @@ _PRIMITIVES: Final = ("arrows", "cubes", "spheres", "cylinders", "lines", "trian
 
 
 def stamp(time_us: int) -> dict[str, int]:
-    """Return a time as Foxglove's JSON has it; there is none before 1970."""
+    """Return a time in Foxglove's JSON form, which starts in 1970."""
     seconds, microseconds = divmod(max(time_us, 0), 1_000_000)
     return {"sec": seconds, "nsec": microseconds * 1000}
 
 
 def vector(values: Sequence[float]) -> dict[str, float]:
-    """Return a point or vector of x, y, z."""
     return dict(zip("xyz", values, strict=True))
 
 
 def quaternion(values: Sequence[float]) -> dict[str, float]:
-    """Return a rotation; of all zeros, the value of an unset interface, none."""
+    """Return a rotation; all zeros, the value of an unset interface, mean no rotation."""
     return dict(zip("xyzw", values if any(values) else (0.0, 0.0, 0.0, 1.0), strict=True))
 
 
 def pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> dict[str, Any]:
-    """Return a pose."""
     return {"position": vector(position), "orientation": quaternion(rotation)}
 
 
 def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
-    """Return a ``SceneUpdate``: nodes are spheres with names, edges lines, edges of one direction arrows."""
+    """Return a ``SceneUpdate`` with spheres for nodes, lines for edges and arrows for directed edges."""
     places = dict(_places(event))
     both: list[tuple[_Place, _Place]] = []
     one_way: list[tuple[_Place, _Place]] = []
@@ -74,7 +71,7 @@ def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
 
 
 def _places(event: NavGraphRead) -> Iterator[tuple[str, _Place]]:
-    """Yield the nodes that have a place; a foreign recording may hold any value."""
+    """Yield the nodes with a position; a foreign recording may have any value."""
     for name, node in event.nodes.items():
         x, y = node.get("x"), node.get("y")
         if is_number(x) and is_number(y):
@@ -82,7 +79,7 @@ def _places(event: NavGraphRead) -> Iterator[tuple[str, _Place]]:
 
 
 def is_number(value: Any) -> TypeGuard[float]:
-    """Whether it is a number that JSON can have."""
+    """Return whether a value is a finite number, as JSON requires."""
     return isinstance(value, int | float) and isfinite(value)
 
 
@@ -100,7 +97,7 @@ def _line_list(points: list[dict[str, float]]) -> dict[str, Any]:
 
 
 def _arrow(start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
-    """Return an arrow; Foxglove's point along x."""
+    """Return an arrow; Foxglove's arrows point along x."""
     length, half = (
         hypot(end[0] - start[0], end[1] - start[1]),
         atan2(end[1] - start[1], end[0] - start[0]) / 2,

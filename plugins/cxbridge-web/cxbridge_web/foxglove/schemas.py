@@ -1,10 +1,11 @@
-"""JSON schemas of the Foxglove messages that we write; their fields are those of its published schemas."""
+"""JSON schemas of the written Foxglove messages, with the fields of the published schemas."""
 
 from __future__ import annotations
 
 from functools import cache
 from typing import Any, Final
 
+# Fields and their types by message name.
 _MESSAGES: Final = {
     "Log": "timestamp:time level:integer message:string name:string file:string line:integer",
     "PoseInFrame": "timestamp:time frame_id:string pose:Pose",
@@ -44,7 +45,6 @@ _MESSAGES: Final = {
     "Quaternion": "x:number y:number z:number w:number",
     "Color": "r:number g:number b:number a:number",
 }
-"""Fields and their types, by the message's name."""
 
 _NANOSECONDS: Final = {"type": "integer", "minimum": 0, "maximum": 999_999_999}
 _PLAIN: Final[dict[str, dict[str, Any]]] = {
@@ -63,13 +63,13 @@ _PLAIN: Final[dict[str, dict[str, Any]]] = {
 
 
 def schema_name(message: str) -> str:
-    """Return the name by which Foxglove knows a message."""
+    """Return Foxglove's name of a message."""
     return f"foxglove.{message}"
 
 
 @cache
 def json_schema(message: str) -> dict[str, Any]:
-    """Return the JSON schema of a message, e.g. of ``Log``. Not to be changed."""
+    """Return the JSON schema of a message such as ``Log``. Do not modify the cached result."""
     fields = dict(field.split(":") for field in _MESSAGES[message].split())
     return {
         "title": schema_name(message),
@@ -80,7 +80,6 @@ def json_schema(message: str) -> dict[str, Any]:
 
 
 def _of_type(kind: str) -> dict[str, Any]:
-    """Return the schema of a field."""
     if kind.endswith("[]"):
         return {"type": "array", "items": _of_type(kind.removesuffix("[]"))}
     if kind in _MESSAGES:

@@ -1,4 +1,4 @@
-"""Makes the server for Foxglove; the package that it needs is an extra."""
+"""Creation of the server for Foxglove, whose package is an optional dependency."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 
 def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveServer:
-    """Make a server, which has not started yet.
+    """Return a server that is not started yet.
 
-    :raises CxbridgeError: when everybody would reach it, or the package it needs is not installed.
+    :raises CxbridgeError: if it would be public, or its package is missing.
     """
     settings.check()
     try:

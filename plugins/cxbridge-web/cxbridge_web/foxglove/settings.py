@@ -1,4 +1,4 @@
-"""Where Foxglove is served."""
+"""The settings of the server for Foxglove."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from cxbridge.listening import LOOPBACK, check_place, is_loopback
 from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_web import FOXGLOVE_PORT
 
+# The origins of Foxglove in a browser and of its desktop program.
 PAGES: Final = ("https://app.foxglove.dev", "file://")
-"""The origins of Foxglove in a browser, and of Foxglove as a program."""
 
 
 @dataclass(frozen=True)
 class FoxgloveSettings(PluginSettings):
-    """Where to serve.
+    """The settings of the server.
 
-    :param port: 0: any free one.
-    :param allow_origins: the pages that may connect; ``*``: all.
-    :param insecure: listen beyond this machine: the protocol has neither passwords nor encryption.
+    :param port: 0 for any free port.
+    :param allow_origins: the origins of pages that may connect; ``*`` for all.
+    :param insecure: whether to listen beyond this machine, since the protocol has neither passwords nor
+        encryption.
     """
 
     SECTION: ClassVar[str] = "/cxbridge/foxglove"
@@ -39,7 +40,7 @@ class FoxgloveSettings(PluginSettings):
 
     @classmethod
     def read(cls, config: Configuration) -> Self | None:
-        """Return the settings below ``cxbridge/foxglove``; None without them, or with ``enable: false``."""
+        """Return the settings below ``cxbridge/foxglove``; None without them or with ``enable: false``."""
         if not config.get_bool(f"{cls.SECTION}/enable", default=bool(config.keys(cls.SECTION))):
             return None
         settings = cls(
@@ -53,13 +54,13 @@ class FoxgloveSettings(PluginSettings):
 
     @property
     def is_local(self) -> bool:
-        """Whether the server is for clients of this machine only."""
+        """Whether only clients of this machine can connect."""
         return is_loopback(self.host)
 
     def check(self) -> None:
-        """Refuse a place that everybody reaches.
+        """Reject a public host without ``insecure``.
 
-        :raises ConfigError: when the host is beyond the loopback, without ``insecure``.
+        :raises ConfigError: if the host is beyond the loopback without ``insecure``.
         """
         check_place(
             "the Foxglove server",

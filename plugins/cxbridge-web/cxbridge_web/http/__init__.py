@@ -1,1 +1,1 @@
-"""HTTP as such: a server in a thread, and an application that has files only."""
+"""HTTP infrastructure: a server in a thread, and an application for recorded runs."""

@@ -1,4 +1,4 @@
-"""The connections of the web server: ended when nothing moves."""
+"""Connections of the web server, limited in idle time."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-PATIENCE_S: Final = 10.0
-"""Seconds after which a connection on which nothing moves is ended; it may take twice as long."""
+PATIENCE_S: Final = 10.0  # until an inactive connection is closed; the check may take twice as long
 
 
 class Connection(H11Protocol):
-    """A connection that is ended when its client neither completes a request nor reads the answer.
+    """A connection that is closed if its client neither completes a request nor reads the answer.
 
-    Streams without news stay: there the server is the one that has nothing to say.
+    Idle event streams stay open, since there the server is the one to send.
     """
 
     patience_s: float = PATIENCE_S
@@ -25,23 +24,21 @@ class Connection(H11Protocol):
         self._mark: tuple[object, int] | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin to look after it."""
         super().connection_made(transport)
-        self._timer = self.loop.call_later(self.patience_s, self._look)
+        self._timer = self.loop.call_later(self.patience_s, self._check_progress)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Look no more."""
         if self._timer is not None:
             self._timer.cancel()
         super().connection_lost(exc)
 
-    def _look(self) -> None:
-        """End it if its client was to act, and has not since the last look."""
+    def _check_progress(self) -> None:
+        """Close the connection if its client had to act and did not since the last check."""
         cycle = self.cycle
-        to_act = cycle is None or cycle.response_complete or self.flow.write_paused
-        mark = (cycle, self.transport.get_write_buffer_size()) if to_act else None
+        is_clients_turn = cycle is None or cycle.response_complete or self.flow.write_paused
+        mark = (cycle, self.transport.get_write_buffer_size()) if is_clients_turn else None
         if mark is not None and mark == self._mark:
             self.transport.abort()
             return
         self._mark = mark
-        self._timer = self.loop.call_later(self.patience_s, self._look)
+        self._timer = self.loop.call_later(self.patience_s, self._check_progress)

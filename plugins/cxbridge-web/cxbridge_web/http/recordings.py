@@ -1,4 +1,4 @@
-"""The page and recorded runs, without a daemon: what ``cxbridge view`` serves."""
+"""The page with recorded runs, without a daemon: the application of ``cxbridge view``."""
 
 from __future__ import annotations
 
@@ -34,8 +34,7 @@ from cxbridge_web.pages import Pages
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-RUNS: Final = "/runs/"
-"""Where the recordings are; the address itself lists them."""
+RUNS: Final = "/runs/"  # path prefix of the recordings; the prefix itself lists them
 
 _LIST: Final = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
@@ -43,23 +42,20 @@ _LIST: Final = """<!doctype html>
 <link rel="icon" href="/icon.svg"></head>
 <body><main><h1>Recorded runs</h1><ul>{items}</ul></main></body></html>
 """
-COMPARE: Final = "/compare"
-"""The page with two runs side by side: ``/compare?a=0&b=1``, the numbers of the runs."""
+COMPARE: Final = "/compare"  # page that compares two runs by their numbers: `/compare?a=0&b=1`
 
+# The query for guessed pairs of plan-actions and skill calls, which recordings lack.
 _LINKS: Final = b"links"
-"""The query of the pairs of plan-actions and skill calls that a recording does not say."""
 
-_WHY: Final = b"why&"
-"""The beginning of a query that asks why: ``why&kind=goal&name=gen14&at=3.5``."""
+_WHY: Final = b"why&"  # prefix of a query for an explanation: `why&kind=goal&name=gen14&at=3.5`
 
 _MCAP: Final = b"\x89MCAP"
 
 
 class RecordingsApp:
-    """Serves the page and these recordings, and no other file. An ASGI application.
+    """Serves the page and the given recordings, but no other file; an ASGI application.
 
     :param paths: recorded runs of any format.
-    :raises TraceError: when one cannot be read.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
@@ -72,7 +68,7 @@ class RecordingsApp:
 
     @property
     def start(self) -> str:
-        """The path of the page that shows the run, compares two, or lets one of many be chosen."""
+        """The path of the start page: one run, a comparison of two, or a list of more."""
         match len(self._paths):
             case 1:
                 return self._link(next(iter(self._paths)))
@@ -86,7 +82,6 @@ class RecordingsApp:
         return f"/?run={quote(quote(path), safe='/')}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve one request."""
         path = scope["path"]
         if path == COMPARE:
             answer = await run_in_threadpool(self._compare, dict(parse_qsl(scope["query_string"].decode())))
@@ -123,22 +118,22 @@ class RecordingsApp:
         return _events(file, with_links=query == _LINKS)
 
     def _compare(self, query: Mapping[str, str]) -> Response:
-        """Return the page that shows two runs side by side."""
+        """Return the page that compares two runs."""
         known = list(self._paths)
         try:
-            one, other = (known[int(query[side])] for side in "ab")
+            first, second = (known[int(query[side])] for side in "ab")
             view, order = View(query.get("level", "transitions")), Order(query.get("order", "partial"))
         except (KeyError, IndexError, ValueError):
             return PlainTextResponse("Name two runs by their numbers: /compare?a=0&b=1\n", 400)
-        runs = {"a": self._link(one), "b": self._link(other)}
+        runs = {"a": self._link(first), "b": self._link(second)}
         try:
-            page = compared_page(self._paths[one], self._paths[other], view, order, runs)
+            page = compared_page(self._paths[first], self._paths[second], view, order, runs)
         except CxbridgeError as error:
             return PlainTextResponse(f"{error}\n", 400)
         return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
 
     def _why(self, file: Path, query: Mapping[str, str]) -> Response:
-        """Answer a question about a recording; with status 400 when it has no answer."""
+        """Answer a question about a recording, with status 400 if it has no answer."""
         try:
             answer = self._explainer(file, query.get("at", ""), query.get("env", ""))(
                 query.get("kind", ""), query.get("name", "")
@@ -148,7 +143,7 @@ class RecordingsApp:
         return JSONResponse(answer)
 
     def _explainer(self, file: Path, at: str, env: str) -> Explainer:
-        """Return what answers questions about a recording at a moment; the last one is kept."""
+        """Return the explainer of a recording at a moment; the last one is cached."""
         key = (file, at, env)
         with self._explaining:
             if self._known is None or self._known[0] != key:
@@ -171,10 +166,9 @@ def _events(file: Path, *, with_links: bool) -> Response:
 
 
 def compared_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str, str]) -> str:
-    """Return the page about two recorded runs.
+    """Return the page that compares two recorded runs.
 
     :param runs: the addresses of the pages of ``a`` and ``b``.
-    :raises CxbridgeError: when a run cannot be read, or lacks events of the level.
     """
     from cxbridge.trace.compare.render.text import make_report  # noqa: PLC0415 - most pages compare nothing
     from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
@@ -192,12 +186,12 @@ def compared_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str,
 
 
 def _name(path: Path) -> str:
-    """Return a recording's name in addresses: the page detects its format by its content."""
+    """Return a recording's file name in addresses; the page detects the format by content."""
     return path.name or "run"
 
 
 def is_mcap(path: Path) -> bool:
-    """Return whether the page can read a file without a conversion."""
+    """Return whether the page can read a file without conversion."""
     if not path.is_file():
         return False
     with path.open("rb") as file:
@@ -205,7 +199,7 @@ def is_mcap(path: Path) -> bool:
 
 
 def _lines(path: Path) -> Iterator[bytes]:
-    """Yield a run as the page reads it: an event a line, as ``trace cat --json`` prints."""
+    """Yield a run as JSON lines, like ``trace cat --json``."""
     for event in open_run(path):
         if event.KIND.name:
             yield encode_with_kind(event) + b"\n"

@@ -1,4 +1,4 @@
-"""An HTTP server in a thread, from its start to its stop."""
+"""An HTTP server in a thread."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _BACKLOG: Final = 64
 
 
 class _Uvicorn(uvicorn.Server):
-    """Says when it serves."""
+    """Signals when it serves."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
@@ -43,7 +43,7 @@ class _Uvicorn(uvicorn.Server):
 
 
 class _LogHandler(logging.Handler):
-    """Takes what uvicorn complains of to our log, what clients bring about not each time."""
+    """Forwards uvicorn's warnings to the log, with limits for those that clients cause."""
 
     def __init__(self, log: Logger) -> None:
         super().__init__(logging.WARNING)
@@ -60,10 +60,10 @@ class _LogHandler(logging.Handler):
 
 
 class HttpThread:
-    """Serves an application.
+    """Serves an application in a thread.
 
-    :param log: gets errors.
-    :raises CxbridgeError: when the address cannot be bound, or the settings are invalid.
+    :param log: receives errors.
+    :raises CxbridgeError: if the address is unavailable or the settings are invalid.
     """
 
     def __init__(self, settings: WebSettings, log: Logger) -> None:
@@ -72,7 +72,6 @@ class HttpThread:
         self._log = log
         self._listening = _listen(settings.host, settings.port)
         self.port: int = self._listening.getsockname()[1]
-        """Where it serves."""
         self._server: _Uvicorn | None = None
         self._thread: LoopThread | None = None
         self._served: Future[None] = Future()
@@ -80,15 +79,10 @@ class HttpThread:
 
     @property
     def url(self) -> str:
-        """Where it is."""
         host = f"[{self._settings.host}]" if ":" in self._settings.host else self._settings.host
         return f"http{'s' if self._settings.tls_cert else ''}://{host}:{self.port}"
 
     def start(self, app: ASGIApp) -> None:
-        """Begin to serve.
-
-        :raises CxbridgeError: when that is not possible.
-        """
         try:
             self._server = _Uvicorn(self._configured(app))
         except Exception:
@@ -123,21 +117,21 @@ class HttpThread:
                 ssl_keyfile=settings.tls_key,
             )
             config.load()
-        except OSError as error:  # ssl's errors are some
+        except OSError as error:  # errors of ssl are subclasses, too
             raise CxbridgeError(
                 f"the certificate and its key cannot be used: {error}", file=settings.tls_cert
             ) from error
         return config
 
     def close(self) -> None:
-        """Give the port back, if it has not been started."""
+        """Release the port of a server that was never started."""
         if self._thread is None:
             self._listening.close()
 
     def stop(self, closing: Callable[[], None] = lambda: None) -> None:
-        """Serve no more. A second call does nothing.
+        """Stop serving; repeated calls are harmless.
 
-        :param closing: called in the server's thread; ends answers without an end.
+        :param closing: called in the server's thread to end endless answers.
         """
         thread, self._thread = self._thread, None
         if thread is not None and self._server is not None:
@@ -150,10 +144,6 @@ class HttpThread:
 
 
 def _listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens.
-
-    :raises CxbridgeError: when that is not possible.
-    """
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         listening = socket.socket(family, socket.SOCK_STREAM)

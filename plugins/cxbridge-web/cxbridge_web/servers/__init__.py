@@ -1,1 +1,1 @@
-"""The servers of the page and of Foxglove, as components of runs and daemons."""
+"""The servers of the page and of Foxglove as components of runs and daemons."""

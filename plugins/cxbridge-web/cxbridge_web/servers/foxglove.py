@@ -1,4 +1,4 @@
-"""The server of a daemon for Foxglove. It receives events from its configuration on."""
+"""The server of a daemon for Foxglove, which receives events from its configuration on."""
 
 from __future__ import annotations
 
@@ -21,14 +21,12 @@ class FoxgloveComponent(Component):
         self._server = make_foxglove_server(daemon.bus, settings)
 
     def activate(self) -> None:
-        """Begin to serve."""
         self._server.start()
         self._daemon.add_endpoints([self._server.url], "Foxglove")
 
     def loop(self) -> None:
-        """Serve new subscribers."""
+        """Send kept messages to further subscribers."""
         self._server.attend()
 
     def close(self) -> None:
-        """Serve no more."""
         self._server.stop()

@@ -1,4 +1,4 @@
-"""Foxglove, connected to a single run: ``cxbridge run --foxglove``."""
+"""Foxglove for a single run: ``cxbridge run --foxglove``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class RunFoxglove(RunServer):
-    """Lets Foxglove connect to a run; clients that connect after its end get the last values.
+    """Serves a run to Foxglove; clients that connect after its end get the last values.
 
     :param on_ready: called with the address of the server.
     """
@@ -32,10 +32,6 @@ class RunFoxglove(RunServer):
 
     @contextmanager
     def serve(self, run: Run | Team) -> Iterator[None]:
-        """Serve a run.
-
-        :raises CxbridgeError: when the package is not installed or the port is taken.
-        """
         server = make_foxglove_server(run.bus, self._settings)
         try:
             server.start()
@@ -47,6 +43,6 @@ class RunFoxglove(RunServer):
             server.stop()
 
     def attend(self) -> None:
-        """Send the last values to clients that have just subscribed."""
+        """Send the last values to further subscribers."""
         if self._server is not None:
             self._server.attend()

@@ -26,9 +26,10 @@ if TYPE_CHECKING:
 
 
 class RunWeb(WebHost):
-    """A run as its web server sees it; :class:`cxbridge_web.host.WebHost`.
+    """A run as the data source of its web server; see :class:`cxbridge_web.host.WebHost`.
 
-    Of several agents the page has all environments; blackboard and breakpoints are those of the first one.
+    With several agents, the page has all environments, but blackboard and breakpoints of the first agent
+    only.
     """
 
     def __init__(self, run: Run | Team) -> None:
@@ -44,25 +45,21 @@ class RunWeb(WebHost):
 
     @property
     def board(self) -> BlackBoard:
-        """The blackboard."""
         return self._agent.board
 
     @property
     def rights(self) -> Rights:
-        """What clients may do."""
         return self._agent.rights
 
     @property
     def executive(self) -> Executive:
-        """The executive."""
         return self._agent.executive
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
-        """Return the CLIPS environments by name."""
-        found: dict[str, ClipsEnvironment] = {}
+        all_environments: dict[str, ClipsEnvironment] = {}
         for agent in self._run.agents:
-            found.update(agent.manager.environments)
-        return found
+            all_environments.update(agent.manager.environments)
+        return all_environments
 
     def _components(self) -> list[dict[str, Any]]:
         state = "ACTIVE" if self._result is None else "INACTIVE"
@@ -72,21 +69,21 @@ class RunWeb(WebHost):
         ]
 
     def finish(self, result: RunResult) -> None:
-        """Note that the run has come to its end: its clock stands still for clients from now on."""
+        """Note the end of the run; its clock then stands still for clients."""
         self._end_us = self._run.clock.now_us()
         self._result = {"status": result.status, "word": result.word, "reason": result.reason}
 
     def status(self) -> dict[str, Any]:
-        """Return how the run stands; ``FINISHED`` when it has come to its end, and with which result."""
-        over = self._result is not None
-        state = "FINISHED" if over else "PAUSED" if self.paused else "RUNNING"
-        status = self._status(state, self._components(), now_us=self._end_us if over else None)
-        return status | ({"result": self._result} if over else {})
+        """Return the status of the run; ``FINISHED`` with the result after its end."""
+        is_over = self._result is not None
+        state = "FINISHED" if is_over else "PAUSED" if self.paused else "RUNNING"
+        status = self._status(state, self._components(), now_us=self._end_us if is_over else None)
+        return status | ({"result": self._result} if is_over else {})
 
     def command(self, verb: str) -> None:
         """Pause or resume the run.
 
-        :raises CxbridgeError: for ``reset``: a run is not begun again.
+        :raises CxbridgeError: for ``reset``, since a run cannot restart.
         """
         if verb == "pause":
             self.paused = True
@@ -99,20 +96,18 @@ class RunWeb(WebHost):
 
     @property
     def stall(self) -> str:
-        """Nothing: the loops of a run with a page have no watcher."""
+        """Always empty: a run with a page has no watchdog of its loops."""
         return ""
 
     def interrupt(self) -> None:
-        """End what rules do in this loop, from any thread."""
         for agent in self._run.agents:
             agent.executive.env.break_off()
 
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
-        """Return nothing: a run has no plugins."""
         return ()
 
     def load_plugin(self, name: str, *, load: bool) -> None:
-        """Refuse it.
+        """Reject the request.
 
         :raises CxbridgeError: always.
         """
@@ -128,7 +123,7 @@ class RunWeb(WebHost):
 class RunPage(RunServer):
     """Serves the page of a run.
 
-    :param on_ready: gets the page's address, once it is served.
+    :param on_ready: called with the page's address.
     """
 
     stays = "the page"
@@ -141,7 +136,6 @@ class RunPage(RunServer):
 
     @contextmanager
     def serve(self, run: Run | Team) -> Iterator[None]:
-        """Serve a run's page."""
         host = self._host = RunWeb(run)
         server = self._server = WebServer(host, self._settings)
         try:
@@ -160,12 +154,11 @@ class RunPage(RunServer):
             server.stop()
 
     def attend(self) -> None:
-        """Answer requests."""
         if self._server is not None and self._host is not None:
             self._server.attend()
             self._host.attend()
 
     def finish(self, result: RunResult) -> None:
-        """Let the page say how the run has ended."""
+        """Show the end of the run on the page."""
         if self._host is not None:
             self._host.finish(result)

@@ -1,4 +1,4 @@
-"""The web server of a daemon. It collects events from its configuration on, before it serves."""
+"""The web server of a daemon, which collects events from its configuration on, before it serves."""
 
 from __future__ import annotations
 
@@ -27,16 +27,13 @@ class WebComponent(Component):
         self._server = WebServer(host, settings)
 
     def activate(self) -> None:
-        """Begin to serve."""
         self._server.start()
         self._daemon.add_endpoints([self._server.url], "the web page and the REST API")
         if self._options is not None:
             self._options.announce(self._server.url)
 
     def loop(self) -> None:
-        """Answer requests."""
         self._server.attend()
 
     def close(self) -> None:
-        """Serve no more."""
         self._server.stop()

@@ -1,1 +1,1 @@
-"""A run as Chrome's trace events, which Perfetto opens: ``cxbridge trace timeline``; see docs/see.md."""
+"""Export of a run as Chrome trace events for Perfetto: ``cxbridge trace timeline``; see docs/see.md."""

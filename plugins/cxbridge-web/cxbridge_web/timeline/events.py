@@ -1,8 +1,8 @@
-"""Trace events: slices, instants, counters, flows and names, in the order in which they must be written.
+"""Trace events in writing order: slices, instants, counters, flows and names.
 
-A viewer puts a slice below the one that is open on its thread: within a thread slices must nest, and events
-of the same time must come in the right order. That order is (seq, rank): the number of the event of the run,
-and the rank of the message about it.
+A viewer puts a slice below the open one of its thread: within a thread slices must nest, and simultaneous
+events must be in the right order. That order is (seq, rank): the number of the run's event, and the rank of
+the message about it.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from typing import Any
 from cxbridge.history.keeping import cut
 from cxbridge_web.escaping import visible
 
+# Number of a run's event, and its time in microseconds since the first event.
 Moment = tuple[int, int]
-"""Number of an event of the run, and its time in microseconds since the first."""
 
 
+# The limit of characters in the name of a slice or track; arguments of slices may be longer.
 LONGEST_NAME = 80
-"""How many characters of a text name a slice or a track; a slice's arguments have more."""
 
 
 def label(text: str) -> str:
-    """Return a text as the name of something: one line, not too long, not empty, all of it visible."""
+    """Return a text as a name: one visible line of limited length, never empty."""
     line = visible(cut(text.partition("\n")[0], LONGEST_NAME)).replace("\t", " ")
     return line or "(empty)"
 
@@ -40,13 +40,12 @@ class Rank(IntEnum):
     BEGIN_INNER = 5
     FLOW = 6
     INSTANT = 7
-    END_SAME = 8
-    """The end of a slice that began with the same event."""
+    END_SAME = 8  # end of a slice that began with the same event
 
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """A thread, as the format calls it."""
+    """A thread in the format's terms."""
 
     process: int
     thread: int
@@ -54,34 +53,34 @@ class Track:
 
 @dataclass(slots=True)
 class Tracks:
-    """Names processes and threads. Perfetto tells threads apart by their number alone: each has its own."""
+    """Names processes and threads. Thread numbers are unique, since Perfetto ignores the process there."""
 
     names: list[dict[str, Any]] = field(default_factory=list)
     _processes: int = 0
     _threads: int = 1000
 
     def process(self, name: str) -> int:
-        """Return the number of a new process, below those that exist."""
+        """Add a process below the existing ones; return its number."""
         self._processes += 1
         self._name("process", name, self._processes, 0)
         return self._processes
 
     def thread(self, process: int, name: str) -> Track:
-        """Return a new thread, below those that exist."""
+        """Add and return a thread below the existing ones."""
         self._threads += 1
         self._name("thread", name, process, self._threads)
         return Track(process, self._threads)
 
     def _name(self, kind: str, name: str, process: int, thread: int) -> None:
-        place = {"ph": "M", "pid": process, "tid": thread, "ts": 0}
+        base_fields = {"ph": "M", "pid": process, "tid": thread, "ts": 0}
         index = thread or process
-        self.names.append({**place, "name": f"{kind}_name", "args": {"name": label(name)}})
-        self.names.append({**place, "name": f"{kind}_sort_index", "args": {"sort_index": index}})
+        self.names.append({**base_fields, "name": f"{kind}_name", "args": {"name": label(name)}})
+        self.names.append({**base_fields, "name": f"{kind}_sort_index", "args": {"sort_index": index}})
 
 
 @dataclass(slots=True)
 class Events:
-    """Collects trace events, and yields them in order."""
+    """Collects trace events and yields them in order."""
 
     _events: list[tuple[int, int, int, dict[str, Any]]] = field(default_factory=list)
     _last: dict[Track, tuple[int, int]] = field(default_factory=dict)
@@ -99,18 +98,18 @@ class Events:
     ) -> None:
         """Add a slice.
 
-        :param depth: 0 for the outermost of its thread, up to 2.
+        :param depth: 0 for the outermost slice of its thread, up to 2.
         """
-        same, name = begin[0] == end[0], label(name)
-        top = {"ph": "B", "name": name, "cat": category, "args": dict(args)}
-        self._add(begin, Rank.BEGIN_OUTER + depth, track, top)
-        rank = Rank.END_SAME + 2 - depth if same else Rank.END_OUTER - depth
+        is_empty, name = begin[0] == end[0], label(name)
+        begin_event = {"ph": "B", "name": name, "cat": category, "args": dict(args)}
+        self._add(begin, Rank.BEGIN_OUTER + depth, track, begin_event)
+        rank = Rank.END_SAME + 2 - depth if is_empty else Rank.END_OUTER - depth
         self._add(end, rank, track, {"ph": "E", "name": name, "cat": category})
 
     def instant(self, track: Track, name: str, at: Moment, args: Mapping[str, Any], *, category: str) -> None:
-        """Add something that takes no time; those of a track come in order.
+        """Add an instant; those of a track come in order.
 
-        Viewers stack slices with the same time. A nanosecond between them keeps them on one line.
+        Viewers stack simultaneous slices; a nanosecond between instants keeps them on one line.
         """
         time, count = self._last.get(track, (-1, 0))
         count = count + 1 if time == at[1] else 0
@@ -127,14 +126,13 @@ class Events:
             event["ts"] = at[1] + count / 1000
 
     def counter(self, track: Track, name: str, at: Moment, values: Mapping[str, int]) -> None:
-        """Add the value that a number has from now on."""
         self._add(at, Rank.INSTANT, track, {"ph": "C", "name": name, "args": dict(values)})
 
     def flow(self, number: int, name: str, steps: list[tuple[Track, Moment]]) -> None:
-        """Add an arrow through the slices that are open on these tracks at these moments, at least two."""
+        """Add an arrow through the open slices of at least two tracks at the given moments."""
         last = len(steps) - 1
-        for place, (track, at) in enumerate(steps):
-            phase = "s" if place == 0 else "f" if place == last else "t"
+        for index, (track, at) in enumerate(steps):
+            phase = "s" if index == 0 else "f" if index == last else "t"
             event: dict[str, Any] = {"ph": phase, "id": number, "name": name, "cat": "flow"}
             if phase == "f":
                 event["bp"] = "e"

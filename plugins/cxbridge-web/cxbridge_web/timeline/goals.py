@@ -8,27 +8,23 @@ from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import DONE_STATES, ActionChange, GoalRecord, PlanActionRecord, goal_forest
 from cxbridge_web.timeline.events import Events, Moment, Track, Tracks
 
-OPEN = "not over at the end of the recording"
-"""Says for a slice that it ends with the recording."""
+OPEN = "not over at the end of the recording"  # note of a slice that ends with the recording
 
-DROPPED = "not over when its goal was retracted"
-"""Says for a plan-action that it ends with its goal."""
+DROPPED = "not over when its goal was retracted"  # note of a plan-action that ends with its goal
 
+# The indentation of track names per level, since tracks cannot nest and blanks are trimmed.
 INDENT = "· "
-"""Precedes the name of a track, once for each level: there are no tracks below tracks, and blanks are cut."""
 
-DEEPEST = 12
-"""Levels that are indented."""
+DEEPEST = 12  # limit of indented levels
 
 NOT_BEGUN = "FORMULATED"
 
 
 @dataclass(slots=True)
 class GoalTracks:
-    """Where things are.
+    """The tracks of goals and plan-actions.
 
-    :param goals: the track of each goal, by its number.
-    :param actions: the track of each plan-action, by its number; one that never began has none.
+    :param actions: by plan-action number, except actions that never began.
     """
 
     goals: dict[int, Track] = field(default_factory=dict)
@@ -36,7 +32,7 @@ class GoalTracks:
 
 
 def add_goals(history: RunHistory, tracks: Tracks, events: Events, processes: dict[str, int]) -> GoalTracks:
-    """Add a track for each goal, below its parent's, and below it those of its plans.
+    """Add a track for each goal below its parent's, followed by those of its plans.
 
     :param processes: the process of each environment.
     """
@@ -57,7 +53,6 @@ def add_goals(history: RunHistory, tracks: Tracks, events: Events, processes: di
 
 
 def _plans(actions: list[PlanActionRecord]) -> dict[str, list[PlanActionRecord]]:
-    """Return actions by their plans."""
     plans: dict[str, list[PlanActionRecord]] = {}
     for action in actions:
         plans.setdefault(action.plan, []).append(action)
@@ -65,42 +60,42 @@ def _plans(actions: list[PlanActionRecord]) -> dict[str, list[PlanActionRecord]]
 
 
 def _indent(depth: int) -> str:
-    """Return what precedes the name of a track; deep ones are below each other."""
+    """Return the indentation of a track's name, limited for deep levels."""
     return INDENT * min(depth, DEEPEST)
 
 
 def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events, track: Track) -> None:
-    """Add a slice for each life of a goal, and within it one for each mode."""
+    """Add a slice for each life of a goal, containing slices for its modes."""
     end = history.events, history.end
-    born: Moment | None = None
+    birth: Moment | None = None
     for state, after in zip(goal.changes, [*goal.changes[1:], None], strict=True):
-        here = state.seq, state.time
-        born = born or here
+        moment = state.seq, state.time
+        birth = birth or moment
         until = end if after is None else (after.seq, after.time)
-        gone = state.mode == "RETRACTED"
+        is_retracted = state.mode == "RETRACTED"
         outcome = {} if state.outcome == "UNKNOWN" else {"outcome": state.outcome}
         error = {"error": state.error} if state.error else {}
         name = f"{state.mode} {state.outcome}" if outcome else state.mode
-        if not gone:
-            left = {} if after is not None else {"note": OPEN}
-            events.slice(track, name, here, until, {**outcome, **error, **left}, category="mode", depth=1)
-        if gone or after is None:
+        if not is_retracted:
+            note = {} if after is not None else {"note": OPEN}
+            events.slice(track, name, moment, until, {**outcome, **error, **note}, category="mode", depth=1)
+        if is_retracted or after is None:
             facts = {
                 "goal": goal.name,
                 "class": goal.goal_class,
                 "sub-type": goal.sub_type,
                 "parent": parent,
             }
-            left = {} if gone else {"note": OPEN}
+            note = {} if is_retracted else {"note": OPEN}
             events.slice(
                 track,
                 f"{goal.name} {goal.goal_class}",
-                born,
-                here if gone else end,
-                {**facts, **outcome, **error, **left},
+                birth,
+                moment if is_retracted else end,
+                {**facts, **outcome, **error, **note},
                 category="goal",
             )
-            born = None
+            birth = None
 
 
 def _add_plan(
@@ -111,9 +106,9 @@ def _add_plan(
     process: int,
     plan: tuple[str, list[PlanActionRecord], int],
 ) -> None:
-    """Add a plan: a slice for it, within it its actions, within them their states.
+    """Add slices for a plan, its actions and their states.
 
-    Actions that overlap each other get separate tracks.
+    Overlapping actions get separate tracks.
     """
     name, actions, depth = plan
     title = f"{_indent(depth)}plan {name}"
@@ -138,7 +133,7 @@ def _add_plan(
 
 
 def _span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, Moment] | None:
-    """Return when an action began, which is when it was more than formulated, and when it was over."""
+    """Return when an action left FORMULATED and when it ended; None if it never began."""
     begin = next((change[:2] for change in action.changes if change.state != NOT_BEGUN), None)
     if begin is None:
         return None
@@ -149,7 +144,7 @@ def _span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, Moment
 
 
 def _retraction(action: PlanActionRecord, last: ActionChange) -> Moment | None:
-    """Return when an action's goal was retracted, after the action's last change; None if it was not."""
+    """Return the retraction of an action's goal after its last change; None without one."""
     if action.goal_record is None:
         return None
     changes = action.goal_record.changes
@@ -159,16 +154,16 @@ def _retraction(action: PlanActionRecord, last: ActionChange) -> Moment | None:
 def _add_action(
     action: PlanActionRecord, events: Events, track: Track, span: tuple[Moment, Moment], remark: str
 ) -> None:
-    """Add a slice for an action, and within it one for each state.
+    """Add a slice for an action, containing slices for its states.
 
-    :param remark: the remark for an unfinished one.
+    :param remark: the note of an unfinished action.
     """
     begin, end = span
     last = action.state
-    left = {} if last in DONE_STATES else {"note": remark}
+    note = {} if last in DONE_STATES else {"note": remark}
     facts = {"action": action.name, "id": action.id, "goal": action.goal, "plan": action.plan}
     name = f"{action.id} {action.name}"
-    events.slice(track, name, begin, end, {**facts, "state": last, **left}, category="action", depth=1)
+    events.slice(track, name, begin, end, {**facts, "state": last, **note}, category="action", depth=1)
     ends = [*(change[:2] for change in action.changes[1:]), end]
     for (seq, time, state), until in zip(action.changes, ends, strict=True):
         if seq >= begin[0] and seq < end[0]:

@@ -1,4 +1,4 @@
-"""The data of a page about a run, except its history: rules, log and interfaces, each over time.
+"""The data of a page about a run besides its history: rules, log and interfaces over time.
 
 Times and ``seq`` are those of the run's history, see :mod:`cxbridge.history.model`.
 """
@@ -14,11 +14,11 @@ from cxbridge.history.keeping import Kept
 
 @dataclass(frozen=True, slots=True)
 class ReportLimits(HistoryLimits):
-    """The limits of the data of a page; data beyond them is counted and reported.
+    """The limits of a page's data; data beyond them is counted and reported.
 
-    :param log: lines of each level: the first and the last ones.
-    :param writes: writes that changed an interface, the first and the last ones.
-    :param firings: firings that can be seen one by one; all are counted.
+    :param log: the first and last lines of each level.
+    :param writes: the first and last writes that changed an interface.
+    :param firings: individually kept firings; all firings are counted.
     """
 
     log: int = 50_000
@@ -28,7 +28,7 @@ class ReportLimits(HistoryLimits):
 
 @dataclass(slots=True)
 class RuleCount:
-    """How often a rule fired, and (seq, time) of its first and its last firing."""
+    """The number of a rule's firings, with (seq, time) of the first and the last."""
 
     env: str
     name: str
@@ -39,7 +39,7 @@ class RuleCount:
 
 @dataclass(slots=True)
 class InterfaceCount:
-    """How often an interface was written, how often that changed anything, and when."""
+    """The numbers and times of an interface's writes, and of those with changes."""
 
     uid: str
     writes: int = 0
@@ -51,14 +51,14 @@ class InterfaceCount:
 
 @dataclass(slots=True)
 class RunModel:
-    """A run as a page shows it.
+    """The data of a page about a run.
 
     :param history: goals, plan-actions, skills and planner calls.
-    :param firings: seq, time, and number of the rule in ``rules``.
-    :param log: seq, time, number of the component in ``components``, text; by level.
-    :param changes: seq, time, number of the interface in ``interfaces``, the fields that changed as texts.
-    :param messages: seq, time, number of the interface, the message.
-    :param facts: seq, time, and the difference from the number of facts at the start; empty without facts.
+    :param firings: seq, time, and index in ``rules``.
+    :param log: by level: seq, time, index in ``components``, text.
+    :param changes: seq, time, index in ``interfaces``, the changed fields as texts.
+    :param messages: seq, time, index in ``interfaces``, the message.
+    :param facts: seq, time, and the change of the number of facts since the start; empty without facts.
     :param notes: warnings for the reader, in whole sentences.
     """
 

@@ -1,4 +1,4 @@
-"""Reads a run once, and keeps the data that a page shows."""
+"""Reading of a run in one pass into the data of a page."""
 
 from __future__ import annotations
 
@@ -20,18 +20,13 @@ from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.model import InterfaceCount, ReportLimits, RuleCount, RunModel
 
-FACT_POINTS = 2000
-"""How many points the curve of facts has at most."""
+FACT_POINTS = 2000  # limit of points of the curve of facts
 
-LONGEST_VALUE = 400
-"""How many characters of a field's value are kept."""
+LONGEST_VALUE = 400  # limit of characters of a field's value
 
 
 def read(run: Run, limits: ReportLimits | None = None) -> RunModel:
-    """Read a run, and return the data that a page shows.
-
-    :raises TraceError: when it cannot be read.
-    """
+    """Read a run and return the data of its page."""
     model = read_events(run, limits, run.start_us)
     model.notes[:0] = run.notes
     return model
@@ -40,7 +35,7 @@ def read(run: Run, limits: ReportLimits | None = None) -> RunModel:
 def read_events(
     events: Iterable[Event], limits: ReportLimits | None = None, start_us: int | None = None
 ) -> RunModel:
-    """Return the data of events that a page shows."""
+    """Return the data of a page from events."""
     reader = _ReportReader(limits or ReportLimits(), start_us)
     for event in events:
         reader.take(event)
@@ -48,7 +43,7 @@ def read_events(
 
 
 class _ReportReader:
-    """Takes events in recorded order."""
+    """Collects data from events in recorded order."""
 
     def __init__(self, limits: ReportLimits, start_us: int | None) -> None:
         self._log = {level.value: Kept[tuple[int, int, int, str]](limits.log) for level in Level}
@@ -60,7 +55,7 @@ class _ReportReader:
             changes=Kept(limits.writes),
             messages=Kept(limits.writes),
         )
-        self._here = (0, 0)
+        self._moment = (0, 0)
         self._rules: dict[tuple[str, str], int] = {}
         self._components: dict[str, int] = {}
         self._interfaces: dict[str, int] = {}
@@ -76,16 +71,15 @@ class _ReportReader:
         }
 
     def take(self, event: Event) -> None:
-        """Take the next event."""
         seq = self._history.events
         self._history.take(event)
-        self._here = seq, self._history.end
+        self._moment = seq, self._history.end
         taker = self._takers.get(type(event))
         if taker is not None:
             taker(event)
 
     def finish(self) -> RunModel:
-        """Return the kept data."""
+        """Return the collected data."""
         model = self._model
         model.facts = self._curve.points()
         model.notes = [*self._history.clock.notes(), *self._left_out()]
@@ -94,24 +88,24 @@ class _ReportReader:
     def _rule(self, event: RuleFired) -> None:
         key = event.env, event.rule
         number = self._rules.get(key)
-        here = self._here
+        moment = self._moment
         if number is None:
             number = self._rules[key] = len(self._rules)
-            self._model.rules.append(RuleCount(event.env, event.rule, 0, here, here))
+            self._model.rules.append(RuleCount(event.env, event.rule, 0, moment, moment))
         rule = self._model.rules[number]
         rule.count += 1
-        rule.last = here
-        self._model.firings.add((*here, number))
+        rule.last = moment
+        self._model.firings.add((*moment, number))
 
     def _fact(self, event: FactChange) -> None:
         self._more_facts += 1 if event.asserted else -1
-        self._curve.add(*self._here, self._more_facts)
+        self._curve.add(*self._moment, self._more_facts)
 
     def _line(self, event: LogLine) -> None:
         component = self._components.setdefault(event.component, len(self._components))
         if component == len(self._model.components):
             self._model.components.append(event.component)
-        self._log[event.level.value].add((*self._here, component, cut(event.text)))
+        self._log[event.level.value].add((*self._moment, component, cut(event.text)))
 
     def _write(self, event: InterfaceWrite) -> None:
         number = self._interface(event.uid)
@@ -122,13 +116,13 @@ class _ReportReader:
             if known.get(name) != text:
                 known[name] = changed[name] = text
         count = self._model.interfaces[number]
-        now = self._here[1]
+        now = self._moment[1]
         count.first = count.first if count.writes else now
         count.writes += 1
         count.last = now
         if changed:
             count.changes += 1
-            self._model.changes.add((*self._here, number, changed))
+            self._model.changes.add((*self._moment, number, changed))
 
     def _message(self, event: InterfaceMessage) -> None:
         number = self._interface(event.uid)
@@ -136,17 +130,17 @@ class _ReportReader:
         values = " ".join(f"{name}={_value_text(each)}" for name, each in plain_values(event.values).items())
         sender = f" from {event.sender}" if event.sender else ""
         text = f"{event.message} {event.msgid} {event.outcome}{sender}: {values}"
-        self._model.messages.add((*self._here, number, cut(text)))
+        self._model.messages.add((*self._moment, number, cut(text)))
 
     def _interface(self, uid: str) -> int:
-        """Return the number of an interface, which may be new."""
+        """Return the index of an interface, added if missing."""
         number = self._interfaces.setdefault(uid, len(self._interfaces))
         if number == len(self._model.interfaces):
             self._model.interfaces.append(InterfaceCount(uid))
         return number
 
     def _left_out(self) -> list[str]:
-        """Return the data that the page leaves out."""
+        """Return warnings about data beyond the limits."""
         model, notes = self._model, []
         for level, lines in self._log.items():
             if lines.lost:
@@ -161,7 +155,7 @@ class _ReportReader:
 
 
 def _middle(noun: str, kept: Kept[Any]) -> str:
-    """Return that the middle of something is missing."""
+    """Return a warning about a missing middle part."""
     return (
         f"{kept.lost} of {kept.total} {noun} are left out, from the middle of the run: "
         "'cxbridge trace cat' has them."
@@ -184,7 +178,7 @@ def _value_text(value: object) -> str:
 
 
 class _Curve:
-    """A number over time, thinned to a bounded count of points: the last of each stretch of time."""
+    """A value over time, thinned to a limited number of points: the last of each interval."""
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
@@ -199,5 +193,4 @@ class _Curve:
             self._points = {point[1] // self._width: point for point in self._points.values()}
 
     def points(self) -> list[tuple[int, int, int]]:
-        """Return the points."""
         return list(self._points.values())
