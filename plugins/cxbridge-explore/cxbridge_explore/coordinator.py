@@ -40,7 +40,7 @@ from cxbridge_explore.worlds.points import DivergedError
 # Limits: seconds between two looks at the processes, and tries of an edge before it counts as crashed.
 _LOOK_S: Final = 0.25
 _ATTEMPTS: Final = 3
-_BACKLOG: Final = 128
+_BACKLOG: Final = 128  # connections of children that wait to be accepted
 _CHUNK: Final = 65536
 
 

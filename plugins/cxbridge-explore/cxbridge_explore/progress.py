@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge_explore.graph import Graph
 
-_PERIOD_S: Final = 0.2
+_PERIOD_S: Final = 0.2  # seconds between two progress lines
 _DRAW_S: Final = 2.0
 _REST: Final = 20  # drawing takes at most one part in this many of the time
 _LEAST_SHARE: Final = 1e-3  # below this share, an estimate of the total is meaningless

@@ -12,12 +12,12 @@ from anyio.abc import ByteReceiveStream, Process
 from cxbridge.errors import CxbridgeError
 from cxbridge.process.python import python_command
 
-_CLEANING_UP_S: Final = 5.0
+_CLEANING_UP_S: Final = 5.0  # seconds for a command to clean up before it is killed
 _SOME: Final = 1 << 20  # limit in bytes per output stream; the rest is read and dropped
 
 _BAD_USAGE: Final = 2  # smallest exit status without an answer, except for 3, the time limit
 
-_TIMED_OUT: Final = 3
+_TIMED_OUT: Final = 3  # exit status of a command that has an answer although its time limit has passed
 
 
 async def call(*arguments: str, patience_s: float) -> tuple[int, str]:

@@ -13,7 +13,7 @@ from cxbridge.operations.table import verbs
 from cxbridge.rights import Right
 from cxbridge_mcp.recordings import MOST_ROWS, cut
 
-_PATIENCE_S: Final = 30.0
+_PATIENCE_S: Final = 30.0  # seconds to wait for the daemon's answer
 _OWNER: Final = "mcp"
 
 

@@ -14,7 +14,7 @@ MOST_ROWS: Final = 200  # limit of rows in an answer
 # The limit of characters in an answer, since the model that reads it has a limit, too.
 MOST_CHARACTERS: Final = 60_000
 
-_CHECK_S: Final = 120.0
+_CHECK_S: Final = 120.0  # time limit of a check in seconds
 
 
 def cut(text: str) -> str:

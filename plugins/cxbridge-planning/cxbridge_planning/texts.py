@@ -15,7 +15,7 @@ from cxbridge.executive.planning.errors import PlanningError
 
 _NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
 _LINE: Final = re.compile(r"\bline:?\s*(\d+)", re.IGNORECASE)
-_WORDS: Final = 300
+_WORDS: Final = 300  # characters of a parser's message that are shown
 _COMMENT: Final = re.compile(r";[^\n]*")
 
 

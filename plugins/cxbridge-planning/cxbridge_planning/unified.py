@@ -19,7 +19,7 @@ from cxbridge_planning.engine import FOLDER, Engine, EnginePlanner
 from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.texts import read_task
 
-_WORDS: Final = 300
+_WORDS: Final = 300  # characters of an engine's log that are shown
 _BEST: Final = "best"
 
 

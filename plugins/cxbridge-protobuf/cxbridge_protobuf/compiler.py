@@ -14,7 +14,7 @@ from cxbridge.errors import ProtobufError
 from cxbridge.extras import plugin_command
 from cxbridge.process.python import python_command
 
-_SECONDS = 60
+_SECONDS = 60  # time limit of the compiler
 
 
 def compile_folder(folder: Path, path: Sequence[Path]) -> tuple[list[Any], list[str]]:

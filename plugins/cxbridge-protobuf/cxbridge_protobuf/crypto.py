@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 CIPHERS: Final = {"aes-128-ecb": 1, "aes-128-cbc": 2, "aes-256-ecb": 3, "aes-256-cbc": 4}
 
 _NAMES: Final = {number: name for name, number in CIPHERS.items()}
-_BLOCK = 16
-_ROUNDS = 8
+_BLOCK = 16  # bytes of an AES block
+_ROUNDS = 8  # as protobuf_comm calls EVP_BytesToKey
 
 
 def derive_key(secret: str, size: int) -> bytes:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _FILE = Path(__file__).with_name("protobuf.clp")
 _LOG = "CLIPS-Protobuf"
 _FIRST_HANDLE = 1 << 40
-_MANY = 100_000
+_MANY = 100_000  # live messages that suggest a missing pb-destroy
 
 _INVALID = Symbol("INVALID-MESSAGE")
 _UNKNOWN = Symbol("DOES-NOT-EXIST")

@@ -27,7 +27,7 @@ T = TypeVar("T")
 
 MOST_CLIENTS: Final = 256  # limit of clients at a server
 
-_SECONDS = 10
+_SECONDS = 10  # seconds to wait for the thread
 _EVERYWHERE = "*"
 _MOST_PORT = 65535
 

@@ -19,8 +19,8 @@ from cxbridge_protobuf.inbox import Inbox, Origin
 # The limit of a message in bytes, because protobuf_comm's peers receive no longer ones.
 LONGEST: Final = 1024
 
-_RETRY_SECONDS = 2.0
-_WAITING = 64
+_RETRY_SECONDS = 2.0  # seconds between two attempts to resolve the host
+_WAITING = 64  # frames kept until the host is resolved; older ones are dropped
 
 Receive = Callable[[Origin, int, str, int, Frame], None]
 

@@ -12,8 +12,8 @@ from cxbridge_protobuf.inbox import Inbox, Origin
 from cxbridge_protobuf.settings import NetworkSettings
 
 _MAPPED = "::ffff:"
-_HEADER = 4
-_PIECE = 65536
+_HEADER = 4  # bytes of the message header, which counts as part of a frame's size
+_PIECE = 65536  # bytes of one read
 
 
 class LinkOwner(Protocol):

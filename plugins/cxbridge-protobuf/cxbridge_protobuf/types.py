@@ -19,7 +19,7 @@ from cxbridge_protobuf.frames import Frame
 
 Message: TypeAlias = Any  # a protobuf message; its class is created at run time
 
-_MOST = 65535
+_MOST = 65535  # both numbers have 16 bits in frames
 
 
 class MessageTypes:

@@ -13,7 +13,7 @@ _ZONE: Final = re.compile(r"([CM])[-_]Z(\d)(\d)")
 _MACHINE: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?:-(INPUT|OUTPUT|I|O))?")
 _BEFORE_M: Final = 0.75  # metres from the centre of a machine to a robot that works there
 
-_WAITING_M: Final = 1.5
+_WAITING_M: Final = 1.5  # metres from the centre of a machine to a robot that waits for it
 _ENTRY: Final = (4.5, 0.5)
 
 

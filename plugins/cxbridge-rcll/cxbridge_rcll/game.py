@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 # The default configuration, relative to the `cfg` folder of a checkout.
 SCENARIO: Final = Path("rcll-simulator/central_agent.yaml")
 
-_CUT_S: Final = 1.0
+_CUT_S: Final = 1.0  # seconds before the end of the game at which an exploration stops
 _OVER_S: Final = 5.0  # seconds that the referee has for the end of the game
 
 # Real seconds for loading the agent and ending the game: a real clock does not wait.

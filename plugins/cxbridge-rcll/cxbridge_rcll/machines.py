@@ -9,13 +9,13 @@ from typing import Final, Protocol
 
 from cxbridge.clock import MICROSECONDS, Clock
 
+# seconds of machine work, from the referee box's mockup machines, which imitate real ones
 BELT_MIDDLE_S: Final = 1.538
 BELT_END_S: Final = 2.656
 DISPENSE_S: Final = 1.1
 CAP_S: Final = 17.5
 RING_S: Final = 17.308
 STORAGE_S: Final = 17.5
-# Durations of machine work, from the referee box's mockup machines, which imitate real ones.
 DELIVERY_S: Final = (3.746, 4.746, 3.983)
 
 # Called with the name of a machine, what changed (`BUSY`, `READY`, `SLIDE-COUNTER`), and its value.

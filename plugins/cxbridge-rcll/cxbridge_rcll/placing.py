@@ -20,7 +20,7 @@ DELIVERY: Final = 7  # machine with only one used side
 # Machines by their numbers in the referee's rules.
 NAMES: Final = {1: "BS", 2: "CS1", 3: "CS2", 4: "RS1", 5: "RS2", 6: "SS", DELIVERY: "DS"}
 
-_TRIES: Final = 10_000
+_TRIES: Final = 10_000  # attempts before the arrangement counts as impossible
 
 
 @dataclass(frozen=True, slots=True)

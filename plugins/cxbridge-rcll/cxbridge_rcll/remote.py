@@ -27,10 +27,11 @@ from cxbridge_rcll.reported import ReportedGame, ReportedMachine
 # Seconds to wait for the first game state, which a referee sends several times a second.
 _PATIENCE_S: Final = 5.0
 
-_PAUSE_S: Final = 0.02
+_PAUSE_S: Final = 0.02  # seconds between two looks for messages while the connection opens
 _SPECS: Final = "/clips-executive/specs"
 _PEER: Final = "parameters/rcll/peer-address"
 _MOST_PORT: Final = 65535
+# seconds over which clock speeds are compared: long against single delays of messages
 _MEASURED_S: Final = 20.0
 _SAME_SPEED: Final = 0.2  # tolerated difference of the clock speeds, since messages are occasionally late
 

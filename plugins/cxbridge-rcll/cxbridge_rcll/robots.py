@@ -25,11 +25,11 @@ ANYWHERE_S: Final = 12.0  # seconds for a drive to an unknown place
 
 HANDLE_S: Final = 15.0  # seconds to take or put a workpiece
 
-LOOK_S: Final = 5.0
-ENTER_S: Final = 4.0
+LOOK_S: Final = 5.0  # seconds to explore a zone, discard a workpiece or check for one
+ENTER_S: Final = 4.0  # seconds to drive into the field
 
 _GENERATORS: Final = ("NavGraphWithMPSGeneratorInterface", "NavGraphGeneratorInterface")
-_POSE_S: Final = 0.5
+_POSE_S: Final = 0.5  # seconds between two writes of the poses
 
 
 @dataclass(slots=True)

@@ -19,7 +19,7 @@ TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
 FROM_ROS: Final = "/tf/ros2/"  # id prefix of frames from ROS, which are not sent back
 
 _TYPE: Final = "TransformInterface"
-_NANOSECONDS: Final = 1000
+_NANOSECONDS: Final = 1000  # per microsecond
 
 
 def stamp(time_us: int) -> Message:

@@ -14,7 +14,7 @@ from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
 
 _PACKAGE: Final = "lifecycle_msgs"
-_NANOSECONDS: Final = 1000
+_NANOSECONDS: Final = 1000  # per microsecond
 
 
 class LifecycleState(IntEnum):

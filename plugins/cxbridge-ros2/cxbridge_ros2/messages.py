@@ -21,7 +21,7 @@ from cxbridge_ros2.names import TypeName, parse_type
 Message = dict[str, Any]
 
 _ENDIANNESS: Final = (b"\0\0", b"\0\1")
-_HEADER: Final = 4
+_HEADER: Final = 4  # bytes of the CDR encapsulation header
 _PLACEHOLDER: Final = "structure_needs_at_least_one_member"
 _BYTES: Final = ("uint8", "byte")
 _INTEGERS: Final = {

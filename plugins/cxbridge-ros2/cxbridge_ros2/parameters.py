@@ -24,8 +24,8 @@ Refuse: TypeAlias = Callable[[Value], str]
 EVENTS: Final = "/parameter_events"
 _PACKAGE: Final = "rcl_interfaces"
 _SEPARATOR: Final = "."
-_NANOSECONDS: Final = 1000
-_INT64: Final = 2**63
+_NANOSECONDS: Final = 1000  # per microsecond
+_INT64: Final = 2**63  # ROS has 64-bit integers, Python any
 
 
 class ParameterType(IntEnum):

@@ -14,7 +14,7 @@ from cxbridge_ros2.hub.caller import HubSkills
 from cxbridge_ros2.hub.words import HubProtocol, Key, Sign, Word
 from cxbridge_ros2.messages import Message
 
-_NANOSECONDS = 1000
+_NANOSECONDS = 1000  # per microsecond
 
 
 class PlanSys2Protocol(HubProtocol):

@@ -15,7 +15,7 @@ from cxbridge_ros2.qos import PROFILES
 
 TOPIC: Final = "/rosout"
 _TYPE: Final = "rcl_interfaces/msg/Log"
-_NANOSECONDS: Final = 1000
+_NANOSECONDS: Final = 1000  # per microsecond
 # levels of rcl_interfaces/msg/Log; 50, FATAL, becomes an error
 _SEVERITY: Final = {Level.DEBUG: 10, Level.INFO: 20, Level.WARN: 30, Level.ERROR: 40}
 

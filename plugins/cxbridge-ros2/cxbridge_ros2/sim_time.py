@@ -22,8 +22,8 @@ TOPIC: Final = "/clock"
 FIRST_S: Final = 10.0  # limit of real time in seconds for the first message
 
 _TYPE: Final = "rosgraph_msgs/msg/Clock"
-_NANOSECONDS: Final = 1000
-_POLL_S: Final = 0.1
+_NANOSECONDS: Final = 1000  # per microsecond
+_POLL_S: Final = 0.1  # seconds of one poll for /clock
 # Pause between two polls: 1000 steps a second are enough, whatever the simulator sends.
 _REST_S: Final = 0.001
 # Period of a sleeper's checks whether it was woken, since a paused simulation sends no messages.

@@ -34,7 +34,7 @@ _PLACEHOLDER = re.compile(r"@\w+@")
 # `@FEATURESTEST@` appears in the shipped file, but only the original's tests define it.
 _SHIPPED_PLACEHOLDERS = ("@CONFDIR@", "@FEATURESTEST@")
 
-_MOST_NAMED = 4
+_MOST_NAMED = 4  # files named per part
 
 
 def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout) -> list[str]:

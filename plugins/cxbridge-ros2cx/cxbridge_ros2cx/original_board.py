@@ -25,7 +25,7 @@ IDLE_S: Final = 4.0
 # The skill board's name for the agent with an empty id, since the board requires names.
 NO_AGENT: Final = "default"
 
-_NEVER: Final = 2**63 - 1
+_NEVER: Final = 2**63 - 1  # the largest 64-bit time: the deadline never passes
 
 
 class OriginalMaster(Master):

@@ -35,7 +35,7 @@ COPY_S: Final = 60.0  # time limit for copying facts, which happens in pieces
 
 MOST_WAITING: Final = 16  # limit of requests that wait for a Skiller or an explanation
 
-_THREADS: Final = 4
+_THREADS: Final = 4  # requests that wait at the same time; further ones queue up to MOST_WAITING
 _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, Final
 
-_MOST_DIGITS: Final = 15
+_MOST_DIGITS: Final = 15  # numbers of 15 digits are exact in JavaScript
 
 MOST_COUNT: Final = 10**_MOST_DIGITS - 1  # largest number in a query
 

@@ -26,7 +26,7 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
-_INTERRUPTED: Final = 130
+_INTERRUPTED: Final = 130  # exit status of shells for SIGINT: 128 + 2
 
 OUTCOME: Final = "outcome.json"  # name of the attachment with the result in the game's recording
 

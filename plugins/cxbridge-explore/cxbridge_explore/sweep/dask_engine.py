@@ -15,8 +15,8 @@ from cxbridge_explore.sweep.parcel import pack
 from cxbridge_explore.sweep.remote import modules, play_remotely
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
-_CHUNK: Final = 32
-_TIMEOUT_S: Final = 30
+_CHUNK: Final = 32  # seeds per task
+_TIMEOUT_S: Final = 30  # seconds to connect to the scheduler
 
 
 class DaskEngine(Closing):

@@ -12,7 +12,7 @@ from typing import Final, assert_never
 # Drawn seconds are rounded to milliseconds, so that a path can contain them as text.
 DIGITS: Final = 3
 
-_TAIL: Final = 0.05
+_TAIL: Final = 0.05  # an unbounded distribution has no least value; its 5 % quantile stands in
 
 
 class Shape(StrEnum):

@@ -13,7 +13,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.worldmodel.distributions import PARAMETERS, Distribution, Shape
 from cxbridge_explore.worldmodel.model import LIKELY, Times, WorldPlace
 
-LONGEST_S: Final = 1e9
+LONGEST_S: Final = 1e9  # about 30 years
 _NAMED: Final = ("median", "min", "max")
 _SHAPES: Final = tuple(shape.value for shape in Shape if shape is not Shape.CONSTANT)
 _BOUNDS: Final = ("min", "max", "explore")

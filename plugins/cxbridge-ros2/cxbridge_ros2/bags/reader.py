@@ -24,7 +24,7 @@ from cxbridge_ros2.names import parse_type
 
 METADATA: Final = "cxbridge"  # prefix of the run's keys in the bag's metadata
 
-_NS_PER_US: Final = 1000
+_NS_PER_US: Final = 1000  # ROS counts nanoseconds, events microseconds
 
 T = TypeVar("T")
 

@@ -44,7 +44,7 @@ _STATUSES: Final = {
 _REQUEST_RECEIVED: Final = (0, 1)
 _LEVELS_OF_INTERFACE: Final = 3  # number of slashes in /blackboard/TYPE/ID
 _MOST_SKILLS: Final = 1000
-_MOST_LENGTH: Final = 200
+_MOST_LENGTH: Final = 200  # characters of a message in a log line
 
 # Converts a message to events; called with the topic, the message, and the time in microseconds.
 Taker = Callable[[str, Message, int], Iterator[Event]]

@@ -18,7 +18,7 @@ MOST_BYTES: Final = MAX_RECORD  # limit of an unpacked chunk or message, in byte
 
 MOST_TIMES: Final = 100  # largest expansion factor of a whole packed file beyond `MOST_BYTES`
 
-_PIECE: Final = 1024 * 1024
+_PIECE: Final = 1024 * 1024  # bytes per read, so that the limit is checked before memory is used up
 
 
 def _decompress(make: Callable[[], Any], data: bytes) -> bytes:

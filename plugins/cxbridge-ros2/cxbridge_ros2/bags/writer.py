@@ -25,8 +25,8 @@ from cxbridge_ros2.frames import TRANSFORMS, stamp, transform_message
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
 
-_VERSION: Final = 9
-_NANOSECONDS: Final = 1000
+_VERSION: Final = 9  # of rosbag2's metadata
+_NANOSECONDS: Final = 1000  # per microsecond
 _LEVELS: Final = {Level.DEBUG: 10, Level.INFO: 20, Level.WARN: 30, Level.ERROR: 40}
 _TRANSFORM: Final = "TransformInterface::"
 # Later times overflow the signed 64-bit nanoseconds of a bag.

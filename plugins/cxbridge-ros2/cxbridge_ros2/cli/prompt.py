@@ -20,8 +20,8 @@ from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import Terminal
 
 _PROMPT: Final = "> "
-_REFUSED: Final = 1
-_MISTAKE: Final = 2
+_REFUSED: Final = 1  # exit status when the expert has rejected the command
+_MISTAKE: Final = 2  # exit status of a wrong command
 
 
 class Prompt(Closing):

@@ -13,8 +13,8 @@ from cxbridge_ros2.node import Client, Node
 
 PATIENCE_S: Final = 5.0  # default limit in seconds for a server to appear, and to answer
 
-_SLICE_S: Final = 0.05
-_AGAIN_S: Final = 2.0
+_SLICE_S: Final = 0.05  # seconds of one poll, short enough for Ctrl-C
+_AGAIN_S: Final = 2.0  # seconds after which a request is repeated
 # Read-only services, which may be called again: a server that has just met a client loses its response.
 _HARMLESS: Final = ("get_domain", "get_problem", "exist_", "is_")
 

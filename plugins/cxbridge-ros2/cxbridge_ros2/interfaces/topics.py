@@ -29,7 +29,7 @@ from cxbridge_ros2.names import TypeName, parse_type
 from cxbridge_ros2.node import Node, Publisher
 
 OWNER: Final = "ROS 2"
-_NANOSECONDS: Final = 1000
+_NANOSECONDS: Final = 1000  # per microsecond
 _END: Final = "Message"
 
 

@@ -29,7 +29,7 @@ _PARTS: Final = {
     "FeedbackMessage": "FeedbackMessage",
 }
 
-_BATCH: Final = 256
+_BATCH: Final = 256  # callbacks per poll, so that a fast topic does not starve the loop
 _NO_MEMBER: Final = "structure_needs_at_least_one_member"
 
 

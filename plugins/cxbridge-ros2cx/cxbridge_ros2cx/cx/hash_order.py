@@ -7,9 +7,9 @@ from typing import Final
 
 _BUCKETS: Final = (13, 29, 59, 127, 257, 541, 1109)  # sizes of a growing table
 
-_SEED: Final = 0xC70F6907
-_FACTOR: Final = 0xC6A4A7935BD1E995
-_WORD: Final = 2**64 - 1
+_SEED: Final = 0xC70F6907  # of libstdc++'s std::hash
+_FACTOR: Final = 0xC6A4A7935BD1E995  # multiplier of MurmurHash64A
+_WORD: Final = 2**64 - 1  # Python's integers have no width: products are cut to 64 bits
 
 
 def hash_order(names: Iterable[str]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from typing import Final
 from cxbridge.clipstext.syntax import PARENTHESIS, TOKEN, blank
 from cxbridge_studio.agent.parts import parts
 
-_STEP: Final = 2
+_STEP: Final = 2  # columns per level
 _BLANKS: Final = frozenset(" \t\n\r\f\v")
 _MOST_LINE_ENDS: Final = 3  # three line ends in a row: two empty lines
 

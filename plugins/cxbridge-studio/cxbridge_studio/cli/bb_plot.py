@@ -21,8 +21,8 @@ from cxbridge_studio.terminal.metering import OWNER, drawing
 if TYPE_CHECKING:
     from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 
-_FRAME_S: Final = 0.1
-_MOST_POINTS: Final = 100_000
+_FRAME_S: Final = 0.1  # seconds between two drawings
+_MOST_POINTS: Final = 100_000  # points kept per field; the oldest are dropped
 _FIELD: Final = re.compile(r"(\w+)(?:\[(\d+)\])?\Z")
 _BEGIN: Final = "\x1b[?1049h\x1b[?25l"
 _END: Final = "\x1b[?25h\x1b[?1049l"

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
 
-_MOST_SHOWN: Final = 200
+_MOST_SHOWN: Final = 200  # rows of a listing
 
 HELP: Final = """\
 c                               go on

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _END = "end"
 _EXECUTIVE = "executive"
-_PATIENCE_S = 30.0
+_PATIENCE_S = 30.0  # seconds to wait for the daemon's answer
 _RUN = "run"
 
 

@@ -35,7 +35,7 @@ CAPABILITIES: Final = {
     "exceptionBreakpointFilters": [{"filter": name, "label": title} for name, (title, _) in FILTERS.items()],
 }
 
-_SLICE_S: Final = 0.2
+_SLICE_S: Final = 0.2  # seconds without a request after which the target is polled
 _TARGETS: Final = {1: "rule", 2: "line"}
 _TARGET_TITLES: Final = {1: "the next rule", 2: "the next action of a right-hand side"}
 _ENDING: Final = ("disconnect", "terminate")

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 _FACT: Final = "cx-dap-fact-"
-_MOST_BRANCHES: Final = 64
-_MOST_WAYS: Final = 1000
+_MOST_BRANCHES: Final = 64  # alternatives of nested (or ...) multiply
+_MOST_WAYS: Final = 1000  # matches of a rule that are compared with the firing
 
 
 def facts_of(basis: str) -> list[int]:

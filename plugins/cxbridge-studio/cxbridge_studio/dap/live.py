@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop
 
 _REASONS: Final = {"step": "step", "asked": "pause", "transition": "function breakpoint"}
-_INTERRUPTED: Final = 130
+_INTERRUPTED: Final = 130  # exit status of shells for SIGINT: 128 + 2
 _CATEGORIES: Final = {Level.ERROR: "stderr", Level.WARN: "stderr"}
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 PROBE_FUNCTION: Final = "cx-debug-at"  # name of the host function that right-hand sides call
 
-_ANY_TYPE: Final = 0x3FF
+_ANY_TYPE: Final = 0x3FF  # CLIPS' ANY_TYPE_BITS, a macro that cffi does not see
 
 
 class Probes:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from cxbridge.history.state import RunState
     from cxbridge.trace.formats.base import Run
 
-_FOREVER_S: Final = 1e9
+_FOREVER_S: Final = 1e9  # a recording is read to its end before the first stop
 _TEXTS: Final = ("clips", "construct")
 
 

@@ -13,8 +13,8 @@ from cxbridge_studio.dap.protocol import Event, Request, Response
 
 LONGEST: Final = 16 * 1024 * 1024  # limit of a message, in bytes
 
-_MOST_HEADERS: Final = 32
-_LONGEST_LINE: Final = 4096
+_MOST_HEADERS: Final = 32  # headers of a message
+_LONGEST_LINE: Final = 4096  # bytes of a header
 _LENGTH: Final = b"content-length"
 
 

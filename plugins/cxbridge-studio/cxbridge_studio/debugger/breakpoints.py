@@ -16,7 +16,7 @@ from cxbridge.history.transitions import Transition
 ANY: Final = "*"
 """The value of an omitted part."""
 
-LONGEST = 4096
+LONGEST = 4096  # characters of a breakpoint
 """The maximum length in characters, because clients of a daemon set breakpoints, too."""
 
 _STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
 
-_LONGEST_COMPONENT: Final = 64
+_LONGEST_COMPONENT: Final = 64  # characters of the name of a log component
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 

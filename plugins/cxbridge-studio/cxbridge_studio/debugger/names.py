@@ -31,7 +31,7 @@ _LOADERS: Final = frozenset(
 _COLON_STATUS: Final = re.compile(r".*:(\w+)", re.DOTALL)
 _LITERAL: Final = re.compile(r"[^*?\[{(]*")
 _WILD: Final = "*?["
-_MOST_NAMES: Final = 10_000
+_MOST_NAMES: Final = 10_000  # names kept per kind for suggestions
 
 
 Mistakes = Sequence[tuple[Breakpoint, ExecutiveError]]

@@ -16,7 +16,7 @@ from cxbridge_studio.explain.goal_rules import rules_for
 from cxbridge_studio.explain.goals import Goals, failed_actions
 
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
-_DEEPEST: Final = 20
+_DEEPEST: Final = 20  # limit of levels, since facts may form a cycle of parents
 
 NOT_RECORDED: Final = "which rule decided so is not known: firings were not recorded (level rules)"
 """The cause that a recording without firings has."""

@@ -11,7 +11,7 @@ from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_report import cause_lines, goal_headline, reporter_of, without_roots
 from cxbridge_studio.explain.goal_story import NOT_RECORDED, Cause
 
-MOST_SENTENCES: Final = 12
+MOST_SENTENCES: Final = 12  # sentences of a story
 """Sentences of a part; the last one says how many are left out."""
 
 _BAD: Final = ("FAILED", "REJECTED")

@@ -15,7 +15,7 @@ from cxbridge_studio.agent.model import Found
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session, comment_above
 
-_MOST_ROWS: Final = 40
+_MOST_ROWS: Final = 40  # rows of a hover text
 _LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}
 _COMMENT: Final = re.compile(r"<comment>([^<]*)</comment>")
 _BRACE: Final = re.compile(r"[{}]")

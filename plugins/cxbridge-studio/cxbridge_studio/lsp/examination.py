@@ -11,7 +11,7 @@ import msgspec
 from cxbridge.process.python import python_command
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, decode
 
-_LAST_WORDS = 300
+_LAST_WORDS = 300  # characters of a crash's output that are shown
 
 
 class Examinations:

@@ -14,8 +14,8 @@ from cxbridge_studio.lsp.knowledge import NOTHING, AgentKnowledge, FunctionInfo
 
 _SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
 _SKIPPED: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
-_LARGEST_FILE: Final = 1 << 20
-_MOST_FILES: Final = 5000
+_LARGEST_FILE: Final = 1 << 20  # bytes of the largest file that is read
+_MOST_FILES: Final = 5000  # files of a workspace that are read
 
 
 @dataclass

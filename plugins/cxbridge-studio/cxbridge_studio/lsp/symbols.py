@@ -16,7 +16,7 @@ from cxbridge_studio.lsp.session import Session
 _PARTS: Final = frozenset(
     {NameKind.SLOT, NameKind.PARAMETER, NameKind.FIELD, NameKind.MESSAGE, NameKind.ARGUMENT}
 )
-_MOST: Final = 200
+_MOST: Final = 200  # symbols in the answer to a search
 
 
 class OutlineSymbol(Struct, frozen=True):

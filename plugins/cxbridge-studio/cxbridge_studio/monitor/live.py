@@ -36,11 +36,11 @@ ANSWER_S: Final = 5.0  # timeout of a daemon's reply, in seconds
 MOST_GOALS: Final = 1000  # limit of requested goals
 
 _FEWEST_GOALS: Final = 50
-_RATE_LOOKS: Final = 20
+_RATE_LOOKS: Final = 20  # looks over which the loop rate is averaged
 _LOOK_S: Final = 0.25
-_REST: Final = 5.0
-_LEAST_REST_S: Final = 1.0
-_STORY_S: Final = 2.0
+_REST: Final = 5.0  # the monitor waits this many times as long as the daemon has worked for it
+_LEAST_REST_S: Final = 1.0  # seconds between two expensive looks at least
+_STORY_S: Final = 2.0  # seconds between two stories of the run
 
 _ACTION_SLOTS: Final = ("goal-id", "id", "action-name", "param-values", "state")
 

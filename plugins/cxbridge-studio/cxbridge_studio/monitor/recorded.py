@@ -29,12 +29,12 @@ from cxbridge_studio.monitor.snapshot import (
     ViewQuery,
 )
 
-_FIRST_S: Final = 0.5
-_SLICE_S: Final = 0.15
-_FASTEST: Final = 1024.0
+_FIRST_S: Final = 0.5  # seconds of reading before the first screen
+_SLICE_S: Final = 0.15  # seconds of reading between two keys, so that the screen stays responsive
+_FASTEST: Final = 1024.0  # times the recorded speed
 _SLOWEST: Final = 1 / 16
-_SLOW_S: Final = 0.3
-_FAST_S: Final = 0.05
+_SLOW_S: Final = 0.3  # seconds between two looks while the recording stands still
+_FAST_S: Final = 0.05  # seconds between two looks while it plays or loads
 _EVENTS_EACH_SIDE: Final = MOST_ROWS // 4
 
 HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"

@@ -39,11 +39,11 @@ from cxbridge_studio.monitor.layout import (
 from cxbridge_studio.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
 from cxbridge_studio.monitor.widgets import Aside, GoalTree, KeyLine, LogLines, Rows, bar
 
-_LONGEST: Final = 2000
-_SAID_S: Final = 5.0
-_PATIENCE_S: Final = 1.0
-_SILENCE_S: Final = 2.0
-_DELIVERY_S: Final = 0.03
+_LONGEST: Final = 2000  # characters of a note
+_SAID_S: Final = 5.0  # seconds for which an answer is shown
+_PATIENCE_S: Final = 1.0  # seconds for the reading thread to end
+_SILENCE_S: Final = 2.0  # seconds without an answer after which the screen says so
+_DELIVERY_S: Final = 0.03  # seconds between two looks at the thread's results
 _Widget = TypeVar("_Widget", bound=Widget)
 
 

@@ -15,13 +15,13 @@ from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 
-MOST_EVENTS: Final = 1_000_000
+MOST_EVENTS: Final = 1_000_000  # events kept of a recording
 """The maximal number of loaded events."""
 
-STRIDE: Final = 10_000
+STRIDE: Final = 10_000  # events between two kept states: a step back repeats at most so many
 """The number of events between stored states, which limits the time of going back."""
 
-_AT_ONCE: Final = 500
+_AT_ONCE: Final = 500  # events read between two looks at the clock
 
 
 class Scrubber:

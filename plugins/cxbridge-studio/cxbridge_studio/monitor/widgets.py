@@ -26,12 +26,12 @@ _COLOURS: Final = {
     **{state: action_outcome(state).colour for state in ("FINAL", "EXECUTION-FAILED")},
     **{status: skill_outcome(status).colour for status in ("S_RUNNING", "S_FINAL", "S_FAILED")},
 }
-_GUIDE: Final = 2
-_ARROW: Final = 2
-_ICON: Final = 2
-_STATE: Final = 12
-_LEAST_TITLE: Final = 8
-_LONGEST: Final = 200
+_GUIDE: Final = 2  # columns per level of the tree
+_ARROW: Final = 2  # columns of the tree's arrow
+_ICON: Final = 2  # columns of the outcome's icon
+_STATE: Final = 12  # columns of the state
+_LEAST_TITLE: Final = 8  # columns of a title however deep its level
+_LONGEST: Final = 200  # characters of a line
 _LEVELS: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
 
 GoalKey = tuple[str, str]  # environment and id of a goal; an empty id means the environment

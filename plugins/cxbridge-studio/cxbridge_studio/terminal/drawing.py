@@ -17,7 +17,7 @@ _COLOURS = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", "S_INA
 _KINDS = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}
 _HERE, _BEEN, _NOT_YET = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}", " "
 _ARROW = "\N{RIGHTWARDS ARROW}"
-_MAX_WAY = 12
+_MAX_WAY = 12  # states of the way that fit into a line
 
 
 def view(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -> RenderableType:

@@ -25,7 +25,7 @@ OVERVIEWS = ("LIST", "SKILL_DEP")
 PICTURES = (".svg", ".png", ".pdf")
 """The supported suffixes of :func:`render`."""
 
-_RENDER_S = 60
+_RENDER_S = 60  # seconds that graphviz may take
 
 
 def fetch_graph(

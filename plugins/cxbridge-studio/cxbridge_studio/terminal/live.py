@@ -18,7 +18,7 @@ from cxbridge_studio.terminal.drawing import machine_transitions, view
 from cxbridge_studio.terminal.graphs import OVERVIEWS, TYPE, fetch_graph
 from cxbridge_studio.terminal.machinegraph import parse_graph
 
-_OVERVIEW_S = 2.0
+_OVERVIEW_S = 2.0  # seconds to wait for the graph of skills
 
 
 def show(

@@ -14,13 +14,13 @@ OWNER = "cxbridge bb"
 WINDOW: Final = 10_000
 """Writes of an interface that are looked at, the last ones."""
 
-_BLANK: Final = 0x2800
+_BLANK: Final = 0x2800  # the Unicode block of braille patterns, whose dots are the pixels of a plot
 _DOTS: Final = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 """The dots of a Braille character: of its left and its right column, from the top."""
 
 _UNITS: Final = ("B", "kB", "MB", "GB")
 _THOUSAND: Final = 1000.0
-_LARGE: Final = 1e6
+_LARGE: Final = 1e6  # larger numbers are shown with an exponent
 
 
 @dataclass(frozen=True, slots=True)

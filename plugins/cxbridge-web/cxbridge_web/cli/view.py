@@ -13,7 +13,7 @@ from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
 from cxbridge_web.options import BrowserOptions
 
-_REST_S: Final = 0.1
+_REST_S: Final = 0.1  # seconds between two looks for Ctrl-C
 
 
 @option_groups

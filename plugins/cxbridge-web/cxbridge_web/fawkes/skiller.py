@@ -28,7 +28,7 @@ GRAPH_S: Final = 5.0  # time limit for the Skiller to show a graph in seconds
 # The limit of a skill's name in bytes: longer names do not reach the Skiller.
 LONGEST_NAME: Final = 31
 
-_PERIOD_S: Final = 0.05
+_PERIOD_S: Final = 0.05  # seconds between two looks at the interface
 _ACTIVE: Final = "active"
 _STATUS: Final[dict[str, Any]] = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
 

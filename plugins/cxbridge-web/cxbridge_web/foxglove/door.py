@@ -21,10 +21,10 @@ from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 MOST_CONNECTIONS: Final = 64  # limit of simultaneous connections
 
-_MOST_HEAD: Final = 16_384
-_HEAD_S: Final = 5.0
-_START_S: Final = 10.0
-_PIECE: Final = 1 << 16
+_MOST_HEAD: Final = 16_384  # bytes of a request's head
+_HEAD_S: Final = 5.0  # seconds for the head to arrive
+_START_S: Final = 10.0  # seconds for the thread to start
+_PIECE: Final = 1 << 16  # bytes forwarded at once
 _END: Final = b"\r\n\r\n"
 
 

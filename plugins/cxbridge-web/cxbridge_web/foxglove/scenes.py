@@ -12,9 +12,9 @@ MAP: Final = "map"  # frame of navigation graphs
 
 _Place: TypeAlias = tuple[float, float]
 
-_NODE_M: Final = 0.12
+_NODE_M: Final = 0.12  # diameter of a node
 _EDGE_M: Final = 0.03
-_LABEL_M: Final = 0.2
+_LABEL_M: Final = 0.2  # height of a label above its node, and of its letters
 _LINE_LIST: Final = 2  # a line for each pair of points
 _NODES: Final = {"r": 0.16, "g": 0.42, "b": 0.68, "a": 1.0}
 _EDGES: Final = {"r": 0.45, "g": 0.47, "b": 0.5, "a": 1.0}

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from cxbridge.events import Logger
     from cxbridge_web.settings import WebSettings
 
-MOST_CONNECTIONS: Final = 200
+MOST_CONNECTIONS: Final = 200  # simultaneous requests
 
-_START_S: Final = 10.0
-_STOP_S: Final = 5.0
-_BACKLOG: Final = 64
+_START_S: Final = 10.0  # seconds for the server to start
+_STOP_S: Final = 5.0  # seconds for open answers to end
+_BACKLOG: Final = 64  # connections that wait to be accepted
 
 
 class _Uvicorn(uvicorn.Server):

@@ -35,7 +35,7 @@ _POLICIES: Final = {
 }  # fmt: skip
 
 _OTHER_PARTS: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
-_BATCH: Final = 1000
+_BATCH: Final = 1000  # samples per read
 _MOST: Final = 20_000  # limit of stored endpoints, since other nodes decide how many exist
 
 _HASH: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")

@@ -46,7 +46,7 @@ from cxbridge_ros2.transports.dds.domain import delete, delete_all, enter, lacks
 from cxbridge_ros2.transports.dds.services import DdsClient, DdsServer, matched, named
 from cxbridge_ros2.transports.environment import MOST_DDS_DOMAIN, default_reach, domain_id
 
-_BATCH: Final = 256
+_BATCH: Final = 256  # samples per reader and poll, so that a fast topic does not starve the rest
 _LOOK_S: Final = 1.0  # seconds between two looks at discovered endpoints
 _DISCOVERY_S: Final = 0.01  # seconds between two checks for the reader of a response
 _NANOSECONDS: Final = 1000

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 _HEADER: Final = struct.Struct("<Qq")  # client's id and the number of the request
 
-_AGAIN_S: Final = 0.2
+_AGAIN_S: Final = 0.2  # seconds between two lookups of the server
 _INTRODUCTION_S: Final = 2.0  # seconds for readers to find a writer
 
-_CDR_HEADER: Final = 4
-_ID_BYTES: Final = 16
+_CDR_HEADER: Final = 4  # bytes of the encapsulation header before the payload
+_ID_BYTES: Final = 16  # bytes of a client's GUID
 
 DecodeOrReport = Callable[[bytes], Message | None]
 Encode = Callable[[Mapping[str, Any]], bytes]

@@ -19,9 +19,9 @@ Operation = Mapping[str, Any]  # a message of the rosbridge protocol; `op` is it
 
 LOST: Final = {"op": ""}  # placeholder in the inbox for a lost connection
 
-_OPEN_S: Final = 5.0
-_RETRY_S: Final = 1.0
-_STOP_S: Final = 5.0
+_OPEN_S: Final = 5.0  # seconds for the WebSocket handshake
+_RETRY_S: Final = 1.0  # seconds between two attempts to connect
+_STOP_S: Final = 5.0  # seconds for the thread to end
 _NAMES: Final = ("op", "id", "topic", "service", "action")
 
 # Limit of an unpacked message in bytes. A larger one resets the connection.

@@ -27,7 +27,7 @@ GID: Final = 16  # length of the number of a publisher or a client, in bytes
 _SPACE: Final = "@ros2_lv"
 _NODE: Final = "NN"
 _KINDS: Final[dict[str, Kind]] = {"MP": "MP", "MS": "MS", "SS": "SS", "SC": "SC"}
-_PARTS: Final = 13
+_PARTS: Final = 13  # number of parts in a liveliness token of rmw_zenoh
 _ATTACHMENT: Final = struct.Struct(f"<qqB{GID}s")
 _DEPTH: Final = 42  # default depth, which is omitted from the text of a QoS
 

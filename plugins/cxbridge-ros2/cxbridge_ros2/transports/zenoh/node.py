@@ -42,7 +42,7 @@ from cxbridge_ros2.transports.zenoh.session import open_session
 
 _SERVICES: Final = PROFILES["services_default"]
 _HEARTBEAT_S: Final = 0.5
-_REQUEST_S: Final = 600.0
+_REQUEST_S: Final = 600.0  # seconds until a request counts as failed
 _RESULT_S: Final = 1e9  # a goal may take any time
 # Kind of the remote end of an endpoint, and ROS' term for it.
 _PEERS: Final[Mapping[Kind, tuple[Kind, str]]] = {

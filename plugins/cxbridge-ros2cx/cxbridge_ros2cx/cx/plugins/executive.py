@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 CLASS: Final = "cx::ExecutivePlugin"
 _REFRESHED: Final = "clips_executive/refresh_agenda"
-_DEFAULT_HZ: Final = 10
+_DEFAULT_HZ: Final = 10  # the original's default
 _MOST_HZ: Final = 10_000
 _SALIENCE: Final = "?*PRIORITY-TIME-RETRACT*"
 _CONSTRUCTS: Final = (

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
 
 PREFIX: Final = "ros-msgs-"
-_UUID_BYTES: Final = 16
+_UUID_BYTES: Final = 16  # a goal's id in action_msgs
 
 
 class RosMsgsPlugin(RosPlugin):

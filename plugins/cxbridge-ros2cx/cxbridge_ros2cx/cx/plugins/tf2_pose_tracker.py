@@ -29,6 +29,7 @@ _SLOTS: Final = (
     " (multislot translation (type FLOAT) (cardinality 3 3))"
     " (multislot rotation (type FLOAT) (cardinality 4 4)) (slot timer (type EXTERNAL-ADDRESS))"
 )
+# addresses of different kinds have different ranges, so a mixed-up handle is unknown
 _FIRST_TIMER: Final = 0x5300_0000_1000
 _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 

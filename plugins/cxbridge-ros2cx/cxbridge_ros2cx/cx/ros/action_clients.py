@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 NO_HANDLE: Final = ExternalAddress(0)  # handle of a rejected goal
 
+# addresses of different kinds have different ranges, so a mixed-up handle is unknown
 _FIRST_HANDLE: Final = 0x5100_0000_1000
 _CODES: Final = {
     GoalStatus.SUCCEEDED: "SUCCEEDED",

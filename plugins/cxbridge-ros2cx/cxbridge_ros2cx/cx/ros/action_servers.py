@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
     from cxbridge_ros2.names import TypeName
 
+# addresses of different kinds have different ranges, so a mixed-up handle is unknown
 _FIRST_HANDLE: Final = 0x5200_0000_1000
-_CANCEL_ACCEPTED: Final = 2
+_CANCEL_ACCEPTED: Final = 2  # rclcpp_action::CancelResponse::ACCEPT
 
 
 class _OpenServer(Struct, eq=False):

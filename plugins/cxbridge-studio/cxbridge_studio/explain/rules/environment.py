@@ -24,7 +24,7 @@ from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot, Waiting
 
 MAX_AGENDA: Final = 1000  # limit of inspected activations
 
-_SUCCINCT: Final = 1
+_SUCCINCT: Final = 1  # CLIPS' constant, a macro that cffi does not see
 
 
 def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:

@@ -20,7 +20,7 @@ __all__ = ["MAX_FACTS", "FactRef", "FactRow", "FactTemplate", "Rulebook", "Snaps
 # The limit of copied facts; beyond it, only CLIPS' own counts are available.
 MAX_FACTS: Final = 50_000
 
-_LONGEST: Final = 200
+_LONGEST: Final = 200  # characters of a fact that are shown
 _NAMES: Final = ("id", "name")  # slots that identify a fact
 
 
