@@ -42,14 +42,13 @@ _BY_REASON: Final = {
     "ours: parts of the shims for CLIPS 6.30": f"{EXISTS_FUNCTION} cx-seed cx-setgen",
 }
 
+# The functions that keep working, with their reasons.
 LOOKING: Final = ALLOWED | {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
-"""The functions that keep working, with their reasons."""
 
+# The maximum number of loop iterations and function calls, after which evaluations end.
 MOST_STEPS: Final = 200_000
-"""The maximum number of loop iterations and function calls, after which evaluations end."""
 
-ENDLESS: Final = "ENDLESS"
-"""The code of an aborted evaluation."""
+ENDLESS: Final = "ENDLESS"  # code of an aborted evaluation
 
 # Offsets in CLIPS' struct functionDefinition, in pointer-sized words.
 _TYPES: Final = 2

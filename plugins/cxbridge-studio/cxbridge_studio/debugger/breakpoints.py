@@ -13,11 +13,9 @@ from cxbridge.errors import ExecutiveError
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.history.transitions import Transition
 
-ANY: Final = "*"
-"""The value of an omitted part."""
+ANY: Final = "*"  # value of an omitted part
 
-LONGEST = 4096  # characters of a breakpoint
-"""The maximum length in characters, because clients of a daemon set breakpoints, too."""
+LONGEST = 4096  # maximum length in characters, because clients of a daemon set breakpoints, too
 
 _STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
 _CONDITION = re.compile(r"\s+if\s+(?=\()")

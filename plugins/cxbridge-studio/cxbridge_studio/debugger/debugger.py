@@ -26,11 +26,10 @@ if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-STEPS: Final = ("rule", "loop", "transition")
-"""Units of stepping."""
+STEPS: Final = ("rule", "loop", "transition")  # units of stepping
 
+# A step to the next line of a right-hand side whose rule calls `Debugger.at_line`.
 LINE: Final = "line"
-"""A step to the next line of a right-hand side whose rule calls :meth:`Debugger.at_line`."""
 
 
 def debugger_of(executive: Executive) -> Debugger:
@@ -58,15 +57,13 @@ class Debugger:
 
     def __init__(self, env: ClipsEnvironment, names: AgentNames | None = None) -> None:
         self._env = env
-        self.names = names or AgentNames(env)
-        """Detects unreachable breakpoints."""
+        self.names = names or AgentNames(env)  # detects unreachable breakpoints
         self._log = env.bus.logger("Debugger")
+        # Called at each stop in the thread of the rules, with the environment locked.
         self.on_stop: Callable[[Stop], None] | None = None
-        """Called at each stop in the thread of the rules, with the environment locked."""
+        # Substitutes the variables of a rule in conditions and texts of breakpoints.
         self.expand: Callable[[str, Stop], str] = lambda text, _stop: text
-        """Substitutes the variables of a rule in conditions and texts of breakpoints."""
-        self.loops = 0
-        """The number of debugged loops."""
+        self.loops = 0  # number of debugged loops
         self._breakpoints: dict[int, Breakpoint] = {}
         self._last_number = 0
         self._reached_count: Counter[int] = Counter()

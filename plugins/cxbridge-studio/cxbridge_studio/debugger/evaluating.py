@@ -14,11 +14,10 @@ if TYPE_CHECKING:
     from cxbridge.events import Level
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-LIMIT_S: Final = 1.0  # seconds of an evaluation
-"""The maximum duration of an evaluation in seconds. It blocks the rules and the loop."""
+# The maximum duration of an evaluation in seconds. It blocks the rules and the loop.
+LIMIT_S: Final = 1.0
 
-MOST_LINES: Final = 1000  # lines of output kept
-"""The maximum number of output lines."""
+MOST_LINES: Final = 1000  # maximum number of output lines
 
 
 class Evaluation(Struct, frozen=True):

@@ -34,8 +34,8 @@ _WILD: Final = "*?["
 _MOST_NAMES: Final = 10_000  # names kept per kind for suggestions
 
 
+# Unreachable breakpoints, with the reasons.
 Mistakes = Sequence[tuple[Breakpoint, ExecutiveError]]
-"""Unreachable breakpoints, with the reasons."""
 
 
 class AgentNames:
@@ -58,8 +58,8 @@ class AgentNames:
 
         self._log = env.bus.logger("Debugger")
         self._is_checked = False
+        # Receives the unreachable breakpoints once, after the agent's initialisation.
         self.on_mistakes: Callable[[Mistakes], None] = self._warn
-        """Receives the unreachable breakpoints once, after the agent's initialisation."""
 
     @property
     def are_complete(self) -> bool:

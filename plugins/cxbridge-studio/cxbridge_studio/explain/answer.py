@@ -12,8 +12,8 @@ from cxbridge_studio.explain.goal_rules import makers
 from cxbridge_studio.explain.rules import report as rule_report
 from cxbridge_studio.explain.rules.lost import refused, unloaded
 
+# The kinds of things that can be explained; `run` has no name.
 KINDS: Final = ("rule", "goal", "action", "fact", "run")
-"""The kinds of things that can be explained; ``run`` has no name."""
 
 _NO_GOAL: Final = "there is no goal"
 

@@ -50,8 +50,8 @@ RULES_BEFORE: Final = 3  # number of firings to keep before each transition
 # The limit of looks at failed actions: each look searches the facts of the domain.
 MOST_LOOKS: Final = 100
 
-MOST_LIVES: Final = 200_000  # facts kept; the oldest retracted ones are dropped
-"""The number of latest facts to keep, with the rules that asserted and retracted them."""
+# The number of latest facts to keep, with the rules that asserted and retracted them.
+MOST_LIVES: Final = 200_000
 
 _SKILLER = "SkillerInterface"
 _FEEDBACK = "FeedbackMessage"

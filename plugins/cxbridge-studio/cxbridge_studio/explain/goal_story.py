@@ -18,8 +18,8 @@ from cxbridge_studio.explain.goals import Goals, failed_actions
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 _DEEPEST: Final = 20  # limit of levels, since facts may form a cycle of parents
 
+# The cause that a recording without firings has.
 NOT_RECORDED: Final = "which rule decided so is not known: firings were not recorded (level rules)"
-"""The cause that a recording without firings has."""
 
 # The limit of facts copied per deftemplate: copying a fact stops the loop for about 10 us.
 MOST_FACTS: Final = 10_000

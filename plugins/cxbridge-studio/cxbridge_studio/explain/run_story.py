@@ -11,8 +11,8 @@ from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_report import cause_lines, goal_headline, reporter_of, without_roots
 from cxbridge_studio.explain.goal_story import NOT_RECORDED, Cause
 
-MOST_SENTENCES: Final = 12  # sentences of a story
-"""Sentences of a part; the last one says how many are left out."""
+# Sentences of a part; the last one says how many are left out.
+MOST_SENTENCES: Final = 12
 
 _BAD: Final = ("FAILED", "REJECTED")
 
@@ -39,13 +39,13 @@ class RunStory:
     notes: tuple[str, ...]
 
 
+# The parts of a story with sentences, and their headings.
 PARTS: Final = {
     "wanted": "Wanted",
     "now": "Now",
     "wrong": "Went wrong",
     "overcome": "Failed on the way",
 }
-"""The parts of a story with sentences, and their headings."""
 
 
 def tell_run(evidence: Evidence) -> RunStory:

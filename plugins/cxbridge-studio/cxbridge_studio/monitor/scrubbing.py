@@ -15,11 +15,11 @@ from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 
-MOST_EVENTS: Final = 1_000_000  # events kept of a recording
-"""The maximal number of loaded events."""
+# maximum number of loaded events
+MOST_EVENTS: Final = 1_000_000
 
-STRIDE: Final = 10_000  # events between two kept states: a step back repeats at most so many
-"""The number of events between stored states, which limits the time of going back."""
+# The number of events between stored states, which limits the time of going back.
+STRIDE: Final = 10_000
 
 _AT_ONCE: Final = 500  # events read between two looks at the clock
 
@@ -40,12 +40,10 @@ class Scrubber:
         self._ahead = RunState()
         self._skills: dict[tuple[str, str], tuple[str, str]] = {}
         self.events: list[Event] = []
-        self.times = array("q")
-        """Microseconds since the start of the run, never decreasing."""
+        self.times = array("q")  # microseconds since the start of the run, never decreasing
+        # The numbers of events after which the last event is a transition.
         self.transitions = array("q")
-        """The numbers of events after which the last event is a transition."""
-        self.log_lines = array("q")
-        """The numbers of the events that are log lines."""
+        self.log_lines = array("q")  # numbers of the events that are log lines
         self.at = 0
         self.state = RunState()
         self.notes: list[str] = []

@@ -1,4 +1,4 @@
-"""The operations of the debugger: breakpoints, steps, where the rules are stopped; docs/debugging.md."""
+"""The operations of the debugger: breakpoints, steps, current stop; docs/debugging.md."""
 
 from __future__ import annotations
 
@@ -53,14 +53,13 @@ class BreakpointInfo(Struct):
 
 
 class DebuggerInfo(Struct):
-    """How the debugger stands; ``stopped`` while the rules are stopped."""
+    """The state of the debugger; ``stopped`` while the rules are stopped."""
 
     breakpoints: list[BreakpointInfo]
     stopped: StopInfo | UnsetType = UNSET
 
 
 def breakpoint_rows(debugger: Debugger | None) -> list[BreakpointInfo]:
-    """Return number and text of each breakpoint."""
     return [] if debugger is None else [_row(item) for item in debugger.breakpoints]
 
 
@@ -86,7 +85,7 @@ def _look(context: OperationContext, _given: object) -> DebuggerInfo:
 
 
 def _route(method: str, path: str, about: str, **more: Any) -> Route[Any]:
-    """Return a route that answers how the debugger stands."""
+    """Return a route whose answer is the state of the debugger."""
     more = {"answer": _look, "check": _check_there, **more}
     return Route(method, f"{_PATH}{path}", about, DebuggerInfo, "Debugger", **more)
 
@@ -128,7 +127,8 @@ def _add(context: OperationContext, parameters: _Spec) -> BreakpointInfo:
 def _checked(context: OperationContext, spec: str) -> Breakpoint:
     """Return the breakpoint of a text.
 
-    :raises CxbridgeError: when it is none, nothing can ever reach it, or the client may not set it.
+    :raises CxbridgeError: if the text is invalid, the breakpoint is unreachable, or the client may not set
+        it.
     """
     item = parse_breakpoint(spec)
     if item.condition or "{" in item.log:
@@ -139,7 +139,8 @@ def _checked(context: OperationContext, spec: str) -> Breakpoint:
 
 @OPERATIONS.add("break-add", Right.CONTROL, _Specs)
 def _add_all(context: OperationContext, parameters: _Specs) -> list[BreakpointInfo]:
-    breakpoints = [_checked(context, spec) for spec in parameters.specs]  # all of them, or none
+    # check all of them before any is added
+    breakpoints = [_checked(context, spec) for spec in parameters.specs]
     return [_row(debugger_of(context.executive).add(item)) for item in breakpoints]
 
 

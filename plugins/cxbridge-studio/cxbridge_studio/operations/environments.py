@@ -31,7 +31,7 @@ _Item = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]
 
 
 class Loaded(Struct):
-    """The mistakes in a file that was loaded."""
+    """The mistakes in a loaded file."""
 
     diagnostics: list[str]
 
@@ -67,15 +67,15 @@ class _Expression(NamedEnvironment):
 def service_of(context: OperationContext) -> EnvironmentService:
     """Return the service that manages the environments.
 
-    :raises UnavailableError: when the executive is not running.
+    :raises UnavailableError: if the executive is not running.
     """
     return EnvironmentService(context.executive.manager)
 
 
 def check_environment(context: OperationContext, path: Mapping[str, str]) -> None:
-    """Raise when the environment of a path does not exist.
+    """Check the environment of a path.
 
-    :raises NotFoundError: when there is none of that name.
+    :raises NotFoundError: if the environment does not exist.
     """
     if path["env"] not in environment_names(context):
         raise NotFoundError(f"Environment '{path['env']}' is unknown")
@@ -84,7 +84,7 @@ def check_environment(context: OperationContext, path: Mapping[str, str]) -> Non
 def of_environment(
     method: str, path: str, about: str, reply: Any = EnvironmentInfo, errors: Any = None, **more: Any
 ) -> Route[Any]:
-    """Return the route of something that an environment has."""
+    """Return the route of an environment's property."""
     errors = {404: "There is no such environment", **(errors or {})}
     path = f"{PATH}/{{env}}{path}"
     return Route(method, path, about, reply, check=check_environment, errors=errors, **more)

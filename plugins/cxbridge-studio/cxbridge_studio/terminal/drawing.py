@@ -1,4 +1,4 @@
-"""A running skill on the terminal: its machine, the state that it is in, the way there."""
+"""The display of a running skill on the terminal: its machine, the current state, the path to it."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _MAX_WAY = 12  # states of the way that fit into a line
 
 
 def view(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -> RenderableType:
-    """Return what to show.
+    """Return the display of a skill.
 
-    :param values: the fields of SkillerInterface, enums by name; empty: the Skiller is gone.
-    :param graph: the graph of SkillerDebugInterface; empty: there is none.
-    :param uses: which skill uses which.
+    :param values: the fields of SkillerInterface, enums by name; empty if the Skiller has gone.
+    :param graph: the graph of SkillerDebugInterface; empty without one.
+    :param uses: the used skills of each skill.
     """
     values = {name: one_line(value) if isinstance(value, str) else value for name, value in values.items()}
     graph = visible(graph)
@@ -70,7 +70,7 @@ def _machine(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[Rende
 
 
 def machine_transitions(machine: StateMachine) -> list[MachineTransition]:
-    """Return the transitions of a machine and of those within."""
+    """Return the transitions of a machine and its inner machines."""
     return [item for _, part in machine.walk() for item in part.transitions]
 
 
@@ -94,7 +94,7 @@ def _exits(transitions: list[MachineTransition], names: Mapping[str, str]) -> Te
 
 
 def _way(machine: StateMachine, names: Mapping[str, str]) -> list[RenderableType]:
-    """Return a line for the way that each machine took, the last steps of it."""
+    """Return a line with the last steps of each machine's path."""
     lines: list[RenderableType] = []
     for _, part in machine.walk():
         way = part.way()

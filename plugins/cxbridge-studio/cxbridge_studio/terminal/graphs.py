@@ -18,12 +18,11 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.calls import OWNER
 
 TYPE = "SkillerDebugInterface"
+# Layouts of graphs, with their names in the interface.
 DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}
-"""Layouts of graphs, with their names in the interface."""
+# Subjects other than skills: all names, and the dependencies of skills.
 OVERVIEWS = ("LIST", "SKILL_DEP")
-"""Subjects other than skills: all names, and the dependencies of skills."""
-PICTURES = (".svg", ".png", ".pdf")
-"""The supported suffixes of :func:`render`."""
+PICTURES = (".svg", ".png", ".pdf")  # supported suffixes of `render`
 
 _RENDER_S = 60  # seconds that graphviz may take
 

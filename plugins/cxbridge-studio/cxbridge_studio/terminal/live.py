@@ -24,9 +24,9 @@ _OVERVIEW_S = 2.0  # seconds to wait for the graph of skills
 def show(
     board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, console: Console | None = None
 ) -> bool:
-    """Draw the state of a Skiller, again at each change; returns whether there were ``count``.
+    """Draw the state of a Skiller at each change; return whether ``count`` changes occurred.
 
-    :param console: the terminal; None: stdout.
+    :param console: the terminal; None for stdout.
     """
     uses = _uses(board, skiller)
     console = console or Console(file=terminal_of(sys.stdout))
@@ -55,12 +55,12 @@ def _values(news: InterfaceChange) -> dict[str, object]:
 
 
 def _graph(news: InterfaceChange) -> str:
-    """Return the graph of a machine, not what other viewers ask for."""
+    """Return the graph of a machine, regardless of the graphs that other viewers request."""
     return "" if news.values["graph_fsm"] in OVERVIEWS else str(news.values["graph"])
 
 
 def _uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
-    """Return which skill uses which, as far as the Skiller says."""
+    """Return the used skills of each skill, as far as the Skiller reports them."""
     try:
         graph = parse_graph(visible(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_S)))
     except CxbridgeError:

@@ -1,4 +1,4 @@
-"""The rates of interfaces' writes, and a field's values over time."""
+"""The write rates of interfaces, and plots of field values over time."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from typing import Final
 
 OWNER = "cxbridge bb"
 
-WINDOW: Final = 10_000
-"""Writes of an interface that are looked at, the last ones."""
+WINDOW: Final = 10_000  # number of latest writes over which a rate is computed
 
 _BLANK: Final = 0x2800  # the Unicode block of braille patterns, whose dots are the pixels of a plot
+# The dots of a Braille character: left and right column from the top.
 _DOTS: Final = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
-"""The dots of a Braille character: of its left and its right column, from the top."""
 
 _UNITS: Final = ("B", "kB", "MB", "GB")
 _THOUSAND: Final = 1000.0
@@ -25,11 +24,11 @@ _LARGE: Final = 1e6  # larger numbers are shown with an exponent
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """How often something came.
+    """The rate of writes.
 
-    :param hz: times a second, on average.
-    :param shortest_s: the shortest time between two. ``longest_s`` and ``deviation_s`` likewise.
-    :param window: times that this is about.
+    :param hz: the mean rate.
+    :param shortest_s: the shortest interval; ``longest_s`` and ``deviation_s`` likewise.
+    :param window: the number of intervals.
     """
 
     hz: float
@@ -40,9 +39,9 @@ class Rate:
 
 
 class RateMeter:
-    """Measures how often something comes.
+    """Measures the rate of writes.
 
-    :param window: the last times that count.
+    :param window: the number of latest writes to consider.
     """
 
     def __init__(self, window: int = WINDOW) -> None:
@@ -50,17 +49,17 @@ class RateMeter:
         self._news = 0
 
     def note(self, time_s: float) -> None:
-        """Note that it has come."""
+        """Record a write."""
         self._times.append(time_s)
         self._news += 1
 
     def news(self) -> int:
-        """Return how often it came since this was asked last."""
+        """Return the number of writes since the last call."""
         news, self._news = self._news, 0
         return news
 
     def rate(self) -> Rate | None:
-        """Return how often it came; None when it came less than twice."""
+        """Return the rate; None before the second write."""
         times = list(self._times)
         gaps = [later - earlier for earlier, later in pairwise(times)]
         if not gaps:
@@ -81,10 +80,10 @@ def amount(size: float) -> str:
 
 
 def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span_s: float) -> Iterator[str]:
-    """Yield the lines of a plot in Braille characters, with its axes.
+    """Yield the lines of a plot in Braille characters with its axes.
 
     :param points: seconds and values; the last one is at the right edge.
-    :param span_s: how many seconds the plot shows.
+    :param span_s: the shown time span in seconds.
     """
     points = [(time_s, value) for time_s, value in points if isfinite(value)]
     low, high = _bounds([value for _, value in points])
@@ -112,7 +111,7 @@ def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span
 
 
 def _way(previous_point: tuple[int, int] | None, here: tuple[int, int]) -> Iterator[tuple[int, int]]:
-    """Yield the dots of a step: along at the old value, then to the new one, as values of a blackboard go."""
+    """Yield the dots of a step: first horizontal at the old value, then vertical to the new one."""
     x, y = here
     if previous_point is not None:
         for along in range(previous_point[0] + 1, x):
@@ -135,6 +134,6 @@ def _bounds(values: Sequence[float]) -> tuple[float, float]:
 
 
 def _label(value: float, span: float) -> str:
-    """Return a number of an axis, with as many digits as tell it from its neighbours."""
+    """Return the label of an axis value, with enough digits to differ from its neighbours."""
     digits = min(6, max(0, 2 - floor(log10(span))))
     return f"{value:.{digits}f}" if abs(value) < _LARGE else f"{value:.3e}"

@@ -58,8 +58,8 @@ _BY_REASON: Final = {
     ),
 }
 
+# The allowed functions with their reasons.
 ALLOWED: Final = {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
-"""The allowed functions with their reasons."""
 
 _LIST: Final = "get-function-list"
 _DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
@@ -70,8 +70,8 @@ class IsolatedEnvironment(ClipsEnvironment):
     """An environment with only the functions of :data:`ALLOWED`."""
 
     def __init__(self, name: str, bus: EventBus) -> None:
+        # The functions that are missing here, compared with other environments.
         self.removed: frozenset[str] = frozenset(_NOT_BUILT)
-        """The functions that are missing here, compared with other environments."""
         super().__init__(name, bus)
         self._forbid()
 
