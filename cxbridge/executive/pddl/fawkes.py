@@ -61,8 +61,8 @@ def check_domain(text: Text) -> None:
     (define,) = _groups(items_of(text))
     sections = [each for each in _groups(define.items) if each.head.startswith(":")]
     order = [_order(section.head) for section in sections]
-    for section, number, previous_number in zip(sections[1:], order[1:], order, strict=False):
-        if number < previous_number:
+    for section, number, before in zip(sections[1:], order[1:], order, strict=False):
+        if number < before:
             raise _refusal(text, section.position, f"{section.head} comes too late")
     for head, entries in _NEEDED.items():
         if not any(each.head == head and len(each.items) > entries for each in sections):
@@ -148,11 +148,9 @@ def check_case(text: Text) -> None:
 
     :raises PddlSyntaxError: if a keyword is not.
     """
-    for previous_token, token in zip(text.tokens, text.tokens[1:], strict=False):
+    for before, token in zip(text.tokens, text.tokens[1:], strict=False):
         word = token.text
-        is_keyword = word.startswith(":") or (
-            previous_token.text == "(" and token.kind not in ("NAME", "VARIABLE")
-        )
+        is_keyword = word.startswith(":") or (before.text == "(" and token.kind not in ("NAME", "VARIABLE"))
         if is_keyword and word != word.lower():
             reason = f"'{word}' must be written '{word.lower()}'"
             raise _refusal(text, text.position(token.start), reason)

@@ -18,14 +18,12 @@ if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, Problem
     from cxbridge.executive.planning import PlanResult
 
+# Exit status by planning status; bad input and unsupported problems give 2.
 EXIT: Final = {"PLANNED": 0, "NO-PLAN": 1, "TIMEOUT": 3, "FAILED": 4, "CANCELLED": 130}
-"""Exit status by how planning ended; bad input and planners that refuse the problem are 2."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _PlannerOptions:
-    """Which planner plans, and how."""
-
     planner: Annotated[str, typer.Option(help="Planner; see --list.")] = "auto"
     timeout: Annotated[float, typer.Option(min=0.001, help="Seconds that planning may take.")] = 60.0
     option: Annotated[
@@ -35,8 +33,6 @@ class _PlannerOptions:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _ReadingOptions:
-    """How the files are read."""
-
     strict: Annotated[
         str, typer.Option(metavar="fawkes", help="Read the domain as Fawkes' parser does (docs/planning.md).")
     ] = ""
@@ -44,8 +40,6 @@ class _ReadingOptions:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _ResultOptions:
-    """How the plan is given."""
-
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan here.")] = None
     html: Annotated[
         Path | None, typer.Option("--html", metavar="FILE", help="Write a page about the plan.")
@@ -88,7 +82,7 @@ def plan(
             *_read(domain_file, problem_file, as_fawkes=as_fawkes), validate, as_json=given.as_json
         )
     domain, problem, result = _plan(domain_file, problem_file, asked, as_fawkes=as_fawkes)
-    _give(result, asked.planner, given)
+    _output(result, asked.planner, given)
     if given.html is not None:
         from cxbridge_planning.cli.page import write_page
 
@@ -96,7 +90,7 @@ def plan(
     return EXIT[result.status.value]
 
 
-def _give(result: PlanResult, planner: str, given: _ResultOptions) -> None:
+def _output(result: PlanResult, planner: str, given: _ResultOptions) -> None:
     """Print a result, or write its plan to a file."""
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
@@ -127,7 +121,7 @@ def _read(domain_file: Path, problem_file: Path, *, as_fawkes: bool) -> tuple[Do
 def _plan(
     domain_file: Path, problem_file: Path, asked: _PlannerOptions, *, as_fawkes: bool
 ) -> tuple[Domain, Problem, PlanResult]:
-    """Read domain and problem while the planner's process starts, and plan."""
+    """Read domain and problem while the planner's process starts, then plan."""
     from cxbridge.executive.planning import PlanningService, PlanRequest
     from cxbridge.executive.planning.registry import choose_planners
 
@@ -141,7 +135,7 @@ def _plan(
 
 
 def _validate(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:
-    """Say whether a plan holds; return the exit status."""
+    """Print whether a plan is valid; return the exit status."""
     from cxbridge.executive.planning.validation.plan import check_plan
     from cxbridge_planning.plan_files import PlanNames, load_plan
     from cxbridge_planning.worth import value_of_metric
@@ -152,8 +146,8 @@ def _validate(domain: Domain, problem: Problem, plan_file: Path, *, as_json: boo
         raise CxbridgeError(f"the plan cannot be checked: {check.unchecked}", file=str(plan_file))
     metric = value_of_metric(problem, actions, check) if check.holds else None
     if as_json:
-        said = {"valid": check.holds, "step": check.step, "message": check.failure, "metric": metric}
-        say_json(said, indent=2)
+        verdict = {"valid": check.holds, "step": check.step, "message": check.failure, "metric": metric}
+        say_json(verdict, indent=2)
     elif check.holds:
         cost = "" if metric is None else f", metric {metric:g}"
         say(f"the plan holds: {len(actions)} steps{cost}")

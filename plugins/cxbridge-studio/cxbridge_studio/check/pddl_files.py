@@ -66,10 +66,10 @@ def _find_domain(problem: Path, name: str) -> Path | None:
     """Return the domain file for a problem from the same folder."""
     for path in sorted(problem.parent.glob(f"*{SUFFIX}")):
         try:
-            found = _NAME_OF.search(_code(path))
+            match = _NAME_OF.search(_code(path))
         except PddlError:
             continue
-        if path != problem and found is not None and found[1].lower() == name.lower():
+        if path != problem and match is not None and match[1].lower() == name.lower():
             return path
     return None
 
