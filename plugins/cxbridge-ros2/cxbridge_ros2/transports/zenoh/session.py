@@ -116,8 +116,8 @@ def _has_router(session: zenoh.Session) -> bool:
     return True
 
 
-def _endpoints(session_config: zenoh.Config) -> str:
-    endpoints = json.loads(session_config.get_json("connect/endpoints"))
+def _endpoints(zenoh_settings: zenoh.Config) -> str:
+    endpoints = json.loads(zenoh_settings.get_json("connect/endpoints"))
     return ", ".join(map(str, endpoints)) if isinstance(endpoints, list) and endpoints else "any place"
 
 
