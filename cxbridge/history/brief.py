@@ -1,6 +1,6 @@
 """One line explanations, during the run, why goals failed or were rejected.
 
-They are cheap enough to be made for each failed goal; ``cxbridge why`` (:mod:`.goal_story`) explains in full.
+They are cheap enough for each failed goal; ``cxbridge why`` of cxbridge-studio explains in full.
 """
 
 from __future__ import annotations

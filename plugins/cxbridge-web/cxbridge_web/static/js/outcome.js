@@ -1,6 +1,5 @@
-// Outcomes: what became of a goal, a plan-action or a skill call, in one of six words. Each has a hue, a
-// texture and an icon of its own, so that none rests on colour alone; css/outcomes.css has the hues and the
-// textures for elements, js/timeline/texture.js draws the same textures on a canvas.
+// Outcomes of goals, plan-actions and skill calls: six words. Each has a hue and an icon of its own, so that none
+// rests on colour alone; css/outcomes.css has the hues.
 // cxbridge/history/outcome.py has the words, the icons, and which state has which outcome.
 
 const { kinds, ended, goal, action, skill } = cx.outcomes;
@@ -30,7 +29,7 @@ export const skillOutcome = (status) =>
 /** Whether it goes on. */
 export const isOpen = (outcome) => outcome === "formulated" || outcome === "running";
 
-/** An outcome as an element: its icon and its word (or another text) on its hue and texture. */
+/** An outcome as an element: its icon and its word (or another text) on its hue. */
 export const outcomeBadge = (outcome, text = OUTCOMES[outcome].word) =>
   cx.el(
     "span",

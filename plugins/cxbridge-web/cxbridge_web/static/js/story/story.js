@@ -111,7 +111,9 @@ export class Story {
     // an agent that waits for its first goal to be selected may be at rest
     const isBad = isOver || waiting.some((goal) => outcomeAt(goal) === "running"),
       tone = stands ? (isBad ? "failed" : "formulated") : worst;
-    const reason = roots.map((goal) => reasonOf(goal, history)).find(Boolean) || (stands && this.rootCause());
+    const reason =
+      roots.map((goal) => reasonOf(goal, history)).find(Boolean) ||
+      (stands && this.rootCause({ withSubject: true }));
     return el(
       "div",
       { class: "story-head o-" + tone, title: "began at " + timeOfDay(begin) },
@@ -157,15 +159,17 @@ export class Story {
     ];
   }
 
-  /** The deepest reason that the server gives; "" without an answer. */
-  rootCause() {
-    let cause = this.answer?.wrong?.find(({ because }) => because.length),
-      text = "";
-    while (cause) {
-      ({ text } = cause);
-      [cause] = cause.because;
-    }
-    return text;
+  /** The sentences from a goal down to the deepest reason that the server gives; none without an answer. */
+  reasons() {
+    const texts = [];
+    let cause = this.answer?.wrong?.find(({ because }) => because.length);
+    for (; cause; [cause] = cause.because) texts.push(cause.text);
+    return texts;
+  }
+  /** The deepest reason; with the sentence above it when only that one names the subject. */
+  rootCause({ withSubject = false } = {}) {
+    const [above = "", text = ""] = this.reasons().slice(-2);
+    return withSubject && text.startsWith("it") ? `${above}: ${text}` : text || above;
   }
   wrong(goals) {
     if (!goals.length) return null;
