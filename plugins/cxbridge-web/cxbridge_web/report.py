@@ -16,12 +16,12 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 from cxbridge.history.builder import UNLIMITED, RunHistory
+from cxbridge.history.linking import links
 from cxbridge.resources import VERSION
 from cxbridge.run.explainers import explainer
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.escaping import embed, html
-from cxbridge_web.http.recordings import guessed_links, is_mcap
 from cxbridge_web.pages import FOLDER, base_script, digest, site_module, views_module
 
 STYLES: Final = ("app", "parts", "views", "outcomes", "timeline", "plot", "map", "documents")
@@ -154,3 +154,27 @@ _FRAME: Final = """<!doctype html>
 {scripts}</body>
 </html>
 """
+
+
+_MCAP: Final = b"\x89MCAP"
+
+
+def is_mcap(path: Path) -> bool:
+    """Return whether the page can read a file without conversion."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(_MCAP)) == _MCAP
+
+
+def guessed_links(history: RunHistory) -> list[list[Any]]:
+    """Return the guessed pairs: environment, goal, plan, action; Skiller, text, message, begin."""
+    start_us = history.clock.first_us or 0
+    pairs = [(link.action, link.call) for link in links(history) if link.guessed]
+    return [
+        [
+            *(action.env, action.goal, action.plan, action.id),
+            *(call.skiller, call.skill_string, call.msgid, start_us + call.begin[1]),
+        ]
+        for action, call in pairs
+    ]

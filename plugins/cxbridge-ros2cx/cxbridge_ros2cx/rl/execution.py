@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_ros2cx.rl.interface import NODE, LearningAgent, name_of
+from cxbridge_ros2cx.rl.interface import NODE, LearningAgent, text_of
 from cxbridge_ros2cx.rl.spaces import NO_OP, Mask, Observation, Spaces
 
 # Returns the index of an action for an observation and the mask of executable actions.
@@ -46,17 +46,17 @@ def execute(
         spaces = Spaces.of(agent)
 
         def choose(request: Mapping[str, Any]) -> Mapping[str, Any]:
-            names = [name_of(each["name"], tuple(each["params"])) for each in request["actions"]]
+            names = map(text_of, request["actions"])
             executable = dict(zip(names, request["action_ids"], strict=True))
             if executable.keys().isdisjoint(spaces.numbers):
                 return {"action_id": NO_OP}
-            observed = (name_of(each["name"], tuple(each["params"])) for each in request["observations"])
+            observed = map(text_of, request["observations"])
             number = int(policy(spaces.observation(observed), spaces.mask(executable)))
             action = spaces.actions[number] if 0 <= number < len(spaces.actions) else str(number)
             if action not in executable:
                 raise CxbridgeError(
                     f"the policy chose the action {action}, which the robot cannot execute",
-                    hint=f"the executable actions of the mask are: {', '.join(executable)}",
+                    hint=f"the executable actions are: {', '.join(executable)}",
                 )
             chosen.append(action)
             return {"action_id": executable[action]}

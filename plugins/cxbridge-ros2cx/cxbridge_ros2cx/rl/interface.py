@@ -222,12 +222,12 @@ class LearningAgent(Closing):
     def observables(self) -> list[str]:
         known = self.ask("get_predefined_observables", "GetPredefinedObservables")["observables"]
         predicates = self.ask("get_observable_predicates", "GetObservablePredicates")
-        return [*map(_text, known), *self._grounded(predicates["predicate_names"], predicates)]
+        return [*map(text_of, known), *self._grounded(predicates["predicate_names"], predicates)]
 
     def all_actions(self) -> list[str]:
         known = self.ask("get_predefined_actions", "GetPredefinedActions")["actions"]
         actions = self.ask("get_observable_actions", "GetObservableActions")
-        return [*map(_text, known), *self._grounded(actions["action_names"], actions)]
+        return [*map(text_of, known), *self._grounded(actions["action_names"], actions)]
 
     def _grounded(self, names: Iterable[str], described: Message) -> Iterable[str]:
         """Yield predicates or actions with all objects of their types; empty without parameters."""
@@ -291,5 +291,6 @@ def name_of(name: Value, parameters: Value) -> str:
     return f"{name}({'#'.join(map(str, parameters))})" if parameters else str(name)
 
 
-def _text(message: Message) -> str:
+def text_of(message: Message) -> str:
+    """Return the message of a predicate or an action in the notation of the spaces."""
     return name_of(message["name"], tuple(message["params"]))

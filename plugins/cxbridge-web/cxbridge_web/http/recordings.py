@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 from urllib.parse import parse_qsl, quote
 
 from starlette.concurrency import run_in_threadpool
@@ -23,13 +23,13 @@ from starlette.responses import (
 from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import View
 from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.history.linking import links
 from cxbridge.run.explainers import Explainer, explainer
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.pages import Pages
+from cxbridge_web.report import document_page, guessed_links, is_mcap
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -48,8 +48,6 @@ COMPARE: Final = "/compare"  # page that compares two runs by their numbers: `/c
 _LINKS: Final = b"links"
 
 _WHY: Final = b"why&"  # prefix of a query for an explanation: `why&kind=goal&name=gen14&at=3.5`
-
-_MCAP: Final = b"\x89MCAP"
 
 
 class RecordingsApp:
@@ -173,7 +171,6 @@ def compared_page(a: Path, b: Path, view: View, order: Order, runs: Mapping[str,
     from cxbridge.trace.compare.render.text import make_report  # noqa: PLC0415 - most pages compare nothing
     from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
     from cxbridge.trace.compare.side_by_side import page_report  # noqa: PLC0415
-    from cxbridge_web.report import document_page  # noqa: PLC0415 - the module imports this one
 
     run, other = open_run(a), open_run(b)
     comparison = compare_runs(run, [other], view, order)
@@ -190,14 +187,6 @@ def _name(path: Path) -> str:
     return path.name or "run"
 
 
-def is_mcap(path: Path) -> bool:
-    """Return whether the page can read a file without conversion."""
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
-        return file.read(len(_MCAP)) == _MCAP
-
-
 def _lines(path: Path) -> Iterator[bytes]:
     """Yield a run as JSON lines, like ``trace cat --json``."""
     for event in open_run(path):
@@ -207,16 +196,3 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 def _history(run: Run) -> RunHistory:
     return RunHistory.of(run, UNLIMITED, run.start_us)
-
-
-def guessed_links(history: RunHistory) -> list[list[Any]]:
-    """Return the guessed pairs: environment, goal, plan, action; Skiller, text, message, begin."""
-    start_us = history.clock.first_us or 0
-    pairs = [(link.action, link.call) for link in links(history) if link.guessed]
-    return [
-        [
-            *(action.env, action.goal, action.plan, action.id),
-            *(call.skiller, call.skill_string, call.msgid, start_us + call.begin[1]),
-        ]
-        for action, call in pairs
-    ]

@@ -169,7 +169,7 @@ export class Story {
   /** The deepest reason; with the sentence above it when only that one names the subject. */
   rootCause({ withSubject = false } = {}) {
     const [above = "", text = ""] = this.reasons().slice(-2);
-    return withSubject && text.startsWith("it") ? `${above}: ${text}` : text || above;
+    return withSubject && /^its? /.test(text) ? `${above}: ${text}` : text || above;
   }
   wrong(goals) {
     if (!goals.length) return null;
