@@ -48,7 +48,7 @@ COPIES = (
     CopyFormat(
         "csv",
         50,
-        "cxbridge.trace.formats.csv.writer:CsvWriter",
-        exact="cxbridge.trace.formats.csv.writer:convert_bblogger",
+        f"{__name__}.writer:CsvWriter",
+        exact=f"{__name__}.writer:convert_bblogger",
     ),
 )
