@@ -1,8 +1,8 @@
 """The rights of clients, and those required by messages on the blackboard and frames of its protocols.
 
-Each operation (:mod:`cxbridge.operations`) and each endpoint over HTTP names its :class:`Right`. Messages and
-endpoints without an entry require more than the right to look, so that an addition with a forgotten entry is
-refused. See docs/security.md, "Rights".
+Each operation (:mod:`cxbridge.daemon.operations`) and each endpoint over HTTP names its :class:`Right`.
+Messages and endpoints without an entry require more than the right to look, so that an addition with a
+forgotten entry is refused. See docs/security.md, "Rights".
 """
 
 from __future__ import annotations

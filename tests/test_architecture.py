@@ -18,7 +18,7 @@ from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"
 LAYERS = (  # lowest first; packages of one layer do not import each other
-    {"closing", "errors", "suggestions"},
+    {"closing", "errors", "interrupt", "spawning", "suggestions"},
     {
         "resources",
         "clock",
@@ -35,9 +35,8 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"events", "mainloop", "plugins"},
     {"history", "interfaces"},
     {"blackboard"},
-    {"space", "process"},
+    {"space"},
     {"executive", "skiller", "trace"},
-    {"operations"},
     {"run"},
     {"daemon"},
     {"testing"},

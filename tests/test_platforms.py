@@ -14,8 +14,8 @@ import pytest
 
 from cxbridge.blackboard.kit.errors import EndpointError
 from cxbridge.blackboard.zmq.wire.sockets import context_for
+from cxbridge.cli.command_lines import StepKeys
 from cxbridge.errors import CxbridgeError
-from cxbridge.process.stepping import StepKeys
 from tests.support import ROOT, needs_plugin, share
 
 WITHOUT = """

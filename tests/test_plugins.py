@@ -1,6 +1,6 @@
 """Plug-ins: the example of docs/plugins.md has each hook; broken plug-ins are left out.
 
-Its operation: tests/operations/test_table.py.
+Its operation: tests/daemon/operations/test_table.py.
 """
 
 from __future__ import annotations

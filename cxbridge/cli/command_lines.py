@@ -1,4 +1,7 @@
-"""Lines from a terminal or a pipe, read one at a time."""
+"""Lines and keys from a terminal or a pipe.
+
+A wait for input also ends when a condition of the caller holds, for example after a signal.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,14 @@ import os
 import select
 import sys
 from collections.abc import Callable
-from typing import Final, TextIO
+from typing import Any, Final, Self, TextIO
 
-_SLICE_S: Final = 0.2  # seconds between calls of ``enough`` while no line comes
-_MOST_BYTES: Final = 65_536  # a longer line is cut, as the input may have no line feeds
+from cxbridge.errors import CxbridgeError
+
+_SLICE_S: Final = 0.2  # seconds between calls of ``enough`` while no input comes
+_CHUNK: Final = 4096
+_LONGEST: Final = 65_536  # bytes: a longer line is cut, as the input may have no line feeds
+_QUIT_KEYS: Final = (b"q", b"Q", b"\x04")  # the last is Ctrl-D, which is no end of input in cbreak mode
 
 
 class CommandLines:
@@ -19,28 +26,69 @@ class CommandLines:
     """
 
     def __init__(self, stream: TextIO | None = None) -> None:
-        found: TextIO | None = sys.stdin if stream is None else stream
-        self._stream = found
-        self._left = b""
-        self._ended = found is None  # stdin is closed
+        # a closed stdin is None and counts as an ended one
+        self._stream: TextIO | None = sys.stdin if stream is None else stream
+        self._buffer = b""
+        self._ended = self._stream is None
 
     @property
     def on_terminal(self) -> bool:
-        """Whether the lines come from a terminal."""
         return self._stream is not None and self._stream.isatty()
 
     def next(self, enough: Callable[[], bool]) -> str | None:
         """Return the next line without line feed; None at the end of input, or if ``enough`` returns True."""
         while not enough():
-            line, end, rest = self._left.partition(b"\n")
-            if end or (self._ended and line) or len(line) > _MOST_BYTES:
-                self._left = rest
+            line, end, rest = self._buffer.partition(b"\n")
+            if end or (self._ended and line) or len(line) > _LONGEST:
+                self._buffer = rest
                 return line.decode("utf-8", "replace").strip()
-            if self._ended or self._stream is None:
+            if self._ended:
                 return None
-            ready, _, _ = select.select([self._stream], [], [], _SLICE_S)
-            if ready:
-                data = os.read(self._stream.fileno(), 4096)
-                self._left += data
-                self._ended = not data
+            self._read(_CHUNK)
         return None
+
+    def _read(self, size: int) -> None:
+        """Add at most ``size`` bytes to the buffer, or return after a time without input."""
+        # select instead of a blocking read: a client or a signal may end the wait, which ``enough`` reports
+        assert self._stream is not None
+        ready, _, _ = select.select([self._stream], [], [], _SLICE_S)
+        if ready:
+            data = os.read(self._stream.fileno(), size)
+            self._buffer += data
+            self._ended = not data
+
+
+class StepKeys(CommandLines):
+    """Waits for a key on a terminal, else for a line; a context manager that restores the terminal."""
+
+    _terminal_settings: list[Any] | None = None
+
+    def __enter__(self) -> Self:
+        if sys.platform == "win32":
+            raise CxbridgeError(
+                "keys are read as on Linux and macOS, which Windows cannot", hint="use --speed, or WSL"
+            )
+        if self.on_terminal:
+            import termios
+            import tty
+
+            assert self._stream is not None
+            self._terminal_settings = termios.tcgetattr(self._stream)
+            tty.setcbreak(self._stream)
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        if self._terminal_settings is not None and sys.platform != "win32":
+            import termios
+
+            assert self._stream is not None
+            termios.tcsetattr(self._stream, termios.TCSADRAIN, self._terminal_settings)
+
+    def __call__(self, enough: Callable[[], bool]) -> bool:
+        """Wait for a step; return False at the end of input, after ``q``, or if ``enough`` does."""
+        if not self.on_terminal:
+            return self.next(enough) is not None
+        while not (self._buffer or self._ended or enough()):
+            self._read(1)
+        key, self._buffer = self._buffer, b""
+        return bool(key) and key not in _QUIT_KEYS

@@ -17,7 +17,7 @@ _T = TypeVar("_T")
 def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
     """Make a command handle SIGINT, SIGTERM and SIGHUP from before its imports until its end.
 
-    Its child processes take over the handling, see :class:`cxbridge.process.interrupt.Interrupt`.
+    Its child processes take over the handling, see :class:`cxbridge.interrupt.Interrupt`.
 
     :param service: whether the command serves clients until a signal stops it.
     """
@@ -26,7 +26,7 @@ def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_
         @functools.wraps(command)
         def run(*args: _P.args, **kwargs: _P.kwargs) -> _T:
             with plain_interrupt():
-                from cxbridge.process.interrupt import Interrupt
+                from cxbridge.interrupt import Interrupt
 
                 with Interrupt(service=service):
                     return command(*args, **kwargs)

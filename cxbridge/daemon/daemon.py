@@ -12,14 +12,14 @@ from cxbridge.daemon.board import INTERRUPT, DaemonBoard
 from cxbridge.daemon.configuration import make_daemon_base, make_run_options
 from cxbridge.daemon.nodes import ExecutiveNode
 from cxbridge.daemon.options import DaemonOptions
+from cxbridge.daemon.process import Notifier
 from cxbridge.daemon.requests import DaemonRequests
 from cxbridge.daemon.table import DAEMON_COMPONENTS
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import LogLine, Sink
+from cxbridge.interrupt import GOODBYE_S, Interrupt
 from cxbridge.mainloop import Hook
 from cxbridge.plugins import Row
-from cxbridge.process.interrupt import GOODBYE_S, Interrupt
-from cxbridge.process.systemd import Notifier
 from cxbridge.rights import Right, Rights
 from cxbridge.run.agent import Run
 from cxbridge.run.components.manager import (
@@ -31,11 +31,11 @@ from cxbridge.run.components.manager import (
 )
 from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.result import FAULT
-from cxbridge.run.standstill import Stall, Stalls
+from cxbridge.run.watchdog import Stall, Stalls
 
 if TYPE_CHECKING:
+    from cxbridge.daemon.operations.operation import OperationContext
     from cxbridge.daemon.plugins import DaemonPlugins
-    from cxbridge.operations.operation import OperationContext
     from cxbridge.run.plugin_settings import PluginSettings
 
 COMPONENT = "Daemon"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from cxbridge.run.components.component import ThinkingComponent
 from cxbridge.run.components.manager import ManagedNode
-from cxbridge.run.ending.mistakes import AgentChecks
+from cxbridge.run.mistakes import AgentChecks
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive, RuleControl

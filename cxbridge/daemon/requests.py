@@ -1,4 +1,4 @@
-"""Requests to a daemon over its blackboard, each an operation of :mod:`cxbridge.operations`."""
+"""Requests to a daemon over its blackboard, each an operation of :mod:`cxbridge.daemon.operations`."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from itertools import count, islice
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.daemon.board import DAEMON_ID, OWNER, REQUEST_TYPE
+from cxbridge.daemon.operations.operation import OperationContext, ParameterError, plain
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
 from cxbridge.executive.host.values import show
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.keeping import cut
 from cxbridge.history.tree import plain_goal
-from cxbridge.operations.operation import OperationContext, ParameterError, plain
 from cxbridge.printing import one_line
 from cxbridge.rights import Right, Rights
 
@@ -212,7 +212,7 @@ class DaemonRequests:
 
     def _carry_out(self, verb: str, arguments: str) -> Any:
         """Process a request and return the reply for JSON."""
-        from cxbridge.operations.table import operations  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge.daemon.operations.table import operations  # noqa: PLC0415 - start-up time is a feature
 
         operation = operations().get(verb)
         if operation is None or not operation.is_verb:

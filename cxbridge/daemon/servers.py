@@ -13,7 +13,7 @@ from cxbridge.blackboard.zmq.security import CurveServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.plugins import DaemonPlugins
-from cxbridge.process.file_limit import raise_file_limit
+from cxbridge.daemon.process import raise_file_limit
 from cxbridge.rights import Right
 from cxbridge.run.components.component import Component
 

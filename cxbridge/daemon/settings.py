@@ -17,7 +17,7 @@ from cxbridge.run.components.manager import Policy
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS
 from cxbridge.run.plugin_settings import PluginSettings, plugin_keys, plugin_settings
 from cxbridge.run.rights import read_rights
-from cxbridge.run.standstill import LIMIT_S
+from cxbridge.run.watchdog import LIMIT_S
 from cxbridge.suggestions import did_you_mean
 
 TREE = "/cxbridge"

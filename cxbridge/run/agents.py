@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -10,11 +11,10 @@ from typing import Final
 from cxbridge.clock import Clock, make_clock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
-from cxbridge.events import EventBus
+from cxbridge.events import EventBus, LoopTime
 from cxbridge.executive.executive import ENVIRONMENT
-from cxbridge.mainloop import MainLoop
+from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.plugins import Table, package_hint
-from cxbridge.process.loop_times import LoopTimes
 
 AGENTS = "/cxbridge/agents"
 """The agents of a scenario by name. A scenario without this key has one unnamed agent."""
@@ -54,8 +54,26 @@ def make_main_loop(period_us: int, bus: EventBus) -> MainLoop:
     """
     loop = MainLoop(bus.clock, period_us)
     if not bus.clock.is_virtual:
-        LoopTimes(loop, bus)
+        _report_durations(loop, bus)
     return loop
+
+
+def _report_durations(loop: MainLoop, bus: EventBus) -> None:
+    """Emit :class:`LoopTime` for each cycle while the event has a subscriber."""
+    start_ns = 0
+
+    def start() -> None:
+        nonlocal start_ns
+        start_ns = time.perf_counter_ns() if bus.wants(LoopTime) else 0
+
+    def end() -> None:
+        if start_ns:
+            duration_us = (time.perf_counter_ns() - start_ns) // 1000
+            bus.emit(LoopTime(bus.clock.now_us(), loop.loops + 1, duration_us))
+
+    # PRE_LOOP before all later steps; components that add steps to POST_LOOP later are not measured
+    loop.add(Hook.PRE_LOOP, start)
+    loop.add(Hook.POST_LOOP, end)
 
 
 def agent_names(config: Configuration) -> list[str]:

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Self
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
+from cxbridge.interrupt import GOODBYE_S, Interrupt
 from cxbridge.mainloop import Hook
-from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.run.agent import Run, make_base
 from cxbridge.run.agents import agent_names
 from cxbridge.run.components.table import COMPONENTS, RECORDER
-from cxbridge.run.ending.mistakes import AgentChecks
+from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
 from cxbridge.run.servers import REST_S, RunServer, Stay, no_stay
-from cxbridge.run.standstill import LIMIT_S, RuleErrors, Stall, Stalls, StuckWatch
+from cxbridge.run.watchdog import LIMIT_S, RuleErrors, Stall, Stalls, StuckWatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

@@ -21,11 +21,11 @@ from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
 from cxbridge.run.agent import Run
-from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.explainers import with_explanations
+from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
-from cxbridge.run.standstill import end_spins
+from cxbridge.run.watchdog import end_spins
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.members import find_member
 from cxbridge.testing.scripted import ScriptedSkills

@@ -123,7 +123,7 @@ def test_a_users_mistake_is_one_message(tmp_path, monkeypatch, capsys, target, s
 def test_what_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch, agent, settings, message):
     (tmp_path / "wave.py").write_text(CLASS)
     shared = SharedBoard()
-    monkeypatch.setattr("cxbridge.process.service.open_blackboard", lambda *_: shared)
+    monkeypatch.setattr("cxbridge.daemon.services.service.open_blackboard", lambda *_: shared)
     options = ExecutorOptions(
         target=f"{tmp_path}/wave.py:Wave", agent=agent, url="x", name="e1", settings=settings
     )

@@ -27,11 +27,11 @@ from cxbridge.blackboard.zmq.wire.codec import Envelope
 from cxbridge.clock import RealClock
 from cxbridge.daemon.board import COMMANDS
 from cxbridge.daemon.client import ask_why, read_status, request
+from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
 from cxbridge.executive.host.facts.constants import constant_fact, constant_values
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.registry import default_registry
-from cxbridge.operations.table import verbs
 from cxbridge.rights import FRAMES, MESSAGES, Right, Rights, right_of_message
 from tests.blackboard.fawkesnet.raw import raw_client
 from tests.daemon.test_daemon import WAIT_S, running, settings

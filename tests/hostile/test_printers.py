@@ -28,6 +28,7 @@ from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.cli.main import app
 from cxbridge.clock import RealClock
+from cxbridge.daemon.process import Notifier
 from cxbridge.events import (
     Event,
     EventBus,
@@ -44,7 +45,6 @@ from cxbridge.events import (
 )
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.printing import UNSAFE
-from cxbridge.process.systemd import Notifier
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.daemon.test_daemon import QUIET, running

@@ -39,7 +39,7 @@ def test_a_signal_ends_a_loop_within_one_right_hand_side(tmp_path, number):
 
 STUCK = """
 import ctypes, sys
-from cxbridge.process.interrupt import Interrupt
+from cxbridge.interrupt import Interrupt
 
 lock, mutex = ctypes.CDLL(None).pthread_mutex_lock, ctypes.create_string_buffer(64)
 lock(mutex)

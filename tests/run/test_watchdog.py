@@ -23,7 +23,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
-from cxbridge.run.standstill import Stall, Watchdog
+from cxbridge.run.watchdog import Stall, Watchdog
 from tests.daemon.test_daemon import WAIT_S, connected, running, start
 from tests.run.mini import write_scenario, write_skill_space
 from tests.skiller.rig import Rig

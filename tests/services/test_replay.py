@@ -13,13 +13,13 @@ from typing import Any
 
 import pytest
 
+from cxbridge.cli.command_lines import StepKeys
 from cxbridge.cli.main import invoke
 from cxbridge.daemon.services.options import ReplayOptions
 from cxbridge.daemon.services.replay import DONE, INTERRUPTED, LOST, replay
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import BlockWrite
 from cxbridge.interfaces import InterfaceRegistry, SwitchInterface
-from cxbridge.process.stepping import StepKeys
 from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.mcap.writer import McapWriter

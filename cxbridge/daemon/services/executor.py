@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.blackboard import BlackBoard, EventKind, Listener
 from cxbridge.blackboard.errors import WriterActiveError
 from cxbridge.daemon.services.options import ExecutorOptions
+from cxbridge.daemon.services.service import OnReady, Service, ignore
 from cxbridge.errors import SkillerError
 from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.service import OnReady, Service, ignore
 from cxbridge.skiller.board.executor import ExecutorContext, load_executor
 from cxbridge.skiller.board.host import ExecutorHost, make_host
 

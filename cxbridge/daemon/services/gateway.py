@@ -8,10 +8,10 @@ from pathlib import Path
 from cxbridge.blackboard.gateway import Gateway
 from cxbridge.blackboard.gateway.gateway import COMPONENT
 from cxbridge.blackboard.patterns import Pattern
+from cxbridge.daemon.services.service import OnReady, Service, ignore
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.service import OnReady, Service, ignore
 
 
 def run_gateway(

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.options import RecordOptions
+from cxbridge.daemon.services.service import OnReady, Service, ignore
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus, Sink, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.service import OnReady, Service, ignore
 from cxbridge.resources import VERSION
 from cxbridge.run.recording import with_folder
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder

@@ -14,13 +14,12 @@ from cxbridge.blackboard.names import parse_uid
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.services.options import ReplayOptions
+from cxbridge.daemon.services.service import OnReady, Service, ignore
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import Sink
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.xml.parser import parse_bytes
-from cxbridge.process.service import OnReady, Service, ignore
-from cxbridge.process.stepping import StepKeys
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.replay.moves import ReplayMove, ReplaySelection, Survey, moves, survey
@@ -99,7 +98,7 @@ def replay(
 ) -> ReplayReport:
     """Replay a recording until its end, SIGINT, SIGTERM or the loss of the connection.
 
-    :param keys: steps by these keys; None: as in the options.
+    :param keys: replay one event per key; None: in recorded time.
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
     :param on_progress: called with the present result about five times a second.
@@ -116,8 +115,6 @@ def replay(
     report.last_s = found.last_us / MICROSECONDS
     report.total = sum(found.writes.values()) + sum(found.messages.values())
     with Service(console, on_ready) as service:
-        if options.step and keys is None:
-            keys = service.enter_context(StepKeys())
         board = service.open_blackboard(options.url, registry)
         player = ReplayPlayer(board, service.bus.logger(COMPONENT), restamp=options.restamp)
         service.callback(player.close)

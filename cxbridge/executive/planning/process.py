@@ -13,7 +13,7 @@ from typing import Final
 from cxbridge.executive.planning.folder import EngineFolder
 from cxbridge.executive.planning.jobs import Job, receive, send
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
-from cxbridge.process.python import python_command
+from cxbridge.spawning import python_command
 
 _WORDS: Final = 500  # bytes of the planner's output in an error
 

@@ -11,12 +11,12 @@ from cxbridge.executive.executive import Executive, action_mapping
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
+from cxbridge.run import stuck
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import ThinkingComponent
-from cxbridge.run.ending import stuck
-from cxbridge.run.ending.mistakes import known_skills
-from cxbridge.run.ending.places import UnexecutedActions, places_of
 from cxbridge.run.features import FEATURES, run_features
+from cxbridge.run.mistakes import known_skills
+from cxbridge.run.places import UnexecutedActions, places_of
 from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features, init_mentions, needs_memory

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.process.forking import HAS_FORK
+from cxbridge_explore.forking import HAS_FORK
 
 PATIENCE_S = 60.0  # default limit of a run's processor time between two choices, in seconds
 

@@ -18,7 +18,7 @@ from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
-from cxbridge.process import forking
+from cxbridge_explore import forking
 from cxbridge_explore.bounds import ExecutionOptions
 from cxbridge_explore.graph import BAD_INPUT, DIVERGED, Edge, Graph, Leaf
 from cxbridge_explore.wire import (

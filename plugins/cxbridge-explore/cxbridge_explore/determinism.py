@@ -15,7 +15,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine, RuleFired
 from cxbridge.file_access import file_errors
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.process.python import spawning
+from cxbridge.spawning import spawning
 from cxbridge_explore.graph import ROOT, Edge, Graph
 from cxbridge_explore.playing import MakeRun
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, DivergedError

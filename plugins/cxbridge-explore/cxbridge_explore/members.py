@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cxbridge.process.forking import HAS_FORK
 from cxbridge.run.options import RunOptions
-from cxbridge.run.standstill import StuckWatch
+from cxbridge.run.watchdog import StuckWatch
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.explore import explore as explore_scenario
+from cxbridge_explore.forking import HAS_FORK
 from cxbridge_explore.judging import properties_of
 from cxbridge_explore.properties.monitor import Ending, Property, RunEnd
 from cxbridge_explore.properties.reading import find_property

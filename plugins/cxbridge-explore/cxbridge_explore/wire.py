@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from msgspec import Struct
 from msgspec.msgpack import Decoder, Encoder
 
-from cxbridge.process.forking import local_socket
+from cxbridge_explore.forking import local_socket
 from cxbridge_explore.graph import Leaf, Point
 from cxbridge_explore.use import Used
 

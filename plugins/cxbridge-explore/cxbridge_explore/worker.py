@@ -12,7 +12,7 @@ from typing import NoReturn
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import file_errors
-from cxbridge.process import forking
+from cxbridge_explore import forking
 from cxbridge_explore.graph import Edge, Point, PointOption
 from cxbridge_explore.playing import ExploredRun, MakeRun, failure
 from cxbridge_explore.state import Digest, state_digest

@@ -10,7 +10,7 @@ import anyio
 from anyio.abc import ByteReceiveStream, Process
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.process.python import python_command
+from cxbridge.spawning import python_command
 
 _CLEANING_UP_S: Final = 5.0  # seconds for a command to clean up before it is killed
 _SOME: Final = 1 << 20  # limit in bytes per output stream; the rest is read and dropped

@@ -8,8 +8,8 @@ from typing import Any, Final
 import cxbridge as cx
 from cxbridge.blackboard import parse_uid
 from cxbridge.daemon.client import ask_why, read_status, request
+from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import CxbridgeError
-from cxbridge.operations.table import verbs
 from cxbridge.rights import Right
 from cxbridge_mcp.recordings import MOST_ROWS, cut
 

@@ -13,8 +13,8 @@ from mcp.server.mcpserver.exceptions import ToolError
 from mcp.types import ToolAnnotations
 
 from cxbridge import __version__
+from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import CxbridgeError
-from cxbridge.operations.table import verbs
 from cxbridge.suggestions import or_similar
 from cxbridge_mcp.daemons import DaemonTools
 from cxbridge_mcp.places import Places

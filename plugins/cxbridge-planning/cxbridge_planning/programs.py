@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.executive.planning.needs import CLASSICAL, Need
-from cxbridge.process.python import python_command
+from cxbridge.spawning import python_command
 from cxbridge_planning.engine import Engine
 
 _STEP: Final = re.compile(r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$", re.MULTILINE)

@@ -12,7 +12,7 @@ from typing import Any
 
 from cxbridge.errors import ProtobufError
 from cxbridge.extras import plugin_command
-from cxbridge.process.python import python_command
+from cxbridge.spawning import python_command
 
 _SECONDS = 60  # time limit of the compiler
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
+from cxbridge.daemon.operations.answers import ComponentState, StopInfo
+from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.interfaces.assignments import put
-from cxbridge.operations.answers import ComponentState, StopInfo
-from cxbridge.operations.rules import stop_info
 from cxbridge.rights import Right
 from cxbridge_web.clips_views import RuleRow, activations, census, rules
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Query, Where

@@ -12,9 +12,9 @@ from cxbridge.daemon.client import ask_why
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
+    from cxbridge.daemon.operations.operation import OperationContext
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.operations.operation import OperationContext
     from cxbridge.rights import Rights
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team

@@ -1,4 +1,4 @@
-"""Endpoints and models for the routes of :mod:`cxbridge.operations`."""
+"""Endpoints and models for the routes of :mod:`cxbridge.daemon.operations`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import msgspec
 from msgspec import NODEFAULT
 from msgspec.structs import FieldInfo, fields
 
-from cxbridge.operations.operation import (
+from cxbridge.daemon.operations.operation import (
     NotFoundError,
     Operation,
     ParameterError,
@@ -17,7 +17,7 @@ from cxbridge.operations.operation import (
     UnavailableError,
     plain,
 )
-from cxbridge.operations.table import operations
+from cxbridge.daemon.operations.table import operations
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
 from cxbridge_web.models import API_VERSION, model_of
 

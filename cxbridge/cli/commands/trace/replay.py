@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cxbridge.cli.command_lines import StepKeys
 from cxbridge.cli.console import complain, say, say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
@@ -47,12 +49,14 @@ def replay(
     if options.step and options.loop:
         raise typer.BadParameter("cannot go with --step", param_hint="--loop")
     shows = sys.stderr.isatty() and not console.quiet and not options.step
-    report = replaying.replay(
-        options,
-        console=console.log(),
-        on_progress=_show if shows else lambda _report: None,
-        announce=_announce if options.step and not console.quiet else lambda _move: None,
-    )
+    with StepKeys() if options.step else nullcontext() as keys:
+        report = replaying.replay(
+            options,
+            keys=keys,
+            console=console.log(),
+            on_progress=_show if shows else lambda _report: None,
+            announce=_announce if options.step and not console.quiet else lambda _move: None,
+        )
     if shows:
         terminal_of(sys.stderr).write(_CLEAR)
     for note in report.notes:

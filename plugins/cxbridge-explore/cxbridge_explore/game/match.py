@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.process.python import spawned_pool
+from cxbridge.spawning import spawned_pool
 from cxbridge_explore.game.kinds import Game
 from cxbridge_explore.game.score import GameResult
 from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, Quantiles, mean_interval

@@ -9,8 +9,8 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.events import LogLine, Sink
+from cxbridge.interrupt import Interrupt
 from cxbridge.mainloop import Hook
-from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import FAULT

@@ -13,7 +13,7 @@ from typing import Final, Protocol
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
-from cxbridge.process.python import python_command
+from cxbridge.spawning import python_command
 from cxbridge_explore.sweep.frames import read_frame, write_frame
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 

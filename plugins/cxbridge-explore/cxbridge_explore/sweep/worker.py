@@ -18,7 +18,7 @@ from typing import IO
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import file_errors
-from cxbridge.process import forking
+from cxbridge_explore import forking
 from cxbridge_explore.sweep.frames import read_frame, write_frame
 from cxbridge_explore.sweep.playing import play
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.operations.table import verbs
+from cxbridge.daemon.operations.table import verbs
 from cxbridge.rights import Right
 
 

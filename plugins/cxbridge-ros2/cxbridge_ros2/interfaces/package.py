@@ -16,7 +16,7 @@ from cxbridge import __version__
 from cxbridge.errors import Ros2Error
 from cxbridge.file_access import write_file
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.process.python import python_command
+from cxbridge.spawning import python_command
 from cxbridge_ros2.interfaces.definitions import ACTIONS, PACKAGE, definitions_of
 
 _SUFFIXES: Final = {"msg": ".msg", "srv": ".srv", "action": ".action"}

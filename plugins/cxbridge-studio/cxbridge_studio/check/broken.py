@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from cxbridge.errors import BrokenAgentError, CxbridgeError
-from cxbridge.run.ending.mistakes import names_any
+from cxbridge.run.mistakes import names_any
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
 from cxbridge_studio.check.findings import Finding, Severity

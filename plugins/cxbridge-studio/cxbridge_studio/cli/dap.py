@@ -19,7 +19,7 @@ def dap() -> int:
 
     Example: cxbridge dap
     """
-    from cxbridge.process.interrupt import Interrupt
+    from cxbridge.interrupt import Interrupt
     from cxbridge_studio.dap.adapter import Adapter
     from cxbridge_studio.dap.wire import Wire
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 from cxbridge.cli.command_lines import CommandLines
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
+from cxbridge.daemon.operations.operation import OperationContext
+from cxbridge.daemon.operations.table import carry_out, operations
 from cxbridge.errors import CxbridgeError, ExecutiveError
 from cxbridge.events import InterfaceWrite, LogLine, PlannerCall
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.history.tree import goal_lines
-from cxbridge.operations.operation import OperationContext
-from cxbridge.operations.table import carry_out, operations
 from cxbridge.printing import indented
 from cxbridge.rights import EVERYTHING
 from cxbridge.run.servers import RunServer

@@ -31,7 +31,7 @@ def monitor(
 
     Example: cxbridge monitor out/run.mcap
     """
-    from cxbridge.process.interrupt import Interrupt
+    from cxbridge.interrupt import Interrupt
     from cxbridge_studio.monitor.screen import monitor_app
 
     with Interrupt() as interrupt:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 from clips._clips import lib
 
 from cxbridge.clipstext.syntax import rule_lines
+from cxbridge.daemon.operations.operation import OperationContext
+from cxbridge.daemon.operations.table import carry_out
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import EXTRA, NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
-from cxbridge.operations.operation import OperationContext
-from cxbridge.operations.table import carry_out
 from cxbridge.rights import EVERYTHING
 from cxbridge_studio.dap.expressions import expanded
 from cxbridge_studio.dap.probes import Probes

@@ -10,7 +10,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.process.interrupt import Interrupt
+from cxbridge.interrupt import Interrupt
 from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run

@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from cxbridge.process.python import python_command
+from cxbridge.spawning import python_command
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, decode
 
 _LAST_WORDS = 300  # characters of a crash's output that are shown

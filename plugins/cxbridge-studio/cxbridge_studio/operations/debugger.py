@@ -7,10 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
+from cxbridge.daemon.operations.answers import StopInfo
+from cxbridge.daemon.operations.operation import (
+    NoParameters,
+    NotFoundError,
+    OperationContext,
+    Operations,
+    Route,
+)
+from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.errors import CxbridgeError
-from cxbridge.operations.answers import StopInfo
-from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
-from cxbridge.operations.rules import stop_info
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
 from cxbridge_studio.debugger.debugger import debugger_of

@@ -8,9 +8,7 @@ from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct, field
 
-from cxbridge.errors import CxbridgeError
-from cxbridge.executive.host.loggers import LevelName
-from cxbridge.operations.operation import (
+from cxbridge.daemon.operations.operation import (
     NamedEnvironment,
     NoParameters,
     NotFoundError,
@@ -19,6 +17,8 @@ from cxbridge.operations.operation import (
     Route,
     environment_names,
 )
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.host.loggers import LevelName
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import EnvironmentInfo, EnvironmentService
 from cxbridge_studio.debugger.evaluating import Evaluation

@@ -7,8 +7,14 @@ from typing import Any, Final
 
 from msgspec import Struct
 
+from cxbridge.daemon.operations.operation import (
+    NoParameters,
+    NotFoundError,
+    OperationContext,
+    Operations,
+    Route,
+)
 from cxbridge.executive.manager import FeatureInfo
-from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
 from cxbridge.rights import Right
 from cxbridge_studio.operations.environments import service_of
 

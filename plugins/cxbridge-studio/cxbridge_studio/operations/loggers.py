@@ -8,8 +8,8 @@ from typing import Annotated, Any, Final
 from msgspec import Meta
 from msgspec.structs import asdict
 
+from cxbridge.daemon.operations.operation import NamedEnvironment, OperationContext, Operations
 from cxbridge.executive.host.loggers import ABOVE, LevelName
-from cxbridge.operations.operation import NamedEnvironment, OperationContext, Operations
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import LoggerInfo
 from cxbridge_studio.operations.environments import (

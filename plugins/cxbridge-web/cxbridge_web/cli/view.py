@@ -39,7 +39,7 @@ def view(
     """
     from cxbridge.clock import RealClock
     from cxbridge.events import EventBus, LogLine
-    from cxbridge.process.interrupt import Interrupt
+    from cxbridge.interrupt import Interrupt
     from cxbridge_web.guard import Guard
     from cxbridge_web.http.recordings import RecordingsApp
     from cxbridge_web.http.serving import HttpThread

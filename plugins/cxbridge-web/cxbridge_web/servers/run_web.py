@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from cxbridge.daemon.operations.operation import OperationContext
 from cxbridge.errors import CxbridgeError
 from cxbridge.mainloop import Hook
-from cxbridge.operations.operation import OperationContext
 from cxbridge.run.servers import REST_S, RunServer
 from cxbridge_web.host import WebHost
 from cxbridge_web.server import WebServer

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.process import raise_file_limit
 from cxbridge.mainloop import Hook
-from cxbridge.process.file_limit import raise_file_limit
 from cxbridge.run.components.component import Component
 from cxbridge_web.daemon_source import DaemonWeb
 from cxbridge_web.options import WebOptions

@@ -11,8 +11,8 @@ import pytest
 import cxbridge_web.fawkes
 from cxbridge.daemon.client import request
 from cxbridge.errors import CxbridgeError
+from tests.daemon.operations.test_table import _added  # noqa: F401 - a fixture
 from tests.daemon.test_daemon import WAIT_S, connected
-from tests.operations.test_table import _added  # noqa: F401 - a fixture
 from tests.run.mini import write_scenario
 from web_tests.support import Client, serving
 

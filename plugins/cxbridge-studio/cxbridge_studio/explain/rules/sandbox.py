@@ -15,7 +15,7 @@ from typing import Final
 
 import msgspec
 
-from cxbridge.process.python import python_command
+from cxbridge.spawning import python_command
 from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
 from cxbridge_studio.explain.rules.diagnosis import Diagnosis
 from cxbridge_studio.explain.rules.snapshot import Snapshot

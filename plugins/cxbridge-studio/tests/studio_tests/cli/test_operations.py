@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from studio_tests.cli.test_run_break import _folder, _run  # noqa: F401 - fixtures
-from tests.operations.test_table import _added  # noqa: F401 - a fixture
+from tests.daemon.operations.test_table import _added  # noqa: F401 - a fixture
 
 
 @pytest.mark.usefixtures("added")

@@ -12,8 +12,8 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.daemon.client import request
+from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import CxbridgeError
-from cxbridge.operations.table import verbs
 from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.daemon.test_rights import rest
 from tests.run.mini import write_scenario

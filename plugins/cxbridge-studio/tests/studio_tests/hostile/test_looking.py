@@ -459,11 +459,11 @@ def test_each_process_of_python_finds_no_module_in_the_current_folder():
 
 
 STARTS = {
-    "process/python.py": 1,  # with -P
+    "spawning.py": 1,  # with -P
     "cxbridge_explore/sweep/remote.py": 1,  # with -P: it travels alone
     "extras.py": 1,  # a text for people
 }
 """Where Python is named as a program."""
 
-SPAWNS = {"process/python.py": 1, "cxbridge_explore/determinism.py": 1}
+SPAWNS = {"spawning.py": 1, "cxbridge_explore/determinism.py": 1}
 """Where processes of multiprocessing come from; those of determinism are forked."""

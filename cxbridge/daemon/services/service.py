@@ -11,10 +11,10 @@ from typing import Self
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
+from cxbridge.daemon.process import Notifier
 from cxbridge.events import EventBus, LogLine, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.interrupt import Interrupt
-from cxbridge.process.systemd import Notifier
+from cxbridge.interrupt import Interrupt
 
 OnReady = Callable[[Callable[[], None]], None]
 """Called with a stop function when a service is ready."""

@@ -7,13 +7,13 @@ from functools import lru_cache
 from types import MappingProxyType, ModuleType
 from typing import Any, Final
 
-import cxbridge.operations
-from cxbridge.operations.operation import Operation, OperationContext, plain
+import cxbridge.daemon.operations
+from cxbridge.daemon.operations.operation import Operation, OperationContext, plain
 from cxbridge.plugins import PluginError, Row, Table, is_module, rows_of_modules
 from cxbridge.rights import Right
 
 OPERATION_MODULES: Final[Table[ModuleType]] = Table(
-    "OPERATIONS", is_module, "a module with OPERATIONS", *rows_of_modules(cxbridge.operations)
+    "OPERATIONS", is_module, "a module with OPERATIONS", *rows_of_modules(cxbridge.daemon.operations)
 )
 """The modules of operations."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 
-from cxbridge.process.systemd import Notifier
+from cxbridge.daemon.process import Notifier
 
 
 def test_a_service_manager_is_told(tmp_path):

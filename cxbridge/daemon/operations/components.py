@@ -7,8 +7,14 @@ from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct
 
-from cxbridge.operations.answers import ComponentState
-from cxbridge.operations.operation import NoParameters, NotFoundError, OperationContext, Operations, Route
+from cxbridge.daemon.operations.answers import ComponentState
+from cxbridge.daemon.operations.operation import (
+    NoParameters,
+    NotFoundError,
+    OperationContext,
+    Operations,
+    Route,
+)
 from cxbridge.rights import Right
 
 OPERATIONS: Final = Operations()

@@ -2,7 +2,7 @@
 
 :class:`Watchdog` is a thread that detects a loop without end and describes its activity. :class:`Stalls`
 reports such loops. :class:`StuckWatch` detects a run in which no event can follow;
-:mod:`cxbridge.run.ending.stuck` names the missing events.
+:mod:`cxbridge.run.stuck` names the missing events.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Final, Protocol, Self
 from msgspec import Struct
 
 from cxbridge.executive.host.activity import MATCHING, executing, executing_functions
-from cxbridge.process import forking
 
 if TYPE_CHECKING:
     from cxbridge.events import Event, Logger
@@ -98,6 +97,10 @@ class WatchedRun(Protocol):
     def agents(self) -> Sequence[WatchedAgent]: ...
 
 
+running: Final[list[Watchdog]] = []
+"""The running watchdogs. A thread does not survive a fork: a program that forks stops and restarts them."""
+
+
 class Watchdog:
     """Watches a loop from another thread, between :meth:`start` and :meth:`stop`.
 
@@ -130,7 +133,7 @@ class Watchdog:
         """Watch the loop of the calling thread."""
         self._watched, self._over = threading.get_ident(), False
         self._wake.clear()
-        forking.threads.append(self)
+        running.append(self)
         self._thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
         self._thread.start()
 
@@ -138,7 +141,7 @@ class Watchdog:
         """Stop watching. Further calls do nothing."""
         thread, self._thread = self._thread, None
         if thread is not None:
-            forking.threads.remove(self)
+            running.remove(self)
             self._over = True
             self._wake.set()
             thread.join()

@@ -8,6 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from msgspec import Meta, Struct
 
+from cxbridge.daemon.operations.operation import (
+    NamedEnvironment,
+    NotFoundError,
+    OperationContext,
+    Operations,
+    Route,
+    environment_names,
+    find_environment,
+)
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import NULL
@@ -17,15 +26,6 @@ from cxbridge.executive.host.facts.editing import (
     find_facts,
     modify_fact,
     retract_fact,
-)
-from cxbridge.operations.operation import (
-    NamedEnvironment,
-    NotFoundError,
-    OperationContext,
-    Operations,
-    Route,
-    environment_names,
-    find_environment,
 )
 from cxbridge.rights import Right
 

@@ -17,7 +17,7 @@ def test_it_is_raised_as_far_as_is_allowed(soft, hard, expected):
     """In a process of its own: a hard limit cannot be raised again."""
     program = (
         "import resource\n"
-        "from cxbridge.process.file_limit import raise_file_limit\n"
+        "from cxbridge.daemon.process import raise_file_limit\n"
         f"resource.setrlimit(resource.RLIMIT_NOFILE, ({soft}, {hard}))\n"
         "raise_file_limit()\n"
         "print(*resource.getrlimit(resource.RLIMIT_NOFILE))\n"

@@ -15,8 +15,8 @@ from cxbridge.clipstext.syntax import definitions
 from cxbridge.executive import sub_types
 from cxbridge.executive.executive import ACTIONS_OVER
 from cxbridge.executive.host.constructs import allowed_values, rule_texts
-from cxbridge.run.ending.places import places_of
 from cxbridge.run.explainers import Places
+from cxbridge.run.places import places_of
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -48,7 +48,7 @@ def is_stuck(agent: Run) -> bool:
         return False
     if not _has_time(agent):
         return True
-    from cxbridge.run.ending.timed_rules import timed_rules  # noqa: PLC0415 - for runs that are stuck
+    from cxbridge.run.timed_rules import timed_rules  # noqa: PLC0415 - for runs that are stuck
 
     infos = agent.board.list_all()
     skillers = {info.id for info in infos if info.type == "SkillerInterface" and info.has_writer}
@@ -152,7 +152,7 @@ def _goals(agent: Run, places: Places) -> Iterator[str]:
 
 def _unhandled_sub_types(agent: Run) -> dict[str, str]:
     """Return, by goal id, a text about each goal whose sub-type has no rule."""
-    from cxbridge.run.ending.timed_rules import condition_of_rule  # noqa: PLC0415 - for runs that are stuck
+    from cxbridge.run.timed_rules import condition_of_rule  # noqa: PLC0415 - for runs that are stuck
 
     env = agent.executive.env
     waiting = {
@@ -193,7 +193,7 @@ def _empty(agent: Run) -> Iterator[str]:
 
 def _lacking(agent: Run, places: Places) -> list[str]:
     """Return the missing fact of the first rule that makes goals."""
-    from cxbridge.run.ending.timed_rules import lacking  # noqa: PLC0415 - for runs that are stuck
+    from cxbridge.run.timed_rules import lacking  # noqa: PLC0415 - for runs that are stuck
 
     for rule in places.rules_that_make_goals():
         template = lacking(agent.executive.env, rule)

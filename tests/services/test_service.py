@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import pytest
 
+from cxbridge.daemon.services.service import Service
 from cxbridge.events import Event, LogLine
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.service import Service
 
 
 @pytest.fixture

@@ -8,9 +8,14 @@ from typing import Any
 
 import pytest
 
+from cxbridge.daemon.operations.operation import (
+    Operation,
+    OperationContext,
+    ParameterError,
+    environment_names,
+)
+from cxbridge.daemon.operations.table import operations, verbs
 from cxbridge.errors import CxbridgeError
-from cxbridge.operations.operation import Operation, OperationContext, ParameterError, environment_names
-from cxbridge.operations.table import operations, verbs
 from cxbridge.plugins import PluginError
 from cxbridge.rights import EVERYTHING, Right
 from tests.plugins import example, forget, install
@@ -35,7 +40,7 @@ def test_without_its_plug_in_it_is_gone() -> None:
 
 def test_two_operations_of_one_name_are_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tables = "from cxbridge.plugins import Row\nAPI = 1\nOPERATIONS = (Row('again', 'second.again'),)"
-    files = {"plugin.py": tables, "again.py": "from cxbridge.operations.rules import OPERATIONS"}
+    files = {"plugin.py": tables, "again.py": "from cxbridge.daemon.operations.rules import OPERATIONS"}
     install(tmp_path, monkeypatch, "second", files)
     with pytest.raises(PluginError, match=r"two operations are called 'where': .* of second"):
         operations()

@@ -8,23 +8,11 @@ import socket
 import sys
 import time
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
+
+from cxbridge.run import watchdog
 
 HAS_FORK: Final = hasattr(os, "fork")
-
-
-class Stoppable(Protocol):
-    """A thread that stops during a fork and continues in both processes."""
-
-    def start(self) -> None:
-        """Start in the forking thread."""
-
-    def stop(self) -> None:
-        """Stop and wait for the end."""
-
-
-threads: Final[list[Stoppable]] = []
-"""The threads that :func:`fork` may stop."""
 
 
 class NoForkError(NotImplementedError):
@@ -32,14 +20,14 @@ class NoForkError(NotImplementedError):
 
 
 def fork() -> int:
-    """Fork this process, which may have no threads except :data:`threads`.
+    """Fork this process, which may have no threads except :data:`cxbridge.run.watchdog.running`.
 
     :returns: the process id of the child; 0 in the child.
     :raises OSError: if the system lacks resources.
     """
     if sys.platform == "win32":
         raise NoForkError
-    paused = [*threads]
+    paused = [*watchdog.running]
     for thread in paused:
         thread.stop()
     try:

@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from cxbridge.operations.table import operations
+from cxbridge.daemon.operations.table import operations
 from tests.support import module_files, needs_plugin, short_path
 
 ASKING = {"ask_daemon": 1, "request": 1, "_ask": 0}

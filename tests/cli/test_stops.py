@@ -16,10 +16,10 @@ from typing import cast
 import pytest
 
 from cxbridge.clock import RealClock
+from cxbridge.interrupt import Interrupt
 from cxbridge.mainloop import MainLoop
-from cxbridge.process.interrupt import Interrupt
+from tests.cli import stops
 from tests.daemon.test_daemon import WAIT_S, start
-from tests.process import stops
 from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import SEED, many, needs_plugin, share

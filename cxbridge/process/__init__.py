@@ -1,1 +1,0 @@
-"""The process of cxbridge: signals, systemd, limits."""
