@@ -24,7 +24,7 @@ from cxbridge.executive.pddl.ast import (
     TypedList,
     Variable,
 )
-from cxbridge.executive.planning.compile.objects import ObjectTable, domains_of
+from cxbridge.executive.pddl.types import ObjectTable, domains_of
 from cxbridge.executive.planning.errors import PlanningError
 
 MAX_ALTERNATIVES: Final = 4096

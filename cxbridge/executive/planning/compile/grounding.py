@@ -19,10 +19,10 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import ActionSchema, And, Atom, Domain, Formula, Problem
+from cxbridge.executive.pddl.types import ObjectTable, domains_of
 from cxbridge.executive.planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
 from cxbridge.executive.planning.compile.effects import Case, cases, changed_predicates
 from cxbridge.executive.planning.compile.join import FactIndex, Schema
-from cxbridge.executive.planning.compile.objects import ObjectTable, domains_of
 from cxbridge.executive.planning.compile.strips import GroundAction, Operator, StripsTask, without_irrelevant
 from cxbridge.executive.planning.errors import PlanningError
 

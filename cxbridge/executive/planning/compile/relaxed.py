@@ -26,10 +26,10 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     names_of,
 )
+from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.executive.planning.compile.conditions import Conjunction, Evaluator, Fact
 from cxbridge.executive.planning.compile.effects import changed_predicates
 from cxbridge.executive.planning.compile.grounding import reachable
-from cxbridge.executive.planning.compile.objects import ObjectTable
 from cxbridge.executive.planning.errors import PlanningError
 
 _MOST_ACTIONS: Final = 20_000  # ground actions, above which the explanation would take too long

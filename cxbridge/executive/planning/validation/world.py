@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from cxbridge.executive.pddl.ast import Atom, Constant, Domain, FunctionTerm, Ground, Problem
-from cxbridge.executive.planning.compile.objects import ObjectTable
+from cxbridge.executive.pddl.types import ObjectTable
 
 
 def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
