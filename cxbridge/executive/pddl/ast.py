@@ -1,13 +1,16 @@
-"""The abstract syntax of PDDL domains, problems and formulas.
+"""The syntax tree of PDDL domains, problems and formulas, with the truth of conditions.
 
 Nodes are immutable and compare by content without positions. The tree may contain constructs without facts of
 the CLIPS Executive (quantifiers, conditional effects, numbers), which planners understand.
+
+A class of formulas names its fields with formulas (``PARTS``) and terms (``TERMS``), and the first word of
+its text (``HEAD``). Walks, changes, checks and the printer need nothing else of it.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from operator import attrgetter, is_
 from types import MappingProxyType
@@ -24,21 +27,21 @@ class Position(NamedTuple):
     column: int = 1
 
 
-# fields that do not count in comparisons
-_UNSAID: Final = ("position", "file", "text")
+# a formula that is made from facts has no position and file, and equals the parsed formula
+_NOT_COMPARED: Final = ("position", "file", "text")
 
 
 @cache
 def _compared_fields(node_class: type[PddlNode]) -> attrgetter[Any]:
-    return attrgetter(*(name for name in node_class.__struct_fields__ if name not in _UNSAID))
+    return attrgetter(*(name for name in node_class.__struct_fields__ if name not in _NOT_COMPARED))
 
 
 class PddlNode(Struct, frozen=True):
     """A node that compares by content, ignoring its position."""
 
     def __eq__(self, other: object) -> bool:
-        said = _compared_fields(type(self))
-        return type(self) is type(other) and bool(said(self) == said(other))
+        content = _compared_fields(type(self))
+        return type(self) is type(other) and bool(content(self) == content(other))
 
     def __hash__(self) -> int:
         return hash(_compared_fields(type(self))(self))
@@ -83,7 +86,7 @@ class Variable(PddlNode, frozen=True):
 
 
 class Constant(PddlNode, frozen=True):
-    """A constant or a number, as written."""
+    """An object or a number, as written. The grammar cannot tell ``12`` the object from the number."""
 
     name: str
     position: Position = Position()
@@ -129,11 +132,22 @@ class State(Protocol):
     def bindings(self, variables: TypedList, bound: Bound) -> Iterator[Bound]:
         """Yield ``bound`` extended by each choice of objects for the variables."""
 
-    def look(self) -> None:
+    def count_evaluation(self) -> None:
         """Count an evaluated formula.
 
         :raises PddlError: if there are too many.
         """
+
+
+class Blamed(NamedTuple):
+    """A part of a condition with the wrong truth value.
+
+    :param wanted: the required truth value.
+    """
+
+    formula: Formula
+    bound: Bound
+    wanted: bool
 
 
 class FormulaNode(PddlNode, frozen=True):
@@ -141,10 +155,17 @@ class FormulaNode(PddlNode, frozen=True):
 
     :cvar PARTS: the fields with formulas, single or in a tuple.
     :cvar TERMS: the fields with terms.
+    :cvar HEAD: the first word of the text; empty if the first field has the word.
     """
 
     PARTS: ClassVar[tuple[str, ...]] = ()
     TERMS: ClassVar[tuple[str, ...]] = ()
+    HEAD: ClassVar[str] = ""
+
+    @property
+    def head(self) -> str:
+        """The first word of the formula's text."""
+        return self.HEAD or str(getattr(self, self.__struct_fields__[0]))
 
     @property
     def children(self) -> tuple[Formula, ...]:
@@ -168,11 +189,21 @@ class FormulaNode(PddlNode, frozen=True):
         :param bound: the objects of its free variables.
         :raises PddlError: if quantified variables cause too many cases.
         """
-        state.look()
+        state.count_evaluation()
         return self._holds(state, bound)
 
     def _holds(self, state: State, bound: Bound) -> bool:  # noqa: ARG002 - for subclasses
-        return False  # an effect, or a part of a durative action, which is not a condition
+        return False  # effects and times of durative actions are no conditions
+
+    def blamed_parts(
+        self,
+        state: State,  # noqa: ARG002 - for quantifiers
+        bound: Bound,
+        *,
+        wanted: bool,
+    ) -> Iterable[Blamed]:
+        """Return the parts that decide the truth value; none of an atom or comparison."""
+        return (Blamed(part, bound, wanted) for part in self.children)
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
         """Return the formula with ``change`` applied to each sub-formula, children first."""
@@ -191,14 +222,14 @@ class FormulaNode(PddlNode, frozen=True):
 
 def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any]) -> Any:
     """Return a node with ``change`` applied to some fields; the same node if nothing changes."""
-    different = {}
+    changes = {}
     for name in fields:
-        old = getattr(node, name)
-        new = tuple(map(change, old)) if isinstance(old, tuple) else change(old)
-        is_same = all(map(is_, new, old)) if isinstance(old, tuple) else new is old
+        before = getattr(node, name)
+        after = tuple(map(change, before)) if isinstance(before, tuple) else change(before)
+        is_same = all(map(is_, after, before)) if isinstance(before, tuple) else after is before
         if not is_same:
-            different[name] = new
-    return replace(node, **different) if different else node
+            changes[name] = after
+    return replace(node, **changes) if changes else node
 
 
 def _values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
@@ -224,6 +255,7 @@ class Atom(FormulaNode, frozen=True):
 class And(FormulaNode, frozen=True):
     """A conjunction. An empty one is true."""
 
+    HEAD: ClassVar[str] = "and"
     PARTS: ClassVar[tuple[str, ...]] = ("parts",)
 
     parts: tuple[Formula, ...]
@@ -234,6 +266,7 @@ class And(FormulaNode, frozen=True):
 
 
 class Or(FormulaNode, frozen=True):
+    HEAD: ClassVar[str] = "or"
     PARTS: ClassVar[tuple[str, ...]] = ("parts",)
 
     parts: tuple[Formula, ...]
@@ -244,6 +277,7 @@ class Or(FormulaNode, frozen=True):
 
 
 class Not(FormulaNode, frozen=True):
+    HEAD: ClassVar[str] = "not"
     PARTS: ClassVar[tuple[str, ...]] = ("part",)
 
     part: Formula
@@ -252,8 +286,12 @@ class Not(FormulaNode, frozen=True):
     def _holds(self, state: State, bound: Bound) -> bool:
         return not self.part.holds(state, bound)
 
+    def blamed_parts(self, _state: State, bound: Bound, *, wanted: bool) -> Iterable[Blamed]:
+        return (Blamed(self.part, bound, not wanted),)
+
 
 class Imply(FormulaNode, frozen=True):
+    HEAD: ClassVar[str] = "imply"
     PARTS: ClassVar[tuple[str, ...]] = ("condition", "consequence")
 
     condition: Formula
@@ -262,6 +300,11 @@ class Imply(FormulaNode, frozen=True):
 
     def _holds(self, state: State, bound: Bound) -> bool:
         return not self.condition.holds(state, bound) or self.consequence.holds(state, bound)
+
+    def blamed_parts(self, _state: State, bound: Bound, *, wanted: bool) -> Iterable[Blamed]:
+        yield Blamed(self.consequence, bound, wanted)
+        if not wanted:
+            yield Blamed(self.condition, bound, wanted=True)
 
 
 class TermComparison(FormulaNode, frozen=True):
@@ -299,11 +342,15 @@ class Quantified(FormulaNode, frozen=True):
     position: Position = Position()
 
     def _holds(self, state: State, bound: Bound) -> bool:
-        some = any if self.quantifier == "exists" else all
-        return some(self.part.holds(state, inner) for inner in state.bindings(self.variables, bound))
+        any_or_all = any if self.quantifier == "exists" else all
+        return any_or_all(self.part.holds(state, inner) for inner in state.bindings(self.variables, bound))
+
+    def blamed_parts(self, state: State, bound: Bound, *, wanted: bool) -> Iterable[Blamed]:
+        return (Blamed(self.part, inner, wanted) for inner in state.bindings(self.variables, bound))
 
 
 class When(FormulaNode, frozen=True):
+    HEAD: ClassVar[str] = "when"
     PARTS: ClassVar[tuple[str, ...]] = ("condition", "effect")
 
     condition: Formula
@@ -342,7 +389,7 @@ class Function(PddlNode, frozen=True):
 
 
 class ActionSchema(PddlNode, frozen=True):
-    """An action.
+    """An action with parameters.
 
     :param durative: whether it is a ``:durative-action``.
     :param duration: the constraint on ``?duration``, e.g. ``(= ?duration 5)``.
@@ -389,7 +436,7 @@ class Domain(PddlNode, frozen=True):
             *self.functions,
             *self.actions,
         )
-        lists = (self.types, self.constants, *(each.parameters for each in declared))
+        lists = (self.types, self.constants, *(declaration.parameters for declaration in declared))
         return not TYPING.isdisjoint(self.requirements) or any(
             bool(group.types) for typed in lists for group in typed
         )

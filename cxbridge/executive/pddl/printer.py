@@ -2,79 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 
 from cxbridge.executive.pddl.ast import (
     ActionSchema,
-    And,
-    Atom,
     Domain,
     Formula,
+    Function,
     FunctionTerm,
-    Imply,
-    Not,
-    NumericChange,
-    Or,
+    Predicate,
     Quantified,
     Term,
-    TermComparison,
-    Timed,
     TypedList,
     Variable,
-    When,
 )
 
 
 def format_formula(formula: Formula) -> str:
     """Return a formula as PDDL in one line."""
-    head, *parts = _parts(formula)
-    return _list(head, *parts)
-
-
-def _parts(formula: Formula) -> Iterator[str]:
-    """Yield the first word of a formula, and the texts of its parts."""
-    match formula:
-        case Atom(predicate=head, arguments=terms):
-            yield from (head, *map(format_term, terms))
-        case And(parts=parts) | Or(parts=parts):
-            yield from ("and" if isinstance(formula, And) else "or", *map(format_formula, parts))
-        case Not(part=part):
-            yield from ("not", format_formula(part))
-        case Imply(condition=first, consequence=second) | When(condition=first, effect=second):
-            head = "imply" if isinstance(formula, Imply) else "when"
-            yield from (head, format_formula(first), format_formula(second))
-        case Timed(when=head, part=part):
-            yield from (head, format_formula(part))
-        case Quantified(quantifier=head, variables=variables, part=part):
-            yield from (head, f"({format_typed(variables, '?')})", format_formula(part))
-        case TermComparison(operator=head, left=left, right=right):
-            yield from (head, format_term(left), format_term(right))
-        case NumericChange(operator=head, target=left, amount=right):
-            yield from (head, format_term(left), format_term(right))
+    variables = [f"({format_typed(formula.variables, '?')})"] if isinstance(formula, Quantified) else []
+    terms = map(format_term, formula.terms)
+    return _list(formula.head, *variables, *terms, *map(format_formula, formula.children))
 
 
 def format_domain(domain: Domain) -> str:
     """Return a domain as PDDL text."""
-    lines = [f"(define (domain {domain.name})"]
-    lines.append(f"  {_list(':requirements', *(f':{name}' for name in domain.requirements))}")
+    requirements = (f":{name}" for name in domain.requirements)
+    sections = [_list(":requirements", *requirements)]
     if domain.types:
-        lines.append(f"  (:types {format_typed(domain.types)})")
+        sections.append(f"(:types {format_typed(domain.types)})")
     if domain.constants:
-        lines.append(f"  (:constants {format_typed(domain.constants)})")
-    for section, declarations in ((":predicates", domain.predicates), (":functions", domain.functions)):
-        if declarations or section == ":predicates":
-            texts = (
-                _list(declaration.name, format_typed(declaration.parameters, "?"))
-                for declaration in declarations
-            )
-            lines.append(f"  {_list(section, *texts)}")
-    lines += [_action(action) for action in domain.actions]
-    return "\n".join([*lines, ")"]) + "\n"
+        sections.append(f"(:constants {format_typed(domain.constants)})")
+    # Fawkes' parser requires the sections :requirements and :predicates
+    sections.append(_declarations(":predicates", domain.predicates))
+    if domain.functions:
+        sections.append(_declarations(":functions", domain.functions))
+    sections += map(_action, domain.actions)
+    return "\n  ".join([f"(define (domain {domain.name})", *sections]) + "\n)\n"
+
+
+def _declarations(section: str, declarations: Iterable[Predicate | Function]) -> str:
+    texts = (_list(declared.name, format_typed(declared.parameters, "?")) for declared in declarations)
+    return _list(section, *texts)
 
 
 def _action(action: ActionSchema) -> str:
     lines = [
-        f"  (:{'durative-' if action.durative else ''}action {action.name}",
+        f"(:{'durative-' if action.durative else ''}action {action.name}",
         f"    :parameters ({format_typed(action.parameters, '?')})",
     ]
     sections = {
@@ -84,12 +58,13 @@ def _action(action: ActionSchema) -> str:
         ":conditional-breakup": action.conditional_breakup,
         ":temporal-breakup": action.temporal_breakup,
     }
-    lines += [f"    {key} {format_formula(part)}" for key, part in sections.items() if part is not None]
+    lines += [f"    {key} {format_formula(value)}" for key, value in sections.items() if value is not None]
     return "\n".join(lines) + ")"
 
 
-def _list(head: str, *parts: str) -> str:
-    return f"({' '.join(part for part in (head, *parts) if part)})"
+def _list(*words: str) -> str:
+    """Return words in brackets, without empty words."""
+    return f"({' '.join(filter(None, words))})"
 
 
 def format_typed(typed: TypedList, prefix: str = "") -> str:
@@ -103,6 +78,7 @@ def format_typed(typed: TypedList, prefix: str = "") -> str:
 
 
 def format_term(term: Term) -> str:
+    """Return a term as PDDL."""
     if isinstance(term, FunctionTerm):
         return _list(term.function, *map(format_term, term.arguments))
     return f"?{term.name}" if isinstance(term, Variable) else term.name
@@ -110,5 +86,6 @@ def format_term(term: Term) -> str:
 
 def format_number(value: float) -> str:
     """Return a number as PDDL, which has no exponents."""
+    # :g is shortest, but rounds to six digits
     text = f"{value:g}"
     return text if "e" not in text and float(text) == value else f"{value:f}"

@@ -37,6 +37,7 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
 from cxbridge.executive.pddl.spelling import ARITHMETIC, TOTAL_TIME
+from cxbridge.executive.pddl.types import TypeHierarchy
 from cxbridge.executive.pddl.unsupported import CONTINUOUS, refusal, unsupported_head
 
 __all__ = ["ROOT_TYPE", "DomainChecker", "check_problem"]
@@ -71,9 +72,7 @@ class DomainChecker:
         self._warn = warn
         self._may_be_typed = not TYPING.isdisjoint(domain.requirements)
         self._typed = self._may_be_typed or (not fawkes_compat and domain.is_typed)
-        self._supers: dict[str, set[str]] = {}
-        for name, super_type in pairs_of(domain.types):
-            self._supers.setdefault(name, set()).add(super_type or ROOT_TYPE)
+        self._hierarchy = TypeHierarchy(domain.types)
         self._section = "(:constants ...)"  # the place to declare an unknown name, for hints
         self._constants: Scope = {}
         for group in domain.constants:
@@ -175,9 +174,12 @@ class DomainChecker:
 
     def _refuse_circles(self) -> None:
         """Refuse cyclic types."""
-        supers = {name: above - {ROOT_TYPE} for name, above in self._supers.items() if name != ROOT_TYPE}
+        # object is the root, and some domains declare it as a type of itself
+        parents = {
+            name: types - {ROOT_TYPE} for name, types in self._hierarchy.parents.items() if name != ROOT_TYPE
+        }
         try:
-            TopologicalSorter(supers).prepare()
+            TopologicalSorter(parents).prepare()
         except CycleError as error:
             circle = set(error.args[1])
             for group in self._domain.types:
@@ -286,21 +288,9 @@ class DomainChecker:
     def _fits(self, term: Term, given: tuple[str, ...], expected: tuple[str, ...]) -> bool:
         if not expected or not given:
             return not expected or ROOT_TYPE in expected
-        fits = [any(self._is_subtype(each, wanted) for wanted in expected) for each in given]
+        fits = [not self._hierarchy.with_ancestors(type_).isdisjoint(expected) for type_ in given]
         # a constant has all its types at once, a variable one of them
         return any(fits) if isinstance(term, Constant) else all(fits)
-
-    def _is_subtype(self, type_: str, wanted: str) -> bool:
-        seen: set[str] = set()
-        queue = [type_]
-        while queue:
-            each = queue.pop()
-            if each == wanted:
-                return True
-            if each not in seen:
-                seen.add(each)
-                queue += self._supers.get(each, ())
-        return wanted == ROOT_TYPE
 
     def _number(self, term: Term, scope: Scope) -> None:
         """Check a side of a comparison, or of a numeric effect."""

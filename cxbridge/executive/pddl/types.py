@@ -1,46 +1,62 @@
-"""The objects of a problem by type."""
+"""The hierarchy of types, and the objects of each type.
+
+An object belongs to its declared type and to all supertypes, so ``(?x - object)`` accepts every object.
+"""
 
 from __future__ import annotations
 
-from cxbridge.executive.pddl.ast import ROOT_TYPE, Domain, Problem, TypedList, pairs_of
+from collections.abc import Callable, Collection, Iterator
+from itertools import product
+
+from cxbridge.executive.pddl.ast import ROOT_TYPE, Bound, Domain, Problem, TypedList, pairs_of
+
+ObjectsOf = Callable[[tuple[str, ...]], Collection[str]]
+"""Returns the objects of any of some types; without types all objects."""
+
+
+class TypeHierarchy:
+    """The declared types with their supertypes. Cycles are permitted here, and refused by the checks."""
+
+    def __init__(self, types: TypedList) -> None:
+        self.parents: dict[str, set[str]] = {}
+        """The direct supertypes of each declared type: several if the type is declared several times."""
+        for name, parent in pairs_of(types):
+            self.parents.setdefault(name, set()).add(parent or ROOT_TYPE)
+
+    def with_ancestors(self, type_: str) -> set[str]:
+        """Return a type and all its supertypes, including ``object``."""
+        ancestors = {ROOT_TYPE}
+        queue = [type_]
+        while queue:
+            name = queue.pop()
+            if name not in ancestors:
+                ancestors.add(name)
+                queue += self.parents.get(name, ())
+        return ancestors
 
 
 class ObjectTable:
-    """The objects of a problem and the constants of its domain, by type.
-
-    An object belongs to its type and all supertypes. ``object`` includes all.
-    """
+    """The objects of a problem and the constants of its domain, by type."""
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
-        supers: dict[str, set[str]] = {}
-        for name, super_type in pairs_of(domain.types):
-            supers.setdefault(name, set()).add(super_type or ROOT_TYPE)
-        self._of: dict[str, dict[str, None]] = {}
-        for name, type_ in (*pairs_of(domain.constants), *pairs_of(problem.objects)):
-            for each in _with_supers(type_ or ROOT_TYPE, supers):
-                self._of.setdefault(each, {})[name] = None
+        hierarchy = TypeHierarchy(domain.types)
+        # dictionaries in place of sets: the order of declaration makes plans reproducible
+        self._objects: dict[str, dict[str, None]] = {}
+        for name, declared in (*pairs_of(domain.constants), *pairs_of(problem.objects)):
+            for type_ in hierarchy.with_ancestors(declared or ROOT_TYPE):
+                self._objects.setdefault(type_, {})[name] = None
 
     def of(self, types: tuple[str, ...]) -> dict[str, None]:
         """Return the objects of any of these types, in order of declaration; without types all objects."""
-        if len(types) == 1:
-            return self._of.get(types[0], {})
-        found: dict[str, None] = {}
+        objects: dict[str, None] = {}
         for type_ in types or (ROOT_TYPE,):
-            found |= self._of.get(type_, {})
-        return found
+            objects |= self._objects.get(type_, {})
+        return objects
 
 
-def _with_supers(type_: str, supers: dict[str, set[str]]) -> set[str]:
-    found = {ROOT_TYPE}
-    queue = [type_]
-    while queue:
-        each = queue.pop()
-        if each not in found:
-            found.add(each)
-            queue += supers.get(each, ())
-    return found
-
-
-def domains_of(parameters: TypedList, objects: ObjectTable) -> list[tuple[str, dict[str, None]]]:
-    """Return each variable of a typed list with its possible objects."""
-    return [(name, objects.of(group.types)) for group in parameters for name in group.names]
+def bindings_of(variables: TypedList, bound: Bound, objects_of: ObjectsOf) -> Iterator[Bound]:
+    """Yield ``bound`` extended by each choice of objects for the variables."""
+    names = [name for group in variables for name in group.names]
+    domains = [objects_of(group.types) for group in variables for _ in group.names]
+    for choice in product(*domains):
+        yield {**bound, **dict(zip(names, choice, strict=True))}

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
     from cxbridge.executive.pddl import Domain, Problem
+    from cxbridge.executive.pddl.types import ObjectTable
     from cxbridge.executive.planning import PlannedAction, PlanRequest
-    from cxbridge.executive.planning.validation.world import Objects
 
 FACT: Final = "plan-valid"
 # templates of the facts that a plan depends on
@@ -46,7 +46,7 @@ class _Watched:
     only: Collection[str] | None = None
     seen: int = -1
     failure: str = ""
-    objects: tuple[int, Objects] | None = None
+    objects: tuple[int, ObjectTable] | None = None
 
 
 class PlanChecks:
@@ -137,12 +137,12 @@ class PlanChecks:
             return str(error)
         return found.failure
 
-    def _objects(self, watched: _Watched) -> Objects:
+    def _objects(self, watched: _Watched) -> ObjectTable:
         """Return the present objects, cached until their facts change."""
         from msgspec.structs import replace  # noqa: PLC0415 - only agents that plan pay
 
         from cxbridge.executive.pddl.ast import TypedNames, names_of  # noqa: PLC0415
-        from cxbridge.executive.planning.validation.world import Objects  # noqa: PLC0415
+        from cxbridge.executive.pddl.types import ObjectTable  # noqa: PLC0415
 
         changes = self._changes[INSTANCE]
         if watched.objects is None or watched.objects[0] != changes:
@@ -153,7 +153,7 @@ class PlanChecks:
                 if name not in others and (watched.only is None or name in watched.only)
             ]
             problem = replace(watched.problem, objects=tuple(groups))
-            watched.objects = (changes, Objects(watched.domain, problem))
+            watched.objects = (changes, ObjectTable(watched.domain, problem))
         return watched.objects[1]
 
     def _record_failure(self, plan_id: str, failure: str) -> None:

@@ -1,21 +1,20 @@
-"""Truth of conditions in a known state, and the parts that make a condition false."""
+"""The state of facts, numbers and objects in which conditions are evaluated, and the parts to blame."""
 
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from itertools import product
-from typing import Final, NamedTuple
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from functools import reduce
+from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
-    And,
+    Blamed,
     Bound,
     Constant,
     Formula,
     FunctionTerm,
     Ground,
-    Imply,
     Not,
     Or,
     Quantified,
@@ -25,12 +24,10 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     number_of,
 )
+from cxbridge.executive.pddl.types import ObjectsOf, bindings_of
 
-MOST_STEPS: Final = 200_000
+MAX_EVALUATIONS: Final = 200_000
 """The maximum number of evaluated parts of a formula, about a second of work."""
-
-InstancesOf = Callable[[tuple[str, ...]], Collection[str]]
-"""Returns the instances of some types; without types all instances."""
 
 _COMPARE: Final[Mapping[str, Callable[[float, float], bool]]] = {
     "=": operator.eq,
@@ -45,7 +42,7 @@ _COMPUTE: Final[Mapping[str, Callable[[float, float], float]]] = {
     "*": operator.mul,
     "/": operator.truediv,
 }
-_SAME: Final = 1e-9  # sums of decimal fractions differ from their literals by rounding
+_ROUNDING: Final = 1e-9  # sums of decimal fractions differ from their literals by rounding
 
 DURATION: Final = "duration"
 """The variable of the time that a durative action takes."""
@@ -61,26 +58,27 @@ class KnownState:
 
     def __init__(
         self,
-        predicates: Collection[Ground],
+        predicates: Container[Ground],
         functions: Mapping[Ground, float],
-        instances_of: InstancesOf,
+        objects_of: ObjectsOf,
         duration: float | None = None,
     ) -> None:
         self._predicates = predicates
         self._functions = functions
-        self._instances_of = instances_of
+        self._objects_of = objects_of
         self._duration = duration
-        self._steps = 0
+        self._evaluations = 0
 
-    def look(self) -> None:
+    def count_evaluation(self) -> None:
         """Count an evaluated formula.
 
         :raises PddlError: if quantified variables cause too many cases.
         """
-        self._steps += 1
-        if self._steps > MOST_STEPS:
+        # a bound on work rather than on time: the same formula fails on every machine
+        self._evaluations += 1
+        if self._evaluations > MAX_EVALUATIONS:
             raise PddlError(
-                f"the formula has more than {MOST_STEPS} cases to look at",
+                f"the formula has more than {MAX_EVALUATIONS} cases to look at",
                 hint="use fewer variables in 'exists' and 'forall', or types with fewer objects",
             )
 
@@ -105,10 +103,7 @@ class KnownState:
 
     def bindings(self, variables: TypedList, bound: Bound) -> Iterator[Bound]:
         """Yield ``bound`` extended by each choice of objects for the variables."""
-        names = [name for group in variables for name in group.names]
-        each = [self._instances_of(group.types) for group in variables for _ in group.names]
-        for values in product(*each):
-            yield {**bound, **dict(zip(names, values, strict=True))}
+        return bindings_of(variables, bound, self._objects_of)
 
     def number(self, term: Term, bound: Bound) -> float | None:
         """Return the number of a term; None for an object or a function without value."""
@@ -120,8 +115,7 @@ class KnownState:
             case FunctionTerm(function=name, arguments=terms):
                 if name not in _COMPUTE:
                     return self._functions.get(self._ground(name, terms, bound))
-                numbers = [self.number(each, bound) for each in terms]
-                return _compute(name, [each for each in numbers if each is not None], len(terms))
+                return _compute(name, [self.number(operand, bound) for operand in terms])
 
 
 def _object(term: Term, bound: Bound) -> str | None:
@@ -135,36 +129,25 @@ def _object(term: Term, bound: Bound) -> str | None:
             return None
 
 
-def _compute(sign: str, numbers: list[float], wanted: int) -> float | None:
-    if len(numbers) != wanted or not numbers:
+def _compute(sign: str, operands: list[float | None]) -> float | None:
+    """Return the result of an operator; None if an operand has no value, or of a division by zero."""
+    numbers = [operand for operand in operands if operand is not None]
+    if len(numbers) != len(operands) or not numbers:
         return None
     if len(numbers) == 1:
         return -numbers[0] if sign == "-" else None
-    found = numbers[0]
-    for number in numbers[1:]:
-        if sign == "/" and not number:
-            return None
-        found = _COMPUTE[sign](found, number)
-    return found
+    try:
+        return reduce(_COMPUTE[sign], numbers)
+    except ZeroDivisionError:
+        return None
 
 
 def _compare(sign: str, first: float | None, second: float | None) -> bool:
     if first is None or second is None:
         return False
-    if sign in ("=", "<=", ">=") and abs(first - second) <= _SAME:
+    if sign in ("=", "<=", ">=") and abs(first - second) <= _ROUNDING:
         return True
     return _COMPARE[sign](first, second)
-
-
-class Blamed(NamedTuple):
-    """A part of a condition with the wrong truth value.
-
-    :param wanted: the required truth value.
-    """
-
-    formula: Formula
-    bound: Bound
-    wanted: bool
 
 
 def to_blame(
@@ -172,33 +155,18 @@ def to_blame(
 ) -> Iterator[Blamed]:
     """Yield the smallest parts that keep a condition from the required truth value.
 
-    A false conjunction is blamed on its false parts, a false disjunction on all its parts.
+    A false conjunction is blamed on its false parts, a false disjunction on all its parts, and a false
+    implication on its consequence.
 
     :param whole: do not descend into disjunctions and negations.
     """
     if formula.holds(state, bound) == wanted:
         return
-    parts: Iterable[tuple[Formula, Bound, bool]]
-    match formula:
-        case And() | Quantified(quantifier="forall"):
-            divided = True
-        case Or() | Quantified() | Not():
-            divided = not whole
-        case Imply():
-            divided = wanted or not whole
-        case _:
-            divided = False
-    if not divided:
+    is_choice = isinstance(formula, Or | Not) or (
+        isinstance(formula, Quantified) and formula.quantifier == "exists"
+    )
+    parts = () if whole and is_choice else tuple(formula.blamed_parts(state, bound, wanted=wanted))
+    if not parts:
         yield Blamed(formula, bound, wanted)
-        return
-    match formula:
-        case Quantified(variables=variables, part=part):
-            parts = ((part, inner, wanted) for inner in state.bindings(variables, bound))
-        case Not(part=part):
-            parts = ((part, bound, not wanted),)
-        case Imply(condition=first, consequence=second):
-            parts = ((second, bound, wanted), *(((first, bound, True),) if not wanted else ()))
-        case _:
-            parts = ((part, bound, wanted) for part in formula.children)
     for part, inner, value in parts:
         yield from to_blame(part, state, inner, wanted=value, whole=whole)

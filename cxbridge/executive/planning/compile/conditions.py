@@ -1,4 +1,4 @@
-"""Ground conditions as alternatives of literals (disjunctive normal form).
+"""Ground conditions in disjunctive normal form: alternatives, each a conjunction of facts.
 
 Static parts are evaluated: equalities, quantifiers over the existing objects, and predicates that no action
 changes. The remaining facts are required to be true or false.
@@ -6,13 +6,13 @@ changes. The remaining facts are required to be true or false.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import product
+from collections.abc import Callable, Iterable, Iterator
 from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
+    Bound,
     Formula,
     FunctionTerm,
     Imply,
@@ -24,14 +24,11 @@ from cxbridge.executive.pddl.ast import (
     TypedList,
     Variable,
 )
-from cxbridge.executive.pddl.types import ObjectTable, domains_of
+from cxbridge.executive.pddl.types import ObjectTable, bindings_of
 from cxbridge.executive.planning.errors import PlanningError
 
 MAX_ALTERNATIVES: Final = 4096
 """The maximum number of alternatives of a condition."""
-
-Binding = Mapping[str, str]
-"""Variables with their objects."""
 
 
 class Fact(NamedTuple):
@@ -64,15 +61,15 @@ class Evaluator:
     """Converts formulas to alternatives.
 
     :param objects: the values of quantified variables.
-    :param known: returns the truth of a static fact; None for other facts.
+    :param static_truth: returns the truth of a fact that no action changes; None for other facts.
     """
 
-    def __init__(self, objects: ObjectTable, known: Callable[[Fact], bool | None]) -> None:
+    def __init__(self, objects: ObjectTable, static_truth: Callable[[Fact], bool | None]) -> None:
         self._objects = objects
-        self._known = known
+        self._static_truth = static_truth
 
     def alternatives(  # noqa: PLR0911  a case for each kind of formula
-        self, formula: Formula | None, binding: Binding, *, negated: bool = False
+        self, formula: Formula | None, binding: Bound, *, negated: bool = False
     ) -> Alternatives:
         """Return the alternatives of a condition, or of its negation.
 
@@ -84,73 +81,79 @@ class Evaluator:
             case Atom():
                 return self._atom(formula, binding, negated=negated)
             case TermComparison(left=left, right=right):
-                return TRUE if (bound(left, binding) == bound(right, binding)) != negated else FALSE
+                is_equal = object_of(left, binding) == object_of(right, binding)
+                return TRUE if is_equal != negated else FALSE
             case Not(part=part):
                 return self.alternatives(part, binding, negated=not negated)
             case Imply(condition=condition, consequence=consequence):
                 either = Or((Not(condition), consequence))
                 return self.alternatives(either, binding, negated=negated)
             case And(parts=parts) | Or(parts=parts):
-                each = (self.alternatives(part, binding, negated=negated) for part in parts)
-                return _all(each) if isinstance(formula, And) != negated else _any(each)
+                alternatives = (self.alternatives(part, binding, negated=negated) for part in parts)
+                # de Morgan: the negation of a conjunction is a disjunction of negations
+                return _conjoin(alternatives) if isinstance(formula, And) != negated else _union(alternatives)
             case Quantified(quantifier=quantifier, variables=variables, part=part):
-                each = (
+                alternatives = (
                     self.alternatives(part, inner, negated=negated)
                     for inner in self.bindings(variables, binding)
                 )
-                return _all(each) if (quantifier == "forall") != negated else _any(each)
+                return _conjoin(alternatives) if (quantifier == "forall") != negated else _union(alternatives)
         raise PlanningError(f"a condition cannot hold {type(formula).__name__}")
 
-    def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
+    def bindings(self, variables: TypedList, binding: Bound) -> Iterator[Bound]:
         """Yield the binding extended by each choice of objects for the variables."""
-        names, objects = zip(*domains_of(variables, self._objects), strict=True) if variables else ((), ())
-        for choice in product(*objects):
-            yield {**binding, **dict(zip(names, choice, strict=True))}
+        return bindings_of(variables, binding, self._objects.of)
 
-    def _atom(self, atom: Atom, binding: Binding, *, negated: bool) -> Alternatives:
+    def _atom(self, atom: Atom, binding: Bound, *, negated: bool) -> Alternatives:
         fact = fact_of(atom, binding)
-        known = self._known(fact)
-        if known is not None:
-            return TRUE if known != negated else FALSE
-        alone = frozenset((fact,))
-        return (Conjunction(negative=alone) if negated else Conjunction(positive=alone),)
+        truth = self._static_truth(fact)
+        if truth is not None:
+            return TRUE if truth != negated else FALSE
+        facts = frozenset((fact,))
+        return (Conjunction(negative=facts) if negated else Conjunction(positive=facts),)
 
 
-def bound(term: Term, binding: Binding) -> str:
-    """Return the object of a term."""
+def object_of(term: Term, binding: Bound) -> str:
+    """Return the object of a term.
+
+    :raises PlanningError: for a function.
+    """
     if isinstance(term, FunctionTerm):
         raise PlanningError(f"({term.function} ...) is a number, not an object")
     return binding[term.name] if isinstance(term, Variable) else term.name
 
 
-def fact_of(atom: Atom, binding: Binding) -> Fact:
-    return Fact(atom.predicate, tuple(bound(argument, binding) for argument in atom.arguments))
+def fact_of(atom: Atom, binding: Bound) -> Fact:
+    return Fact(atom.predicate, tuple(object_of(argument, binding) for argument in atom.arguments))
 
 
-def _all(parts: Iterable[Alternatives]) -> Alternatives:
-    whole = TRUE
-    for part in parts:
-        pairs = (one.joined(other) for one in whole for other in part)
-        whole = _unique(pair for pair in pairs if pair is not None)
-        if not whole:
+def _conjoin(operands: Iterable[Alternatives]) -> Alternatives:
+    """Return the alternatives of a conjunction: all combinations without contradictions."""
+    combined = TRUE
+    for alternatives in operands:
+        pairs = (first.joined(second) for first in combined for second in alternatives)
+        combined = _distinct(pair for pair in pairs if pair is not None)
+        if not combined:
             return FALSE
-    return whole
+    return combined
 
 
-def _any(parts: Iterable[Alternatives]) -> Alternatives:
-    found: list[Conjunction] = []
-    for part in parts:
-        if part == TRUE:
+def _union(operands: Iterable[Alternatives]) -> Alternatives:
+    """Return the alternatives of a disjunction."""
+    union: list[Conjunction] = []
+    for alternatives in operands:
+        if alternatives == TRUE:
             return TRUE
-        found += part
-    return _unique(found)
+        union += alternatives
+    return _distinct(union)
 
 
-def _unique(conjunctions: Iterable[Conjunction]) -> Alternatives:
-    unique = tuple(dict.fromkeys(conjunctions))
-    if len(unique) > MAX_ALTERNATIVES:
+def _distinct(conjunctions: Iterable[Conjunction]) -> Alternatives:
+    distinct = tuple(dict.fromkeys(conjunctions))
+    # the number of combinations is exponential in the size of the condition
+    if len(distinct) > MAX_ALTERNATIVES:
         raise PlanningError(
             f"a condition has more than {MAX_ALTERNATIVES} alternatives",
             hint="use fewer 'or' and 'exists', or another planner (fast-downward)",
         )
-    return unique
+    return distinct

@@ -1,4 +1,8 @@
-"""The effects of a ground action: one case per combination of its conditional effects."""
+"""The effects of a ground action: one case per combination of its conditional effects.
+
+An action with ``(when C E)`` has a case in which ``C`` holds and ``E`` happens, and a case in which ``C``
+does not hold. A STRIPS operator is made of each case.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +10,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from cxbridge.executive.pddl.ast import And, Atom, Formula, Not, NumericChange, Quantified, When
+from cxbridge.executive.pddl.ast import And, Atom, Bound, Formula, Not, NumericChange, Quantified, When
 from cxbridge.executive.planning.compile.conditions import (
     FALSE,
     TRUE,
     Alternatives,
-    Binding,
     Conjunction,
     Evaluator,
     Fact,
@@ -32,13 +35,14 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A condition and its changes."""
+    """The changes of an action under a condition."""
 
     condition: Conjunction
     changes: frozenset[Change]
 
 
 def changed_predicates(effect: Formula | None) -> Iterator[str]:
+    """Yield the predicates that an effect makes true or false."""
     if isinstance(effect, Atom):
         yield effect.predicate
     elif isinstance(effect, When):
@@ -49,7 +53,7 @@ def changed_predicates(effect: Formula | None) -> Iterator[str]:
 
 
 def cases(
-    evaluator: Evaluator, condition: Conjunction, effect: Formula | None, binding: Binding
+    evaluator: Evaluator, condition: Conjunction, effect: Formula | None, binding: Bound
 ) -> Iterator[Case]:
     """Yield the cases of an action with a precondition.
 
@@ -63,6 +67,7 @@ def cases(
             always.add(change)
         elif holds != FALSE:
             fails = evaluator.alternatives(when, inner, negated=True)
+            # effects with the same condition share their cases, which keeps the number of cases low
             conditional.setdefault((holds, fails), set()).add(change)
     if len(conditional) > MAX_CONDITIONS:
         raise PlanningError(
@@ -79,18 +84,19 @@ def _split(
         yield case
         return
     (holds, fails), changes = conditional[0]
-    for alternatives, extra in ((holds, frozenset(changes)), (fails, frozenset[Change]())):
+    for alternatives, effects in ((holds, changes), (fails, set[Change]())):
         for alternative in alternatives:
-            both = case.condition.joined(alternative)
-            if both is not None:
-                yield from _split(Case(both, case.changes | extra), conditional[1:])
+            condition = case.condition.joined(alternative)
+            if condition is not None:
+                yield from _split(Case(condition, case.changes | effects), conditional[1:])
 
 
 def _changes(
-    evaluator: Evaluator, effect: Formula | None, when: Formula | None, binding: Binding
-) -> Iterator[tuple[Formula | None, Binding, Change]]:
+    evaluator: Evaluator, effect: Formula | None, when: Formula | None, binding: Bound
+) -> Iterator[tuple[Formula | None, Bound, Change]]:
+    """Yield the changes of an effect, each with its condition and the objects of its variables."""
     match effect:
-        case None | NumericChange():
+        case None | NumericChange():  # STRIPS has no numbers, and the planner ignores costs
             return
         case And(parts=parts):
             for part in parts:
@@ -99,8 +105,8 @@ def _changes(
             for inner in evaluator.bindings(variables, binding):
                 yield from _changes(evaluator, part, when, inner)
         case When(condition=condition, effect=part):
-            both = condition if when is None else And((when, condition))
-            yield from _changes(evaluator, part, both, binding)
+            nested = condition if when is None else And((when, condition))
+            yield from _changes(evaluator, part, nested, binding)
         case Atom():
             yield when, binding, Change(fact_of(effect, binding), to=True)
         case Not(part=Atom() as atom):

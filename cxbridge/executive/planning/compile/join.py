@@ -1,11 +1,12 @@
-"""A join over known facts: the bindings that satisfy all atoms of a condition."""
+"""A join over the reached facts: the bindings of an action that satisfy its atoms."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import product
 
-from cxbridge.executive.pddl.ast import Atom, Variable
+from cxbridge.executive.pddl.ast import ActionSchema, And, Atom, Constant, Formula, Term, Variable
+from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.executive.planning.compile.conditions import Fact
 
 
@@ -13,82 +14,93 @@ class FactIndex:
     """Facts indexed by predicate, and by argument and position."""
 
     def __init__(self) -> None:
-        self._all: dict[str, list[tuple[str, ...]]] = {}
+        self._by_predicate: dict[str, list[tuple[str, ...]]] = {}
         self._by_argument: dict[tuple[str, int, str], list[tuple[str, ...]]] = {}
 
     def add(self, fact: Fact) -> None:
         """Add a new fact."""
-        self._all.setdefault(fact.predicate, []).append(fact.arguments)
+        self._by_predicate.setdefault(fact.predicate, []).append(fact.arguments)
         for position, argument in enumerate(fact.arguments):
             self._by_argument.setdefault((fact.predicate, position, argument), []).append(fact.arguments)
 
     def candidates(self, atom: Atom, binding: dict[str, str]) -> Sequence[tuple[str, ...]]:
         """Return the shortest indexed list that contains all matches of an atom."""
-        best: Sequence[tuple[str, ...]] = self._all.get(atom.predicate, ())
+        shortest: Sequence[tuple[str, ...]] = self._by_predicate.get(atom.predicate, ())
         for position, term in enumerate(atom.arguments):
-            value = binding.get(term.name) if isinstance(term, Variable) else _name(term)
+            value = binding.get(term.name) if isinstance(term, Variable) else constant_name(term)
             if value is not None:
-                found = self._by_argument.get((atom.predicate, position, value), ())
-                if len(found) < len(best):
-                    best = found
-        return best
+                indexed = self._by_argument.get((atom.predicate, position, value), ())
+                shortest = min(shortest, indexed, key=len)
+        return shortest
 
 
 class Schema:
     """An action to ground: parameters and required atoms.
 
-    :param parameters: names with their permitted objects.
-    :param atoms: the atoms outside of ``or``, ``not`` ...
+    :ivar parameters: names with their permitted objects.
+    :ivar atoms: the atoms outside of ``or``, ``not`` ...
     """
 
-    def __init__(self, parameters: list[tuple[str, dict[str, None]]], atoms: Sequence[Atom]) -> None:
-        self.parameters = parameters
-        self.atoms = atoms
-        self._allowed = dict(parameters)
+    def __init__(self, action: ActionSchema, objects: ObjectTable) -> None:
+        self.parameters = {
+            name: objects.of(group.types) for group in action.parameters for name in group.names
+        }
+        self.atoms = list(_plain_atoms(action.condition))
 
-    def matches(
-        self, index: FactIndex, first: int | None = None, fact: Fact | None = None
-    ) -> Iterator[tuple[str, ...]]:
+    def matches(self, index: FactIndex, trigger: tuple[int, Fact] | None = None) -> Iterator[tuple[str, ...]]:
         """Yield the parameters' objects for each way to satisfy the atoms.
 
-        :param first: the index of the atom that must match ``fact``.
+        :param trigger: the index of an atom, and the fact that it must match.
         """
         binding: dict[str, str] = {}
-        rest = list(self.atoms)
-        if first is not None and fact is not None:
-            atom = rest.pop(first)
-            if self._unify(atom, fact.arguments, binding) is None:
+        atoms = list(self.atoms)
+        if trigger is not None:
+            position, fact = trigger
+            if not self._unify(atoms.pop(position), fact.arguments, binding):
                 return
-        for complete in self._extend(rest, binding, index):
-            free = [((complete[name],) if name in complete else objects) for name, objects in self.parameters]
-            yield from product(*free)
+        for complete in self._extend(atoms, binding, index):
+            # parameters that no atom mentions take every permitted object
+            choices = [
+                (complete[name],) if name in complete else objects
+                for name, objects in self.parameters.items()
+            ]
+            yield from product(*choices)
 
     def _extend(
         self, atoms: list[Atom], binding: dict[str, str], index: FactIndex
     ) -> Iterator[dict[str, str]]:
+        """Yield the extensions of a binding that satisfy further atoms."""
         if not atoms:
             yield binding
             return
+        # the atom with the fewest candidates first, as joins of databases do
         sized = [(index.candidates(atom, binding), number) for number, atom in enumerate(atoms)]
-        candidates, number = min(sized, key=lambda each: len(each[0]))
-        rest = atoms[:number] + atoms[number + 1 :]
+        candidates, number = min(sized, key=lambda pair: len(pair[0]))
+        remaining = atoms[:number] + atoms[number + 1 :]
         for arguments in candidates:
             inner = dict(binding)
-            if self._unify(atoms[number], arguments, inner) is not None:
-                yield from self._extend(rest, inner, index)
+            if self._unify(atoms[number], arguments, inner):
+                yield from self._extend(remaining, inner, index)
 
-    def _unify(
-        self, atom: Atom, arguments: tuple[str, ...], binding: dict[str, str]
-    ) -> dict[str, str] | None:
-        """Extend the binding so that an atom matches the arguments; None if impossible."""
+    def _unify(self, atom: Atom, arguments: tuple[str, ...], binding: dict[str, str]) -> bool:
+        """Extend the binding so that an atom matches the arguments; return whether that is possible."""
         for term, value in zip(atom.arguments, arguments, strict=True):
             if not isinstance(term, Variable):
-                if _name(term) != value:
-                    return None
-            elif binding.setdefault(term.name, value) != value or value not in self._allowed[term.name]:
-                return None
-        return binding
+                if constant_name(term) != value:
+                    return False
+            elif binding.setdefault(term.name, value) != value or value not in self.parameters[term.name]:
+                return False
+        return True
 
 
-def _name(term: object) -> str:
-    return str(getattr(term, "name", ""))
+def constant_name(term: Term) -> str:
+    return term.name if isinstance(term, Constant) else ""
+
+
+def _plain_atoms(condition: Formula | None) -> Iterator[Atom]:
+    """Yield the atoms that are required in any case."""
+    if isinstance(condition, Atom):
+        yield condition
+    elif isinstance(condition, And):
+        for part in condition.parts:
+            yield from _plain_atoms(part)

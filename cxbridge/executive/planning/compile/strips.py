@@ -3,16 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from cxbridge.executive.planning.compile.conditions import Fact
-
-
-class GroundAction(NamedTuple):
-    """An action with its objects."""
-
-    name: str
-    arguments: tuple[str, ...]
+from cxbridge.executive.planning.planner import PlannedAction
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +15,7 @@ class Operator:
     :param action: None for an auxiliary operator that only reaches the goal.
     """
 
-    action: GroundAction | None
+    action: PlannedAction | None
     preconditions: frozenset[int]
     adds: frozenset[int]
     deletes: frozenset[int]
@@ -44,23 +37,25 @@ class StripsTask:
 
 
 def without_irrelevant(task: StripsTask) -> StripsTask:
-    """Return the task without useless operators and effects."""
-    adding: dict[int, list[Operator]] = {}
+    """Return the task without operators and effects that cannot contribute to the goal."""
+    # backwards from the goal: preconditions of operators that add a relevant fact are relevant
+    achievers: dict[int, list[Operator]] = {}
     for operator in task.operators:
         for fact in operator.adds:
-            adding.setdefault(fact, []).append(operator)
+            achievers.setdefault(fact, []).append(operator)
     relevant: set[int] = set()
     queue = list(task.goal)
     while queue:
         fact = queue.pop()
         if fact not in relevant:
             relevant.add(fact)
-            for operator in adding.get(fact, ()):
+            for operator in achievers.get(fact, ()):
                 queue += operator.preconditions - relevant
-    wanted = frozenset(relevant)
     operators = (
-        Operator(each.action, each.preconditions, each.adds & wanted, each.deletes & wanted)
-        for each in task.operators
-        if each.adds & wanted
+        Operator(
+            operator.action, operator.preconditions, operator.adds & relevant, operator.deletes & relevant
+        )
+        for operator in task.operators
+        if operator.adds & relevant
     )
-    return StripsTask(task.facts, task.initial & wanted, task.goal, tuple(operators))
+    return StripsTask(task.facts, task.initial & relevant, task.goal, tuple(operators))

@@ -1,7 +1,12 @@
-"""Conditions and effects of a ground action."""
+"""Conditions and effects of a ground action at the moments of a plan.
+
+PDDL 2.1 gives each part of a durative action a time: ``at start``, ``at end`` or ``over all``. An effect at
+the end may have a condition at the start, so a moment knows the moment of its action's start.
+"""
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -23,9 +28,11 @@ from cxbridge.executive.pddl.ast import (
     When,
 )
 from cxbridge.executive.pddl.printer import format_formula, format_number, format_term
+from cxbridge.executive.pddl.types import ObjectTable
+from cxbridge.executive.planning.compile.conditions import fact_of, object_of
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.needs import TOTAL_COST
-from cxbridge.executive.planning.validation.world import Changes, FactsRead, NumbersRead, Objects, WorldState
+from cxbridge.executive.planning.validation.world import Changes, FactsRead, NumbersRead, WorldState
 from cxbridge.executive.problem.truth import KnownState, to_blame
 
 AT_START: Final = "at start"
@@ -33,16 +40,16 @@ AT_END: Final = "at end"
 OVER_ALL: Final = "over all"
 
 _CHANGE: Final[Mapping[str, Callable[[float, float], float]]] = {
-    "assign": lambda _old, amount: amount,
-    "increase": lambda old, amount: old + amount,
-    "decrease": lambda old, amount: old - amount,
-    "scale-up": lambda old, amount: old * amount,
-    "scale-down": lambda old, amount: old / amount,
+    "assign": lambda _value, amount: amount,
+    "increase": operator.add,
+    "decrease": operator.sub,
+    "scale-up": operator.mul,
+    "scale-down": operator.truediv,
 }
 
 
-class Written(NamedTuple):
-    """A literal or numeric effect at its moment, with its binding."""
+class _BoundEffect(NamedTuple):
+    """A literal or numeric effect with the objects of its variables."""
 
     effect: Atom | NumericChange
     bound: Bound
@@ -58,14 +65,13 @@ class Moment:
     """
 
     state: WorldState
-    objects: Objects
+    objects: ObjectTable
     duration: float | None = None
     start: Moment | None = None
 
-    def truth(self, state: WorldState | None = None) -> KnownState:
-        """Return the evaluation of formulas in this state, or in another one."""
-        now = state or self.state
-        return KnownState(now.facts, now.numbers, self.objects.of, self.duration)
+    def truth(self) -> KnownState:
+        """Return the evaluation of formulas in this state."""
+        return KnownState(self.state.facts, self.state.numbers, self.objects.of, self.duration)
 
     def read_by(self, formulas: list[Formula], bound: Bound) -> tuple[set[Ground], set[Ground]]:
         """Return the facts that conditions read as true, and all other facts and functions that they read."""
@@ -89,8 +95,8 @@ def parts_at(formula: Formula | None, moment: str) -> Iterator[Formula]:
             if when == moment:
                 yield from parts_at(part, AT_START)
         case Quantified(quantifier="forall", part=part) if _is_timed(part):
-            for each in parts_at(part, moment):
-                yield Quantified(formula.quantifier, formula.variables, each, formula.position)
+            for inner in parts_at(part, moment):
+                yield Quantified(formula.quantifier, formula.variables, inner, formula.position)
         case _ if moment == AT_START:
             yield formula
 
@@ -121,11 +127,12 @@ def false_part(formula: Formula, bound: Bound, moment: Moment) -> str:
 
 
 def _values(term: Term, bound: Bound, truth: KnownState) -> list[str]:
+    """Return the value of a function as text; nothing for an object."""
     if not isinstance(term, FunctionTerm):
         return []
     value = truth.number(term, bound)
-    said = "has no value" if value is None else f"is {format_number(value)}"
-    return [f"{format_term(_bind_term(term, bound))} {said}"]
+    text = "has no value" if value is None else f"is {format_number(value)}"
+    return [f"{format_term(_bind_term(term, bound))} {text}"]
 
 
 def _text(formula: Formula, bound: Bound) -> str:
@@ -137,7 +144,7 @@ def _bind_term(term: Term, bound: Bound) -> Term:
         case Variable(name=name) if name in bound:
             return Constant(bound[name])
         case FunctionTerm(function=name, arguments=terms):
-            return FunctionTerm(name, tuple(_bind_term(each, bound) for each in terms))
+            return FunctionTerm(name, tuple(_bind_term(argument, bound) for argument in terms))
         case _:
             return term
 
@@ -150,13 +157,11 @@ def changes_of(effect: Formula | None, bound: Bound, moment: Moment, when: str) 
     """
     changes = Changes()
     truth = moment.truth()
-    for written in _effects(effect, bound, moment, AT_END, when):
-        if isinstance(written.effect, NumericChange):
-            _change_number(written.effect, written.bound, truth, changes)
+    for change in _effects(effect, bound, moment, AT_END, when):
+        if isinstance(change.effect, NumericChange):
+            _change_number(change.effect, change.bound, truth, changes)
         else:
-            arguments = (_object(term, written.bound) for term in written.effect.arguments)
-            ground = (written.effect.predicate, tuple(arguments))
-            (changes.adds if written.to else changes.deletes).add(ground)
+            (changes.adds if change.to else changes.deletes).add(fact_of(change.effect, change.bound))
     changes.deletes.difference_update(changes.adds)
     return changes
 
@@ -170,57 +175,52 @@ def numbers_after(
     """
     changes = Changes()
     truth = KnownState((), numbers, lambda _types: (), duration)
-    for each in () if effect is None else effect.walk():
-        if isinstance(each, NumericChange):
-            _change_number(each, bound, truth, changes)
+    for part in () if effect is None else effect.walk():
+        if isinstance(part, NumericChange):
+            _change_number(part, bound, truth, changes)
     return changes.numbers
-
-
-def _object(term: Term, bound: Bound) -> str:
-    if isinstance(term, FunctionTerm):
-        raise PlanningError(f"({term.function} ...) is a number, not an object")
-    return bound[term.name] if isinstance(term, Variable) else term.name
 
 
 def _change_number(change: NumericChange, bound: Bound, truth: KnownState, changes: Changes) -> None:
     target = change.target
     assert isinstance(target, FunctionTerm)
-    ground = (target.function, tuple(_object(term, bound) for term in target.arguments))
+    ground = (target.function, tuple(object_of(term, bound) for term in target.arguments))
     amount = truth.number(change.amount, bound)
     # several changes of a number at the same time add up
-    old = changes.numbers.get(ground, truth.number(target, bound))
-    if old is None:
-        old = 0.0 if target.function == TOTAL_COST or change.operator == "assign" else None
-    if amount is None or old is None or (change.operator == "scale-down" and not amount):
-        missing = target if old is None else change.amount
+    value = changes.numbers.get(ground, truth.number(target, bound))
+    # problems with a metric often omit (= (total-cost) 0), which planners accept
+    if value is None and (target.function == TOTAL_COST or change.operator == "assign"):
+        value = 0.0
+    if amount is None or value is None or (change.operator == "scale-down" and not amount):
+        missing = target if value is None else change.amount
         raise PlanningError(f"{format_term(_bind_term(missing, bound))} has no value")
-    changes.numbers[ground] = _CHANGE[change.operator](old, amount)
+    changes.numbers[ground] = _CHANGE[change.operator](value, amount)
 
 
 def _effects(
-    effect: Formula | None, bound: Bound, moment: Moment, time: str, wanted: str
-) -> Iterator[Written]:
+    effect: Formula | None, bound: Bound, moment: Moment, time: str, moment_time: str
+) -> Iterator[_BoundEffect]:
     """Yield the effects of a moment whose conditions are true.
 
-    :param time: the time of parts without one.
+    :param time: the time of parts without ``at start`` or ``at end``.
     """
     match effect:
         case And(parts=parts):
             for part in parts:
-                yield from _effects(part, bound, moment, time, wanted)
+                yield from _effects(part, bound, moment, time, moment_time)
         case Timed(when=when, part=part):
-            yield from _effects(part, bound, moment, when, wanted)
+            yield from _effects(part, bound, moment, when, moment_time)
         case Quantified(quantifier="forall", variables=variables, part=part):
             for inner in moment.truth().bindings(variables, bound):
-                yield from _effects(part, inner, moment, time, wanted)
+                yield from _effects(part, inner, moment, time, moment_time)
         case When(condition=condition, effect=part):
-            found = list(_effects(part, bound, moment, time, wanted))
-            if found and _condition_holds(condition, bound, moment):
-                yield from found
-        case Not(part=Atom() as atom) if time == wanted:
-            yield Written(atom, bound, to=False)
-        case Atom() | NumericChange() if time == wanted:
-            yield Written(effect, bound)
+            effects = list(_effects(part, bound, moment, time, moment_time))
+            if effects and _condition_holds(condition, bound, moment):
+                yield from effects
+        case Not(part=Atom() as atom) if time == moment_time:
+            yield _BoundEffect(atom, bound, to=False)
+        case Atom() | NumericChange() if time == moment_time:
+            yield _BoundEffect(effect, bound)
         case _:
             return
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import groupby
+from itertools import combinations
 from typing import Final, NamedTuple
 
 from cxbridge.errors import PddlError
@@ -22,6 +22,7 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     names_of,
 )
+from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.formulas import (
@@ -33,7 +34,7 @@ from cxbridge.executive.planning.validation.formulas import (
     false_part,
     parts_at,
 )
-from cxbridge.executive.planning.validation.world import Changes, Objects, WorldState
+from cxbridge.executive.planning.validation.world import Changes, WorldState
 from cxbridge.executive.problem.truth import DURATION
 
 SAME_TIME_S: Final = 1e-7
@@ -102,6 +103,7 @@ class _Step:
     """A step with its action.
 
     :param running: whether the action started before the check.
+    :param begun: the moment of the start of a durative action, once it is executed.
     """
 
     number: int
@@ -119,6 +121,8 @@ class _Step:
 
 
 class _Event(NamedTuple):
+    """A moment of a step: ``start`` or ``end`` of a durative action; without a part, the whole action."""
+
     time: float
     step: _Step
     part: str
@@ -131,7 +135,7 @@ def check_plan(
     *,
     state: WorldState | None = None,
     running: Iterable[PlannedAction] = (),
-    objects: Objects | None = None,
+    objects: ObjectTable | None = None,
 ) -> PlanCheck:
     """Check a plan against a problem.
 
@@ -140,12 +144,12 @@ def check_plan(
     :param objects: by default the problem's objects.
     """
     begin = state or WorldState.of_problem(problem)
-    checker = _Checker(domain, problem.goal, begin, objects or Objects(domain, problem))
+    checker = _Checker(domain, problem.goal, begin, objects or ObjectTable(domain, problem))
     return checker.check(tuple(actions), tuple(running))
 
 
 class _Checker:
-    def __init__(self, domain: Domain, goal: Formula, state: WorldState, objects: Objects) -> None:
+    def __init__(self, domain: Domain, goal: Formula, state: WorldState, objects: ObjectTable) -> None:
         self._actions = {action.name: action for action in domain.actions}
         self._objects = objects
         self._goal = goal
@@ -155,8 +159,9 @@ class _Checker:
 
     def check(self, actions: Sequence[PlannedAction], running: Sequence[PlannedAction]) -> PlanCheck:
         try:
-            steps = [self._step(-number, each, running=True) for number, each in enumerate(running)]
-            steps += [self._step(number, each) for number, each in enumerate(actions, start=1)]
+            # running actions have the numbers 0, -1, ...: errors name them by their text alone
+            steps = [self._step(-number, action, running=True) for number, action in enumerate(running)]
+            steps += [self._step(number, action) for number, action in enumerate(actions, start=1)]
             events = sorted(self._events(steps), key=lambda event: event.time)
             for group in _at_once(events):
                 self._happen(group)
@@ -178,36 +183,33 @@ class _Checker:
         return replace(self._result(), goal_needs=frozenset(true))
 
     def _step(self, number: int, planned: PlannedAction, *, running: bool = False) -> _Step:
+        def mistake(reason: str) -> _StepError:
+            return _StepError(number, f"step {number}, {_action_text(planned)}: {reason}")
+
         action = self._actions.get(planned.name)
         if action is None:
-            raise _StepError(number, f"step {number}, {_action_text(planned)}: there is no such action")
+            raise mistake("there is no such action")
         names = names_of(action.parameters)
         if len(names) != len(planned.arguments):
-            raise _StepError(
-                number,
-                f"step {number}, {_action_text(planned)}: {action.name} takes {len(names)} objects, "
-                f"not {len(planned.arguments)}",
-            )
-        values = iter(planned.arguments)
+            raise mistake(f"{action.name} takes {len(names)} objects, not {len(planned.arguments)}")
+        bound = dict(zip(names, planned.arguments, strict=True))
         for group in action.parameters:
             allowed = self._objects.of(group.types)
-            for name, value in zip(group.names, values, strict=False):
-                if value not in allowed:
+            for name in group.names:
+                if bound[name] not in allowed:
                     kind = " or ".join(group.types) or "object"
-                    reason = f"{value} is no {kind}, which ?{name} wants"
-                    raise _StepError(number, f"step {number}, {_action_text(planned)}: {reason}")
-        start, took = planned.start or 0.0, planned.duration or 0.0
-        bound = dict(zip(names, planned.arguments, strict=True))
-        return _Step(number, planned, action, bound, start, start + took, running=running)
+                    raise mistake(f"{bound[name]} is no {kind}, which ?{name} wants")
+        start, duration = planned.start or 0.0, planned.duration or 0.0
+        return _Step(number, planned, action, bound, start, start + duration, running=running)
 
     def _events(self, steps: Sequence[_Step]) -> Iterator[_Event]:
         """Yield the moments of the steps. Without times, the steps are consecutive."""
-        timed = any(step.planned.start is not None for step in steps)
-        now = 0.0
+        is_timed = any(step.planned.start is not None for step in steps)
+        clock = 0.0
         for step in steps:
-            if not timed:
-                step.start, step.end = now, now + (step.planned.duration or 1.0)
-                now = step.end + 1.0
+            if not is_timed:
+                step.start, step.end = clock, clock + (step.planned.duration or 1.0)
+                clock = step.end + 1.0  # a gap, because simultaneous moments may interfere
             if not step.action.durative:
                 yield _Event(step.start, step, "")
                 continue
@@ -217,18 +219,16 @@ class _Checker:
     def _happen(self, events: Sequence[_Event]) -> None:
         """Execute simultaneous moments."""
         before = self._state
-        done = [(event, *self._act(event, before)) for event in events]
-        if len(done) > 1:
-            _refuse_interference([(event, needs | looked, changes) for event, needs, looked, changes in done])
-        for _, _, _, changes in done:
-            # simultaneous changes of a number by several steps add up
-            others = {
-                key: self._state.numbers.get(key, 0.0) - before.numbers.get(key, 0.0)
-                for key in changes.numbers
+        executed = [(event, *self._act(event, before)) for event in events]
+        _refuse_interference([(event, needs | reads, changes) for event, needs, reads, changes in executed])
+        for _, _, _, changes in executed:
+            # each step has computed its numbers from the same state: simultaneous changes add up
+            numbers = {
+                ground: value + self._state.numbers.get(ground, 0.0) - before.numbers.get(ground, 0.0)
+                for ground, value in changes.numbers.items()
             }
-            numbers = {key: value + others[key] for key, value in changes.numbers.items()}
             self._state = self._state.after(replace(changes, numbers=numbers))
-        for event, needs, _, changes in done:
+        for event, needs, _, changes in executed:
             number, time = event.step.number, event.time
             self._moments.append(PlanMoment(time, number, event.part, frozenset(needs), changes, self._state))
             if event.part == "start":
@@ -242,22 +242,21 @@ class _Checker:
         """Return the facts that a moment reads as true, further facts that it reads, and its changes."""
         step, action = event.step, event.step.action
         moment = Moment(state, self._objects, step.duration, step.begun)
-        when = AT_END if event.part == "end" else AT_START
-        conditions = list(parts_at(action.condition, when))
-        if event.part == "start":
+        is_start = event.part == "start"
+        # an action without duration has its conditions at the start and its effects at the end
+        conditions = list(parts_at(action.condition, AT_END if event.part == "end" else AT_START))
+        needs, reads = set[Ground](), set[Ground]()
+        if is_start:
             step.begun = moment
-        if step.running and event.part != "end":  # conditions of a running action held at its start
-            when = AT_START if event.part else AT_END
-            return set(), set(), changes_of(action.effect, step.bound, moment, when)
-        self._require(step, conditions, state)
-        if event.part == "start" and action.duration is not None and step.planned.duration is not None:
-            _check_duration(step, action.duration, moment)
-        needs, looked = moment.read_by(conditions, step.bound)
-        if event.part == "start":  # conditions that must hold from here on make the preceding step necessary
-            held = list(parts_at(action.condition, OVER_ALL))
-            needs |= moment.read_by(held, step.bound)[0]
-        changes = changes_of(action.effect, step.bound, moment, AT_START if event.part == "start" else AT_END)
-        return needs, looked, changes
+        if not step.running or event.part == "end":  # conditions of a running action held at its start
+            self._require(step, conditions, state)
+            if is_start and action.duration is not None and step.planned.duration is not None:
+                _check_duration(step, action.duration, moment)
+            needs, reads = moment.read_by(conditions, step.bound)
+            if is_start:  # conditions that must hold from here on make the preceding step necessary
+                lasting = list(parts_at(action.condition, OVER_ALL))
+                needs |= moment.read_by(lasting, step.bound)[0]
+        return needs, reads, changes_of(action.effect, step.bound, moment, AT_START if is_start else AT_END)
 
     def _require(self, step: _Step, conditions: Iterable[Formula], state: WorldState) -> None:
         moment = Moment(state, self._objects, step.duration, step.begun)
@@ -268,60 +267,52 @@ class _Checker:
 
 
 def _at_once(events: Sequence[_Event]) -> Iterator[list[_Event]]:
-    """Yield the moments in groups of the same time."""
-    begin = [0.0]
+    """Yield the moments, sorted by time, in groups of the same time."""
+    group: list[_Event] = []
+    for event in events:
+        if group and event.time - group[0].time > SAME_TIME_S:
+            yield group
+            group = []
+        group.append(event)
+    if group:
+        yield group
 
-    def time_of(event: _Event) -> float:
-        if abs(event.time - begin[0]) > SAME_TIME_S:
-            begin[0] = event.time
-        return begin[0]
 
-    for _, group in groupby(events, time_of):
-        yield list(group)
-
-
-def _refuse_interference(done: Sequence[tuple[_Event, set[Ground], Changes]]) -> None:
-    for number, (event, looked, changes) in enumerate(done):
-        for other, other_looked, other_changes in done[number + 1 :]:
-            clash = (
-                looked & other_changes.written
-                | other_looked & changes.written
-                | changes.adds & other_changes.deletes
-                | changes.deletes & other_changes.adds
+def _refuse_interference(executed: Sequence[tuple[_Event, set[Ground], Changes]]) -> None:
+    """Refuse simultaneous moments of which one changes a fact that the other reads or changes differently."""
+    for (first, first_reads, changes), (second, second_reads, other_changes) in combinations(executed, 2):
+        clash = (
+            first_reads & other_changes.written
+            | second_reads & changes.written
+            | changes.adds & other_changes.deletes
+            | changes.deletes & other_changes.adds
+        )
+        if clash:
+            name, arguments = min(clash)
+            raise _StepError(
+                second.step.number,
+                f"{_step_text(second.step)}: at {second.time:g} s it and {_action_text(first.step.planned)} "
+                f"both concern ({' '.join((name, *arguments))}); let one begin later",
             )
-            if clash:
-                name, arguments = min(clash)
-                raise _StepError(
-                    other.step.number,
-                    f"{_step_text(other.step)}: at {other.time:g} s it and "
-                    f"{_action_text(event.step.planned)} "
-                    f"both concern ({' '.join((name, *arguments))}); let one begin later",
-                )
 
 
-def _check_duration(step: _Step, wanted: Formula, moment: Moment) -> None:
+def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
     """Check the constraint on ``?duration`` within the tolerance."""
     duration = step.duration or 0.0
-    for part in (*parts_at(wanted, AT_START), *parts_at(wanted, AT_END)):
-        bound = _bound_of(part, moment, step.bound)
-        sign = part.operator if isinstance(part, TermComparison) else ""
-        if bound is None:
-            failed = bool(false_part(part, step.bound, moment))
+    for part in (*parts_at(constraint, AT_START), *parts_at(constraint, AT_END)):
+        limit = None
+        match part:
+            case TermComparison(operator=sign, left=Variable(name=name), right=right) if name == DURATION:
+                limit = moment.truth().number(right, step.bound)
+        if limit is None:
+            is_violated = bool(false_part(part, step.bound, moment))
+            text = ""
         else:
-            too_long = sign in ("=", "<=", "<") and duration > bound + TOLERANCE_S
-            failed = too_long or (sign in ("=", ">=", ">") and duration < bound - TOLERANCE_S)
-        if failed:
-            said = "" if bound is None else f", and the domain says {bound:g}"
-            raise _StepError(step.number, f"{_step_text(step)}: it takes {duration:g} s{said}")
-
-
-def _bound_of(part: Formula, moment: Moment, bound: dict[str, str]) -> float | None:
-    """Return the number compared with ``?duration``; None for other conditions."""
-    match part:
-        case TermComparison(left=Variable(name=name), right=right) if name == DURATION:
-            return moment.truth().number(right, bound)
-        case _:
-            return None
+            too_long = sign in ("=", "<=", "<") and duration > limit + TOLERANCE_S
+            is_violated = too_long or (sign in ("=", ">=", ">") and duration < limit - TOLERANCE_S)
+            text = f", and the domain says {limit:g}"
+        if is_violated:
+            raise _StepError(step.number, f"{_step_text(step)}: it takes {duration:g} s{text}")
 
 
 def _action_text(planned: PlannedAction) -> str:

@@ -1,12 +1,11 @@
-"""World states, their reads and changes."""
+"""States of facts and numbers during a plan, with their changes and the reads of conditions."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from cxbridge.executive.pddl.ast import Atom, Constant, Domain, FunctionTerm, Ground, Problem
-from cxbridge.executive.pddl.types import ObjectTable
+from cxbridge.executive.pddl.ast import Atom, Constant, FunctionTerm, Ground, Problem
 
 
 def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
@@ -39,7 +38,7 @@ class WorldState:
 
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """The changes of a state at one moment."""
+    """The facts and numbers that one moment of a plan changes."""
 
     adds: set[Ground] = field(default_factory=set)
     deletes: set[Ground] = field(default_factory=set)
@@ -54,29 +53,23 @@ class Changes:
         return self.adds | self.deletes | self.numbers.keys()
 
 
-class FactsRead(Collection[Ground]):
-    """Facts that record the queried ones."""
+class FactsRead(Container[Ground]):
+    """The facts of a state, which record the facts that a condition reads."""
 
-    def __init__(self, facts: Collection[Ground]) -> None:
+    def __init__(self, facts: Container[Ground]) -> None:
         self._facts = facts
         self.true: set[Ground] = set()
         self.false: set[Ground] = set()
 
-    def __contains__(self, item: object) -> bool:
-        found = item in self._facts
-        assert isinstance(item, tuple)
-        (self.true if found else self.false).add(item)
-        return found
-
-    def __iter__(self) -> Iterator[Ground]:
-        return iter(self._facts)
-
-    def __len__(self) -> int:
-        return len(self._facts)
+    def __contains__(self, fact: object) -> bool:
+        assert isinstance(fact, tuple)
+        is_true = fact in self._facts
+        (self.true if is_true else self.false).add(fact)
+        return is_true
 
 
 class NumbersRead(Mapping[Ground, float]):
-    """Function values that record the queried ones."""
+    """The function values of a state, which record the functions that a condition reads."""
 
     def __init__(self, numbers: Mapping[Ground, float]) -> None:
         self._numbers = numbers
@@ -91,14 +84,3 @@ class NumbersRead(Mapping[Ground, float]):
 
     def __len__(self) -> int:
         return len(self._numbers)
-
-
-class Objects:
-    """The objects of a problem by type, for formulas."""
-
-    def __init__(self, domain: Domain, problem: Problem) -> None:
-        self._table = ObjectTable(domain, problem)
-
-    def of(self, types: tuple[str, ...]) -> Collection[str]:
-        """Return the objects of some types; without types all objects."""
-        return self._table.of(types).keys()

@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from cxbridge.clipstext.facts import parse_values
 from cxbridge.clipstext.values import constants_of, show_alone
-from cxbridge.executive.pddl.ast import TermComparison, Variable
+from cxbridge.executive.pddl.ast import Blamed, TermComparison, Variable
 from cxbridge.executive.problem.conditions import Conditions
-from cxbridge.executive.problem.truth import Blamed, KnownState, to_blame
+from cxbridge.executive.problem.truth import KnownState, to_blame
 from cxbridge.suggestions import LIKE, likeness
 
 # Returns the slots of a deftemplate's facts, as CLIPS prints the values.

@@ -79,8 +79,8 @@ def test_what_cannot_be_reached_is_not_bound():
     domain = parse_domain(FETCH)
     task = ground(domain, parse_problem(problem("(at c1 home)", "(at c1 p) (link p home)"), domain))
     assert {str(each.action) for each in task.operators} == {
-        "GroundAction(name='move', arguments=('c1', 'p', 'home'))",
-        "GroundAction(name='move', arguments=('c1', 'home', 'p'))",
+        "(move c1 p home)",
+        "(move c1 home p)",
     }
 
 
