@@ -100,6 +100,11 @@ def number_of(text: str) -> float | None:
     return float(text) if _NUMBER.fullmatch(text) else None
 
 
+ARITHMETIC: Final = frozenset({"+", "-", "*", "/"})
+TOTAL_TIME: Final = "total-time"
+"""The predefined function of metrics."""
+
+
 class FunctionTerm(PddlNode, frozen=True):
     """The value of a function or arithmetic operator: ``(distance ?a ?b)``, ``(+ (f) 3)``."""
 
@@ -429,25 +434,25 @@ class Domain(PddlNode, frozen=True):
     text: str = ""
 
     @property
+    def requires_typing(self) -> bool:
+        """Whether the requirements permit types. No other requirement has a meaning here."""
+        return not {"typing", "adl", "ucpop"}.isdisjoint(self.requirements)
+
+    @property
+    def typed_lists(self) -> list[TypedList]:
+        """The types, the constants and all parameters, in textual order."""
+        declared: tuple[Predicate | Function | ActionSchema, ...]
+        declared = (*self.predicates, *self.functions, *self.actions)
+        return [self.types, self.constants, *(declaration.parameters for declaration in declared)]
+
+    @property
     def is_typed(self) -> bool:
         """Whether the domain uses types, or its requirements permit types."""
-        declared: tuple[Predicate | Function | ActionSchema, ...] = (
-            *self.predicates,
-            *self.functions,
-            *self.actions,
-        )
-        lists = (self.types, self.constants, *(declaration.parameters for declaration in declared))
-        return not TYPING.isdisjoint(self.requirements) or any(
-            bool(group.types) for typed in lists for group in typed
-        )
+        return self.requires_typing or any(group.types for typed in self.typed_lists for group in typed)
 
     def changed(self, **fields: Any) -> Domain:
         """Return a changed copy, without the source text."""
         return replace(self, text="", **fields)
-
-
-TYPING: Final = frozenset({"typing", "adl", "ucpop"})
-"""Requirements that permit types."""
 
 
 class Problem(PddlNode, frozen=True):

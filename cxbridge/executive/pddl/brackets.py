@@ -14,7 +14,7 @@ from cxbridge.executive.pddl.grammar import END
 from cxbridge.executive.pddl.tokens import Text, Token
 
 _SECTION_DEPTH: Final = 2  # (define (:section
-_PART: Final = re.compile(r"\S+")
+_WORD: Final = re.compile(r"\S+")
 
 
 class BracketWord(NamedTuple):
@@ -37,8 +37,8 @@ class Group(NamedTuple):
     @property
     def head(self) -> str:
         """The first word; empty without one."""
-        first = self.items[0] if self.items else None
-        return first.text if isinstance(first, BracketWord) else ""
+        item = self.items[0] if self.items else None
+        return item.text if isinstance(item, BracketWord) else ""
 
 
 Item = BracketWord | Group
@@ -81,12 +81,13 @@ def words_of(token: Token, text: Text) -> list[BracketWord]:
     """Return the words of a token: two for ``at start``, none for the end of the text."""
     return [
         BracketWord(match[0], text.position(token.start + match.start()))
-        for match in _PART.finditer(token.text)
+        for match in _WORD.finditer(token.text)
     ]
 
 
 def _unclosed(text: Text) -> PddlSyntaxError:
     """Return the error at the probable place of a missing bracket."""
+    # a section within another one shows where a bracket is missing: at the innermost open group
     opened: list[Position] = []
     after_open = False
     for token in text.tokens:

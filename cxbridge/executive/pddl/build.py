@@ -1,10 +1,15 @@
-"""Construction of syntax trees from the rules of PDDL's grammar."""
+"""Construction of the syntax tree: a method for each rule of PDDL's grammar.
+
+The parser calls a method at the end of its rule, inner rules first. Two checks need more than the grammar: a
+section may occur once, and the facts of an initial state have objects only.
+"""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
 from cxbridge.executive.pddl.ast import (
+    TOTAL_TIME,
     ActionSchema,
     And,
     Atom,
@@ -29,12 +34,12 @@ from cxbridge.executive.pddl.ast import (
     number_of,
 )
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
-from cxbridge.executive.pddl.printer import format_term
-from cxbridge.executive.pddl.spelling import TOTAL_TIME
+from cxbridge.executive.pddl.printer import format_formula, format_term
 from cxbridge.executive.pddl.tokens import Text, Token
 from cxbridge.executive.pddl.unsupported import OBJECT_FLUENTS, TIMED_INITIAL, refusal, unsupported_head
 
-Parts = list[Any]
+Children = list[Any]
+"""The values of a rule's right side: tokens, and the results of the inner rules."""
 
 
 class Section(NamedTuple):
@@ -84,95 +89,93 @@ class SyntaxBuilder:
             fields[section.field] = section.value
         return fields
 
-    def domain(self, parts: Parts, _start: int) -> Domain:
-        name, *sections = parts
+    def domain(self, children: Children, _start: int) -> Domain:
+        name, *sections = children
         actions = tuple(section for section in sections if isinstance(section, ActionSchema))
         fields = self._fields([section for section in sections if isinstance(section, Section)])
         return Domain(name.text, **fields, actions=actions, file=self._file)
 
-    def requirements(self, parts: Parts, start: int) -> Section:
-        names = tuple(word.text[1:].lower() for word in parts)
+    def requirements(self, children: Children, start: int) -> Section:
+        names = tuple(word.text[1:].lower() for word in children)
         return Section("requirements", ":requirements", names, start)
 
-    def types(self, parts: Parts, start: int) -> Section:
-        return Section("types", ":types", self._typed(parts), start)
+    def types(self, children: Children, start: int) -> Section:
+        return Section("types", ":types", self._typed(children), start)
 
-    def constants(self, parts: Parts, start: int) -> Section:
-        return Section("constants", ":constants", self._typed(parts), start)
+    def constants(self, children: Children, start: int) -> Section:
+        return Section("constants", ":constants", self._typed(children), start)
 
-    def predicates(self, parts: Parts, start: int) -> Section:
-        return Section("predicates", ":predicates", tuple(parts), start)
+    def predicates(self, children: Children, start: int) -> Section:
+        return Section("predicates", ":predicates", tuple(children), start)
 
-    def functions(self, parts: Parts, start: int) -> Section:
+    def functions(self, children: Children, start: int) -> Section:
         """Return the functions of a domain. ``number`` is their only permitted type."""
         functions = []
-        for part in parts:
-            if isinstance(part, Predicate):
-                functions.append(Function(part.name, part.parameters, part.position))
-            elif isinstance(part, Token):
-                functions.append(Function(part.text, (), self._at(part.start)))
-            elif tuple(map(str.lower, part.names)) != ("number",):
+        for child in children:
+            if isinstance(child, Predicate):
+                functions.append(Function(child.name, child.parameters, child.position))
+            elif isinstance(child, Token):  # written without brackets
+                functions.append(Function(child.text, (), self._at(child.start)))
+            elif tuple(map(str.lower, child.names)) != ("number",):
                 raise self._error(
                     "the value of a function can only be a number: object fluents are not supported",
-                    part.start,
+                    child.start,
                     "write - number",
                 )
         return Section("functions", ":functions", tuple(functions), start)
 
-    def declaration(self, parts: Parts, start: int) -> Predicate:
-        name, *typed = parts
+    def declaration(self, children: Children, start: int) -> Predicate:
+        name, *typed = children
         return Predicate(name.text, self._typed(typed), self._at(start))
 
-    def _typed(self, parts: Parts) -> TypedList:
+    def _typed(self, children: Children) -> TypedList:
         """Return the groups of a typed list, without groups that have no names."""
         groups: list[TypedNames] = []
         names: list[Token] = []
-        for each in (*parts, None):
-            if isinstance(each, Token):
-                names.append(each)
+        for child in (*children, None):  # None ends the last group, which may have no type
+            if isinstance(child, Token):
+                names.append(child)
                 continue
             if names:
                 texts = tuple(name.text.removeprefix("?") for name in names)
-                types = each.names if each is not None else ()
+                types = () if child is None else child.names
                 groups.append(TypedNames(texts, types, self._at(names[0].start)))
             names = []
         return tuple(groups)
 
-    def of_type(self, parts: Parts, start: int) -> _Types:
-        type_ = parts[1]
-        return _Types(
-            type_ if isinstance(type_, tuple) and not isinstance(type_, Token) else (type_.text,), start
-        )
+    def of_type(self, children: Children, start: int) -> _Types:
+        type_ = children[1]
+        # a token is a tuple, too
+        return _Types((type_.text,) if isinstance(type_, Token) else type_, start)
 
-    def either(self, parts: Parts, _start: int) -> tuple[str, ...]:
-        return tuple(word.text for word in parts)
+    def either(self, children: Children, _start: int) -> tuple[str, ...]:
+        return tuple(word.text for word in children)
 
-    def problem(self, parts: Parts, start: int) -> Problem:
-        name, *sections = parts
+    def problem(self, children: Children, start: int) -> Problem:
+        name, *sections = children
         fields = self._fields([section for section in sections if isinstance(section, Section)])
-        for needed in ("domain", "goal"):
-            if needed not in fields:
-                raise self._error(f"there is no (:{needed} ...)", start)
-        fields.pop("requirements", None)
+        for field in ("domain", "goal"):
+            if field not in fields:
+                raise self._error(f"there is no (:{field} ...)", start)
+        fields.pop("requirements", None)  # the requirements of the domain count
         return Problem(name.text, **fields.pop("init", {}), **fields, file=self._file)
 
-    def domain_name(self, parts: Parts, start: int) -> Section:
-        return Section("domain", ":domain", parts[0].text, start)
+    def domain_name(self, children: Children, start: int) -> Section:
+        return Section("domain", ":domain", children[0].text, start)
 
-    def objects(self, parts: Parts, start: int) -> Section:
-        return Section("objects", ":objects", self._typed(parts), start)
+    def objects(self, children: Children, start: int) -> Section:
+        return Section("objects", ":objects", self._typed(children), start)
 
-    def init(self, parts: Parts, start: int) -> Section:
+    def init(self, children: Children, start: int) -> Section:
         """Return the fields of the initial state."""
         true: dict[Atom, None] = {}
         false: dict[Atom, None] = {}
         numbers: list[tuple[FunctionTerm, float]] = []
-        for fact in parts:
+        for fact in children:
             if isinstance(fact, TermComparison):
                 numbers.append(self._number(fact))
                 continue
-            is_true = True
-            atom = fact
+            atom, is_true = fact, True
             while isinstance(atom, Not):
                 atom, is_true = atom.part, not is_true
             if not isinstance(atom, Atom):
@@ -181,8 +184,7 @@ class SyntaxBuilder:
             (true if is_true else false)[atom] = None
         for atom in false:
             if atom in true:
-                text = f"({' '.join((atom.predicate, *map(format_term, atom.arguments)))})"
-                message = f"{text} is both true and false at the start"
+                message = f"{format_formula(atom)} is both true and false at the start"
                 raise syntax_error(message, atom.position, self._file, "remove one of the two")
         fields = {"init": tuple(true), "init_false": tuple(false), "numbers": tuple(numbers)}
         return Section("init", ":init", fields, start)
@@ -206,115 +208,119 @@ class SyntaxBuilder:
         return call, number
 
     def _check_objects(self, atom: Atom) -> None:
+        """Refuse terms other than objects in a fact."""
         for index, argument in enumerate(atom.arguments):
             if isinstance(argument, Constant):
                 continue
-            before = atom.arguments[0]
-            is_time = index == 1 and isinstance(before, Constant) and number_of(before.name) is not None
-            is_timed = is_time and atom.predicate.lower() == "at"
+            # (at 5 (open door)) is a timed initial literal, for which the grammar has no rule
+            first = atom.arguments[0]
+            has_time = index == 1 and isinstance(first, Constant) and number_of(first.name) is not None
+            is_timed = has_time and atom.predicate.lower() == "at"
             name = TIMED_INITIAL if is_timed else unsupported_head(atom.predicate)
             if name:
                 message, hint = refusal(name)
                 raise syntax_error(message, atom.position, self._file, hint)
             raise syntax_error(f"{format_term(argument)} is not an object", argument.position, self._file)
 
-    def goal(self, parts: Parts, start: int) -> Section:
-        return Section("goal", ":goal", parts[0], start)
+    def goal(self, children: Children, start: int) -> Section:
+        return Section("goal", ":goal", children[0], start)
 
-    def metric(self, parts: Parts, start: int) -> Section:
-        direction, term = parts
+    def metric(self, children: Children, start: int) -> Section:
+        direction, term = children
         self._note_words([term])
         return Section("metric", ":metric", (direction.text.lower(), term), start)
 
-    def length(self, _parts: Parts, _start: int) -> None:
+    def length(self, _children: Children, _start: int) -> None:
         """Skip the expected length of plans, which no planner here uses."""
 
-    def action(self, parts: Parts, start: int, *, durative: bool = False) -> ActionSchema:
-        name, *sections = parts
+    def action(self, children: Children, start: int, *, durative: bool = False) -> ActionSchema:
+        name, *sections = children
         fields = self._fields(sections, f"action {name.text}")
         return ActionSchema(name.text, **fields, durative=durative, position=self._at(start))
 
-    def durative_action(self, parts: Parts, start: int) -> ActionSchema:
-        return self.action(parts, start, durative=True)
+    def durative_action(self, children: Children, start: int) -> ActionSchema:
+        return self.action(children, start, durative=True)
 
-    def parameters(self, parts: Parts, start: int) -> Section:
-        return Section("parameters", ":parameters", self._typed(parts), start)
+    def parameters(self, children: Children, start: int) -> Section:
+        return Section("parameters", ":parameters", self._typed(children), start)
 
-    def precondition(self, parts: Parts, start: int) -> Section:
-        return Section("condition", ":precondition", parts[0], start)
+    def precondition(self, children: Children, start: int) -> Section:
+        return Section("condition", ":precondition", children[0], start)
 
-    def condition_of_time(self, parts: Parts, start: int) -> Section:
-        return Section("condition", ":condition", parts[0], start)
+    def condition_of_time(self, children: Children, start: int) -> Section:
+        return Section("condition", ":condition", children[0], start)
 
-    def duration(self, parts: Parts, start: int) -> Section:
-        return Section("duration", ":duration", parts[0], start)
+    def duration(self, children: Children, start: int) -> Section:
+        return Section("duration", ":duration", children[0], start)
 
-    def effects(self, parts: Parts, start: int) -> Section:
-        return Section("effect", ":effect", parts[0], start)
+    def effects(self, children: Children, start: int) -> Section:
+        return Section("effect", ":effect", children[0], start)
 
-    def conditional_breakup(self, parts: Parts, start: int) -> Section:
-        return Section("conditional_breakup", ":conditional-breakup", parts[0], start)
+    def conditional_breakup(self, children: Children, start: int) -> Section:
+        return Section("conditional_breakup", ":conditional-breakup", children[0], start)
 
-    def temporal_breakup(self, parts: Parts, start: int) -> Section:
-        return Section("temporal_breakup", ":temporal-breakup", parts[0], start)
+    def temporal_breakup(self, children: Children, start: int) -> Section:
+        return Section("temporal_breakup", ":temporal-breakup", children[0], start)
 
-    def atom(self, parts: Parts, start: int) -> Atom:
-        return Atom(parts[0].text, tuple(parts[1:]), self._at(start))
+    def atom(self, children: Children, start: int) -> Atom:
+        return Atom(children[0].text, tuple(children[1:]), self._at(start))
 
-    def conjunction(self, parts: Parts, start: int) -> And:
+    def conjunction(self, children: Children, start: int) -> And:
         """Return a conjunction. ``()`` is an empty one."""
-        return And(tuple(parts), self._at(start))
+        return And(tuple(children), self._at(start))
 
-    def disjunction(self, parts: Parts, start: int) -> Or:
-        return Or(tuple(parts), self._at(start))
+    def disjunction(self, children: Children, start: int) -> Or:
+        return Or(tuple(children), self._at(start))
 
-    def negation(self, parts: Parts, start: int) -> Not:
-        return Not(parts[0], self._at(start))
+    def negation(self, children: Children, start: int) -> Not:
+        return Not(children[0], self._at(start))
 
-    def implication(self, parts: Parts, start: int) -> Imply:
-        return Imply(parts[0], parts[1], self._at(start))
+    def implication(self, children: Children, start: int) -> Imply:
+        return Imply(children[0], children[1], self._at(start))
 
-    def exists(self, parts: Parts, start: int) -> Quantified:
-        return self._quantified("exists", parts, start)
+    def exists(self, children: Children, start: int) -> Quantified:
+        return self._quantified("exists", children, start)
 
-    def forall(self, parts: Parts, start: int) -> Quantified:
-        return self._quantified("forall", parts, start)
+    def forall(self, children: Children, start: int) -> Quantified:
+        return self._quantified("forall", children, start)
 
-    def _quantified(self, quantifier: str, parts: Parts, start: int) -> Quantified:
-        *typed, part = parts
-        return Quantified(quantifier, self._typed(typed), part, self._at(start))
+    def _quantified(self, quantifier: str, children: Children, start: int) -> Quantified:
+        *variables, part = children
+        return Quantified(quantifier, self._typed(variables), part, self._at(start))
 
-    def comparison(self, parts: Parts, start: int) -> TermComparison:
-        self._note_words(parts[1:])
-        sign, left, right = parts
+    def comparison(self, children: Children, start: int) -> TermComparison:
+        self._note_words(children[1:])
+        sign, left, right = children
         return TermComparison(sign.text, left, right, self._at(start))
 
-    def timed(self, parts: Parts, start: int) -> Timed:
-        return Timed(" ".join(parts[0].text.lower().split()), parts[1], self._at(start))
+    def timed(self, children: Children, start: int) -> Timed:
+        time = " ".join(children[0].text.lower().split())  # any white space may be within ``at start``
+        return Timed(time, children[1], self._at(start))
 
-    def conditional_effect(self, parts: Parts, start: int) -> When:
-        return When(parts[0], parts[1], self._at(start))
+    def conditional_effect(self, children: Children, start: int) -> When:
+        return When(children[0], children[1], self._at(start))
 
-    def change(self, parts: Parts, start: int) -> NumericChange:
-        self._note_words(parts[1:])
-        sign, target, amount = parts
+    def change(self, children: Children, start: int) -> NumericChange:
+        self._note_words(children[1:])
+        sign, target, amount = children
         return NumericChange(sign.text.lower(), target, amount, self._at(start))
 
-    def _note_words(self, terms: Parts) -> None:
+    def _note_words(self, terms: Children) -> None:
+        """Record words at places of numbers, for :mod:`.spelling`."""
         self.words_of_numbers.update(term.name for term in terms if isinstance(term, Constant))
 
-    def variable(self, parts: Parts, start: int) -> Variable:
-        name = parts[0].text[1:]
+    def variable(self, children: Children, start: int) -> Variable:
+        name = children[0].text[1:]
         if not name:
             raise self._error("this variable has no name", start, "write it right after the '?'")
         return Variable(name, self._at(start))
 
-    def constant(self, parts: Parts, start: int) -> Constant:
-        return Constant(parts[0].text, self._at(start))
+    def constant(self, children: Children, start: int) -> Constant:
+        return Constant(children[0].text, self._at(start))
 
-    def function(self, parts: Parts, start: int) -> FunctionTerm:
-        self._note_words(parts[1:])
-        name = parts[0].text
+    def function(self, children: Children, start: int) -> FunctionTerm:
+        self._note_words(children[1:])
+        name = children[0].text
         if name.lower() == TOTAL_TIME:  # predefined for metrics
             name = TOTAL_TIME
-        return FunctionTerm(name, tuple(parts[1:]), self._at(start))
+        return FunctionTerm(name, tuple(children[1:]), self._at(start))

@@ -39,6 +39,7 @@ def decode_text(data: bytes, path: str | Path) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        # a comment in Latin-1 does no harm: only the code must be UTF-8
         code = _COMMENT.sub(lambda match: b" " * len(match[0]), data)
         try:
             code.decode()

@@ -1,4 +1,8 @@
-"""Explanations of syntax errors in terms of their context."""
+"""Explanations of syntax errors in terms of their context.
+
+The parser only knows an unexpected token and the permitted terminals. The brackets around the token
+(:mod:`.brackets`) show which section, action or formula the author was writing, and so the probable mistake.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +17,9 @@ from cxbridge.executive.pddl.reader import UnexpectedToken
 from cxbridge.executive.pddl.tokens import Text
 from cxbridge.executive.pddl.unsupported import refusal, unsupported_head, unsupported_section
 
-_NOUN: Final = {"domain": "domain", "problem": "problem", "condition": "formula"}
-_TYPED: Final = {":types": "a type", ":constants": "a constant", ":objects": "an object"}
-_DECLARED: Final = {":predicates": "predicate", ":functions": "function"}
+_NOUNS: Final = {"domain": "domain", "problem": "problem", "condition": "formula"}
+_TYPED_SECTIONS: Final = {":types": "a type", ":constants": "a constant", ":objects": "an object"}
+_DECLARATIONS: Final = {":predicates": "predicate", ":functions": "function"}
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
 _QUANTIFIERS: Final = frozenset({"exists", "forall"})
 _PAIRS: Final = {"imply": "parts", "when": "parts", "exists": "parts", "forall": "parts"} | dict.fromkeys(
@@ -32,12 +36,17 @@ def explain(text: Text, symbol: str, unexpected: UnexpectedToken) -> PddlSyntaxE
     """
     try:
         items = items_of(text)
-    except PddlSyntaxError as error:
+    except PddlSyntaxError as error:  # a missing bracket explains the token, too
         return error
     return _Explainer(text, symbol, items, unexpected).error()
 
 
 class _Explainer:
+    """The context of one unexpected token.
+
+    Methods with a path return the error for a token within these groups, outermost first.
+    """
+
     def __init__(self, text: Text, symbol: str, items: tuple[Item, ...], unexpected: UnexpectedToken) -> None:
         self._file = text.file
         self._symbol = symbol
@@ -53,8 +62,11 @@ class _Explainer:
     def _siblings(self) -> tuple[Item, ...]:
         return self._path[-1].items if self._path else self._items
 
-    def _error(self, message: str, at: Position | None = None, hint: str | None = None) -> PddlSyntaxError:
-        return syntax_error(message, at or self._place, self._file, hint)
+    def _error(
+        self, message: str, position: Position | None = None, hint: str | None = None
+    ) -> PddlSyntaxError:
+        """Return an error, by default at the unexpected token."""
+        return syntax_error(message, position or self._place, self._file, hint)
 
     def error(self) -> PddlSyntaxError:
         return self._unsupported() or (
@@ -62,8 +74,8 @@ class _Explainer:
         )
 
     def _unsupported(self) -> PddlSyntaxError | None:
-        around = [*self._path, *([self._group] if isinstance(self._group, Group) else [])]
-        for depth, group in enumerate(around):
+        groups = [*self._path, *([self._group] if isinstance(self._group, Group) else [])]
+        for depth, group in enumerate(groups):
             name = unsupported_section(group.head) or (depth > 0 and unsupported_head(group.head))
             if name:
                 message, hint = refusal(name)
@@ -75,7 +87,7 @@ class _Explainer:
         return None
 
     def _file_error(self) -> PddlSyntaxError:
-        noun = _NOUN[self._symbol]
+        noun = _NOUNS[self._symbol]
         define = self._items[0] if self._items else None
         form = "(PREDICATE ...)" if noun == "formula" else f"(define ({noun} NAME) ...)"
         if define is None:
@@ -103,10 +115,12 @@ class _Explainer:
         return self._error("a section such as (:action ...) is expected")
 
     def _unknown_section(self, section: Group) -> PddlSyntaxError:
-        known = ", ".join(sorted(word for word in self._expected_words() if word.startswith(":")))
+        sections = ", ".join(sorted(word for word in self._expected_words() if word.startswith(":")))
         if not section.head.startswith(":"):
             return self._error("a section such as (:action ...) is expected", section.position)
-        return self._error(f"unknown section {section.head}", section.position, f"the sections are {known}")
+        return self._error(
+            f"unknown section {section.head}", section.position, f"the sections are {sections}"
+        )
 
     def _expected_words(self) -> list[str]:
         return [word for word, kind in load_tables().keywords.items() if kind in self._expected]
@@ -119,10 +133,10 @@ class _Explainer:
         is_head = bool(section.items) and section.items[0].position == self._place
         if is_head or not head.startswith(":"):
             return self._unknown_section(section)
-        if head in _TYPED:
-            return self._typed(_TYPED[head], inner)
-        if head in _DECLARED:
-            return self._declaration(_DECLARED[head], inner)
+        if head in _TYPED_SECTIONS:
+            return self._typed(_TYPED_SECTIONS[head], inner)
+        if head in _DECLARATIONS:
+            return self._declaration(_DECLARATIONS[head], inner)
         if head in _ACTIONS:
             return self._action(section, inner)
         return self._small_section(section, head, inner)
@@ -138,7 +152,7 @@ class _Explainer:
         if head == ":goal" and inner:
             return self._formula(inner)
         if head == ":goal":
-            item = next((each for each in section.items if each.position == self._place), None)
+            item = next((item for item in section.items if item.position == self._place), None)
             if isinstance(item, BracketWord) and len(section.items) == _TWO:
                 return self._no_formula()
             return self._error(f"({section.head} ...) takes one formula", section.position)
@@ -152,13 +166,13 @@ class _Explainer:
         if inner:
             hint = "write a name, or (either TYPE TYPE)"
             return self._error("a type is expected", inner[0].position, hint)
-        before = self._preceding_item()
-        if isinstance(before, BracketWord) and before.text == "-":
+        previous = self._preceding_item()
+        if isinstance(previous, BracketWord) and previous.text == "-":
             if self._word and self._word != "-":
                 return self._error(f"'{self._word}' is not a type", None, _NAME_HINT)
             if isinstance(self._group, Group):
                 return self._error("a type is expected", None, "write a name, or (either TYPE TYPE)")
-            return self._error(f"'-' must be between {kind} and its type", before.position)
+            return self._error(f"'-' must be between {kind} and its type", previous.position)
         if not self._word:
             return self._error(f"{kind} is expected, not a bracket")
         hint = "write a variable such as ?x" if kind in ("a parameter", "a variable") else _NAME_HINT
@@ -168,7 +182,7 @@ class _Explainer:
         """Return the preceding item in the same brackets."""
         return max(
             (sibling for sibling in self._siblings() if sibling.position < self._place),
-            key=lambda each: each.position,
+            key=lambda sibling: sibling.position,
             default=None,
         )
 
@@ -176,16 +190,19 @@ class _Explainer:
         words = [item.text for item in section.items[1:2] if isinstance(item, BracketWord)]
         if not words or words[0].startswith(":"):
             return self._error("this action has no name", section.position)
-        before = [item for item in section.items if item.position < self._place]
-        key = next((each.text for each in reversed(before) if isinstance(each, BracketWord)), "")
+        preceding = [item for item in section.items if item.position < self._place]
+        key = next((item.text for item in reversed(preceding) if isinstance(item, BracketWord)), "")
         if inner:
             is_typed = key.lower() == ":parameters"
             return self._typed("a parameter", inner[1:]) if is_typed else self._formula(inner)
-        known = [word for word in self._expected_words() if word.startswith(":")]
-        if not known:
+        keywords = [word for word in self._expected_words() if word.startswith(":")]
+        if not keywords:
             return self._no_value(key, words[0])
         text = f"({self._group.head} ...)" if isinstance(self._group, Group) else self._word
-        hint = "a ')' may be missing before it" if text.startswith("(:") else f"expected: {', '.join(known)}"
+        # a section within an action: the action was not closed
+        hint = (
+            "a ')' may be missing before it" if text.startswith("(:") else f"expected: {', '.join(keywords)}"
+        )
         return self._error(f"unexpected '{text}' in action {words[0]}", None, hint)
 
     def _no_value(self, key: str, action: str) -> PddlSyntaxError:
@@ -194,9 +211,9 @@ class _Explainer:
             if key.lower() == ":parameters":
                 return self._error("the parameters must be in brackets", None, "(?x - TYPE ...)")
             return self._no_formula()
-        before = self._preceding_item()
-        at = before.position if before is not None else None
-        return self._error(f"{key} of action {action} is missing its value", at)
+        previous = self._preceding_item()
+        position = None if previous is None else previous.position
+        return self._error(f"{key} of action {action} is missing its value", position)
 
     def _no_formula(self) -> PddlSyntaxError:
         return self._error(
@@ -224,6 +241,7 @@ class _Explainer:
 
     def _number_of_parts(self, path: list[Group]) -> PddlSyntaxError | None:
         """Explain a wrong number of parts in the innermost formula or its parent."""
+        # the token may be in a part that is one too many, so the parent counts, too
         for group in reversed(path[-2:]):
             head, number = group.head.lower(), len(group.items) - 1
             if head == "not" and number != 1:
@@ -249,6 +267,7 @@ class _Explainer:
         if group.head:
             return self._error(f"the variable {group.head} cannot be a predicate", group.position)
         outer = path[-2] if len(path) > 1 else None
+        # within a predicate, brackets hold the value of a function
         is_term = outer is not None and outer.head.lower() not in (*_PAIRS, "and", "or", "not")
         if is_term and outer is not None and outer.head and not outer.head.startswith(":"):
             return self._error("a function is expected", group.position)
@@ -259,9 +278,9 @@ def _groups_around(items: tuple[Item, ...], place: Position) -> list[Group]:
     """Return the groups that enclose a position, outermost first."""
     path: list[Group] = []
     while True:
-        before = [item for item in items if isinstance(item, Group) and item.position < place]
-        around = next((each for each in reversed(before) if place <= each.end), None)
-        if around is None:
+        preceding = [item for item in items if isinstance(item, Group) and item.position < place]
+        enclosing = next((group for group in reversed(preceding) if place <= group.end), None)
+        if enclosing is None:
             return path
-        path.append(around)
-        items = around.items
+        path.append(enclosing)
+        items = enclosing.items

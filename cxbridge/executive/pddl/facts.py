@@ -2,11 +2,14 @@
 
 An id is the concatenation of the parent's id and a counter: the second part of ``pour1`` is ``pour12``. Such
 ids may collide (ten parts, operators that end in a digit), but agents match on them.
+
+Facts have predicates of objects only. A comparison of numbers becomes an atom of its variables, and a fact
+``domain-comparison`` with its text, which :mod:`cxbridge.executive.problem.numbers` evaluates.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from msgspec import Struct
 
@@ -90,14 +93,13 @@ def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[Fact
     return list(_FactMaker(file, compat=False, warn=None).condition(formula, parent, 1, root=True))
 
 
-def _variables(formula: TermComparison) -> Iterator[Variable]:
-    waiting = list(formula.terms)
-    while waiting:
-        term = waiting.pop(0)
+def _variables(terms: Iterable[Term]) -> Iterator[Variable]:
+    """Yield the variables in terms and their arguments."""
+    for term in terms:
         if isinstance(term, Variable):
             yield term
         elif isinstance(term, FunctionTerm):
-            waiting += term.arguments
+            yield from _variables(term.arguments)
 
 
 class _FactMaker:
@@ -204,7 +206,7 @@ class _FactMaker:
             predicate = EQUALITY if formula.operator == "=" else formula.operator
             yield from self._atom(predicate, terms, parent, id_, position, root=root)
             return
-        variables = tuple({term.name: term for term in _variables(formula)}.values())
+        variables = tuple({term.name: term for term in _variables(terms)}.values())
         rows = list(self._atom(formula.operator, variables, parent, id_, position, root=root))
         yield from rows
         slots = {"predicate-id": rows[-1].slots["id"], "text": format_formula(formula)}
@@ -270,9 +272,9 @@ class _FactMaker:
                 slots |= {"param-names": names, "param-constants": constants}
                 yield FactToAssert("domain-effect", {**slots, "type": "POSITIVE" if positive else "NEGATIVE"})
             case NumericChange(operator=operator):
+                # PddlNumbers computes numeric effects from the domain
                 if self._compat:
                     self._drop(f"'{operator}' has no fact in Fawkes", formula.position)
-                # PddlNumbers computes it from the domain
             case Quantified(quantifier=quantifier):
                 raise self._error(
                     f"'{quantifier}' in an effect cannot be made into facts",
@@ -280,9 +282,10 @@ class _FactMaker:
                     "the CLIPS Executive has no quantifiers: write the effects out",
                 )
             case _:
-                self._odd_effect(formula)
+                self._refuse_effect(formula)
 
-    def _odd_effect(self, formula: Formula) -> None:
+    def _refuse_effect(self, formula: Formula) -> None:
+        """Refuse an effect without facts; drop it as Fawkes does."""
         names: dict[type, str] = {When: "a conditional effect (when)", Or: "'or'", Imply: "'imply'"}
         kind = names.get(type(formula), "a comparison")
         message = f"{kind} in an effect cannot be made into facts"

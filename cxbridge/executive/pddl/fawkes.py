@@ -7,6 +7,7 @@ without backtracking, ``<`` hides ``<=``, and the words of a time are separated 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Final
 
 from cxbridge.executive.pddl.ast import Position
@@ -17,7 +18,7 @@ from cxbridge.executive.pddl.tokens import Text, Token
 
 _SECTIONS: Final = (":requirements", ":types", ":constants", ":predicates", ":functions")
 # Required sections with their minimum number of entries.
-_NEEDED: Final = {":requirements": 0, ":predicates": 1}
+_REQUIRED: Final = {":requirements": 0, ":predicates": 1}
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
 # The parts of actions in the required order.
 _KEYS: Final = {
@@ -29,26 +30,27 @@ _KEYS: Final = {
     ":conditional-breakup": "conditional breakup",
     ":temporal-breakup": "temporal breakup",
 }
-_NEEDED_KEYS: Final = ("parameters", "condition", "effect")
+_REQUIRED_KEYS: Final = ("parameters", "condition", "effect")
 _PREFIXES: Final = ("exists", "forall")
 _EFFECT_PREFIXES: Final = ("when", "increase", "decrease")
 _UNKNOWN: Final = frozenset({"<=", ">=", "imply", "assign", "scale-up", "scale-down"})
 _CONNECTIVES: Final = frozenset({"and", "or", "not", "when"})
 _TIMES: Final = {("at", "start"), ("at", "end"), ("over", "all")}
-_SECTION_DEPTH: Final = 2
-_FIRST_KEY: Final = 2
+_SECTION_DEPTH: Final = 2  # (define (:section ...
+_FIRST_KEY: Final = 2  # (:action NAME :key value ...
 
 
 def without_rest(text: Text) -> None:
     """Remove the text behind the last action, which Fawkes ignores."""
-    tokens, depth, acted = text.tokens, 0, False
+    tokens, depth, has_action = text.tokens, 0, False
     for index, token in enumerate(tokens):
         is_action = index and tokens[index - 1].text == "(" and token.text in _ACTIONS
-        if acted and depth == 1 and (token.text != "(" or tokens[index + 1].text not in _ACTIONS):
+        if has_action and depth == 1 and (token.text != "(" or tokens[index + 1].text not in _ACTIONS):
+            # close the domain, which ends with its last action
             end = Token("RPAR", ")", token.start)
             text.tokens = [*tokens[:index], end, Token(END, "", token.start)]
             return
-        acted = acted or bool(is_action and depth == _SECTION_DEPTH)
+        has_action = has_action or bool(is_action and depth == _SECTION_DEPTH)
         depth += {"(": 1, ")": -1}.get(token.text, 0)
 
 
@@ -59,15 +61,14 @@ def check_domain(text: Text) -> None:
     """
     check_case(text)
     (define,) = _groups(items_of(text))
-    sections = [each for each in _groups(define.items) if each.head.startswith(":")]
-    order = [_order(section.head) for section in sections]
-    for section, number, before in zip(sections[1:], order[1:], order, strict=False):
-        if number < before:
+    sections = [section for section in _groups(define.items) if section.head.startswith(":")]
+    for previous, section in pairwise(sections):
+        if _order(section.head) < _order(previous.head):
             raise _refusal(text, section.position, f"{section.head} comes too late")
-    for head, entries in _NEEDED.items():
-        if not any(each.head == head and len(each.items) > entries for each in sections):
+    for head, entries in _REQUIRED.items():
+        if not any(section.head == head and len(section.items) > entries for section in sections):
             raise _refusal(text, define.position, f"there are no {head[1:]}")
-    actions = [each for each in sections if each.head in _ACTIONS]
+    actions = [section for section in sections if section.head in _ACTIONS]
     if not actions:
         raise _refusal(text, define.position, "there are no actions")
     for action in actions:
@@ -75,29 +76,30 @@ def check_domain(text: Text) -> None:
 
 
 def _order(head: str) -> int:
+    """Return the place of a section in the required order; actions come last."""
     return _SECTIONS.index(head) if head in _SECTIONS else len(_SECTIONS)
 
 
 def _check_action(text: Text, action: Group) -> None:
-    keys = list(_KEYS)
+    order = list(_KEYS)
     latest = 0
-    found = set()
-    values = iter(action.items[_FIRST_KEY:])
-    for key, value in zip(values, values, strict=False):
+    present = set()
+    items = iter(action.items[_FIRST_KEY:])
+    for key, value in zip(items, items, strict=False):  # pairs of keyword and value
         if not isinstance(key, BracketWord):
             continue
-        number = keys.index(key.text)
+        number = order.index(key.text)
         if number < latest:
             raise _refusal(text, key.position, f"{key.text} comes too late")
         latest = number
-        found.add(_KEYS[key.text])
+        present.add(_KEYS[key.text])
         if key.text != ":parameters":
             check_formula(text, value, is_effect=key.text == ":effect")
-    for needed in _NEEDED_KEYS:
-        if needed not in found:
+    for part in _REQUIRED_KEYS:
+        if part not in present:
             name = action.items[1]
             assert isinstance(name, BracketWord)
-            raise _refusal(text, action.position, f"action {name.text} has no {needed}")
+            raise _refusal(text, action.position, f"action {name.text} has no {part}")
 
 
 def check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> None:
@@ -116,6 +118,7 @@ def check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> None
     elif head not in _CONNECTIVES:
         return
     for number, part in enumerate(parts):
+        # the first part of when is a condition
         check_formula(text, part, is_effect=is_effect and not (head == "when" and number == 0))
 
 
@@ -139,8 +142,9 @@ def _reason(formula: Group, *, is_effect: bool) -> str:
 
 
 def _is_timed(formula: Group) -> bool:
-    words = [each.text for each in formula.items[:2] if isinstance(each, BracketWord)]
-    return tuple(words) in _TIMES and all(isinstance(each, Group) for each in formula.items[2:])
+    # (at start ?x) is an atom of the predicate at
+    words = [item.text for item in formula.items[:2] if isinstance(item, BracketWord)]
+    return tuple(words) in _TIMES and all(isinstance(item, Group) for item in formula.items[2:])
 
 
 def check_case(text: Text) -> None:
@@ -148,16 +152,16 @@ def check_case(text: Text) -> None:
 
     :raises PddlSyntaxError: if a keyword is not.
     """
-    for before, token in zip(text.tokens, text.tokens[1:], strict=False):
+    for previous, token in pairwise(text.tokens):
         word = token.text
-        is_keyword = word.startswith(":") or (before.text == "(" and token.kind not in ("NAME", "VARIABLE"))
+        is_keyword = word.startswith(":") or (previous.text == "(" and token.kind not in ("NAME", "VARIABLE"))
         if is_keyword and word != word.lower():
             reason = f"'{word}' must be written '{word.lower()}'"
             raise _refusal(text, text.position(token.start), reason)
 
 
 def _groups(items: Sequence[Item]) -> list[Group]:
-    return [each for each in items if isinstance(each, Group)]
+    return [item for item in items if isinstance(item, Group)]
 
 
 def _refusal(text: Text, position: Position, reason: str) -> PddlSyntaxError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from cxbridge.executive.pddl.ast import (
+    TOTAL_TIME,
     Atom,
     Constant,
     Domain,
@@ -36,18 +37,18 @@ def problem_of_facts(
     :raises PddlSemanticError: if a name is undeclared, or a type or number of arguments is wrong.
     """
     constants = set(names_of(domain.constants))
-    typed = domain.is_typed
+    is_typed = domain.is_typed
     groups = tuple(
-        TypedNames((each,), (type_,) if type_ and typed else ())
-        for each, type_ in dict.fromkeys(objects)
-        if each not in constants
+        TypedNames((object_name,), (type_,) if type_ and is_typed else ())
+        for object_name, type_ in dict.fromkeys(objects)
+        if object_name not in constants
     )
     atoms = tuple(
         Atom(predicate, tuple(Constant(argument) for argument in arguments))
         for predicate, arguments in dict.fromkeys((name, tuple(values)) for name, values in facts)
     )
-    durative = any(action.durative for action in domain.actions)
-    metric = ("minimize", FunctionTerm("total-time", ())) if durative else None
+    is_temporal = any(action.durative for action in domain.actions)
+    metric = ("minimize", FunctionTerm(TOTAL_TIME, ())) if is_temporal else None
     values = tuple(
         (FunctionTerm(function, tuple(map(Constant, arguments))), value)
         for (function, arguments), value in numbers

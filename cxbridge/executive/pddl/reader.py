@@ -1,4 +1,8 @@
-"""The LR parser for the tables of PDDL's grammar."""
+"""The LR parser for the tables of PDDL's grammar.
+
+It shifts tokens onto three parallel stacks (states, values, start positions), and reduces the values of a
+rule's right side to the value that the builder makes of them.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from cxbridge.executive.pddl.grammar import END, Rule, load_tables
 from cxbridge.executive.pddl.tokens import Token
 
 Build = Callable[[Any, list[Any], int], Any]
-"""Makes the value of a rule from the values of its parts and the start position."""
+"""Makes the value of a rule from the values of its right side and the start position."""
 
 
 class UnexpectedToken(Exception):  # noqa: N818  it never leaves this package
@@ -51,14 +55,15 @@ class Reader:
             kind, _, start = token
             while (step := table[state].get(kind)) is not None and step < 0:
                 size, result, reduce = rules[-1 - step]
-                at = starts[-size]
-                value = reduce(builder, values[-size:], at)
+                rule_start = starts[-size]
+                value = reduce(builder, values[-size:], rule_start)
                 del values[-size:], starts[-size:], states[-size:]
                 values.append(value)
-                starts.append(at)
+                starts.append(rule_start)
                 state = table[states[-1]][result]
                 states.append(state)
             if step is None:
+                # the state after a complete start symbol has no steps at all
                 if kind == END and not table[state]:
                     break
                 raise UnexpectedToken(token, frozenset(table[state]))
@@ -73,30 +78,31 @@ def _reduce(rule: Rule, builder: type) -> Build:
     """Return the function that makes a rule's value from all values on its right side."""
     kept, spread = rule.kept, set(rule.spread)
     if rule.result.startswith("__"):  # lark's list of a repeated part
-        return _append if spread else _first
+        return _append if spread else _all_values
     if not rule.build and len(kept) == 1:
-        (only,) = kept
-        return lambda _builder, parts, _at: parts[only]
-    build: Build = getattr(builder, rule.build) if rule.build else _first
+        (index,) = kept
+        return lambda _builder, values, _start: values[index]
+    build: Build = getattr(builder, rule.build) if rule.build else _all_values
+    # functions for the common cases, without a test of each value: all rules of a text run through them
     if not spread:
-        return lambda builder, parts, at: build(builder, [parts[place] for place in kept], at)
-    *ahead, last = kept
+        return lambda builder, values, start: build(builder, [values[index] for index in kept], start)
+    *single, last = kept
     if spread == {last}:
-        return lambda builder, parts, at: build(
-            builder, [*(parts[place] for place in ahead), *parts[last]], at
+        return lambda builder, values, start: build(
+            builder, [*(values[index] for index in single), *values[last]], start
         )
-    return lambda builder, parts, at: build(
+    return lambda builder, values, start: build(
         builder,
-        [each for place in kept for each in (parts[place] if place in spread else (parts[place],))],
-        at,
+        [value for index in kept for value in (values[index] if index in spread else (values[index],))],
+        start,
     )
 
 
-def _first(_builder: object, parts: list[Any], _at: int) -> list[Any]:
-    return parts
+def _all_values(_builder: object, values: list[Any], _start: int) -> list[Any]:
+    return values
 
 
-def _append(_builder: object, parts: list[Any], _at: int) -> list[Any]:
-    items: list[Any] = parts[0]
-    items.append(parts[1])
+def _append(_builder: object, values: list[Any], _start: int) -> list[Any]:
+    items: list[Any] = values[0]
+    items.append(values[1])
     return items

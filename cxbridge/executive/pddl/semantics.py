@@ -7,23 +7,26 @@ set.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
+    ARITHMETIC,
     ROOT_TYPE,
-    TYPING,
+    TOTAL_TIME,
     ActionSchema,
     Atom,
     Constant,
     Domain,
     Formula,
+    Function,
     FunctionTerm,
     Imply,
     NumericChange,
     Position,
+    Predicate,
     Problem,
     Quantified,
     Term,
@@ -36,15 +39,12 @@ from cxbridge.executive.pddl.ast import (
     pairs_of,
 )
 from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
-from cxbridge.executive.pddl.spelling import ARITHMETIC, TOTAL_TIME
 from cxbridge.executive.pddl.types import TypeHierarchy
 from cxbridge.executive.pddl.unsupported import CONTINUOUS, refusal, unsupported_head
 
-__all__ = ["ROOT_TYPE", "DomainChecker", "check_problem"]
-
 # Formulas whose parts Fawkes does not check.
-_UNSEEN: Final = (Timed, Imply, When, TermComparison, NumericChange)
-_TIME: Final = "#t"
+_UNCHECKED_BY_FAWKES: Final = (Timed, Imply, When, TermComparison, NumericChange)
+_CONTINUOUS_TIME: Final = "#t"
 
 Warn = Callable[[PddlError], None]
 """Receives mistakes that do not prevent reading."""
@@ -70,13 +70,12 @@ class DomainChecker:
         self._domain = domain
         self._compat = fawkes_compat
         self._warn = warn
-        self._may_be_typed = not TYPING.isdisjoint(domain.requirements)
-        self._typed = self._may_be_typed or (not fawkes_compat and domain.is_typed)
+        self._typed = domain.requires_typing or (not fawkes_compat and domain.is_typed)
         self._hierarchy = TypeHierarchy(domain.types)
         self._section = "(:constants ...)"  # the place to declare an unknown name, for hints
         self._constants: Scope = {}
         for group in domain.constants:
-            for name in group.names:
+            for name in group.names:  # a constant may be declared again with another type, and has both
                 self._constants[name] = self._constants.get(name, ()) + group.types
         self._predicates = {predicate.name: predicate for predicate in domain.predicates}
         self._functions = {function.name: function for function in domain.functions}
@@ -86,21 +85,15 @@ class DomainChecker:
 
         :raises PddlSemanticError: for the first mistake.
         """
-        domain = self._domain
-        declared: list[TypedList] = [domain.types, domain.constants]
-        declared += [predicate.parameters for predicate in domain.predicates]
-        declared += [function.parameters for function in domain.functions]
-        declared += [action.parameters for action in domain.actions]
-        if self._compat and not self._typed:
-            for typed in declared:
-                self._refuse_types(typed)
-        if not self._compat:
-            self._warn_of_types(declared)
-            self._refuse_all_twins()
+        if self._compat:
+            self._refuse_types()
+        else:
+            self._warn_of_types()
+            self._refuse_duplicates()
             self._refuse_circles()
-            for typed in declared[1:]:
+            for typed in self._domain.typed_lists[1:]:
                 self._parameter_types(typed)
-        for action in domain.actions:
+        for action in self._domain.actions:
             self._action(action)
 
     def check_objects(self, objects: TypedList) -> None:
@@ -129,52 +122,57 @@ class DomainChecker:
         for argument in term.arguments:
             self.check_number(argument)
 
-    def _refuse_all_twins(self) -> None:
+    def _refuse_duplicates(self) -> None:
+        """Refuse duplicate names, whose facts would have the same ids."""
         domain = self._domain
-        self._refuse_twins(
-            "predicate", [(predicate.name, predicate.position) for predicate in domain.predicates]
-        )
-        self._refuse_twins("function", [(function.name, function.position) for function in domain.functions])
-        self._refuse_twins("action", [(each.name, each.position) for each in domain.actions])
+        declared: list[tuple[str, Sequence[Predicate | Function | ActionSchema]]] = [
+            ("predicate", domain.predicates),
+            ("function", domain.functions),
+            ("action", domain.actions),
+        ]
+        for kind, declarations in declared:
+            self._refuse_duplicate(kind, [(each.name, each.position) for each in declarations])
         for action in domain.actions:
             names = [(name, group.position) for group in action.parameters for name in group.names]
-            self._refuse_twins(f"parameter of action {action.name}", names)
+            self._refuse_duplicate(f"parameter of action {action.name}", names)
 
-    def _refuse_twins(self, kind: str, named: list[tuple[str, Position]]) -> None:
-        """Refuse duplicate names, whose facts would have the same ids."""
-        first: dict[str, Position] = {}
-        for name, position in named:
-            if name in first:
+    def _refuse_duplicate(self, kind: str, names: list[tuple[str, Position]]) -> None:
+        declared: dict[str, Position] = {}
+        for name, position in names:
+            if name in declared:
                 raise self._error(
                     f"there is a second {kind} {name}",
                     position,
-                    f"the first is in line {first[name].line}: rename or remove one",
+                    f"the first is in line {declared[name].line}: rename or remove one",
                 )
-            first[name] = position
+            declared[name] = position
 
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlSemanticError:
         return semantic_error(message, position, self._domain.file, hint)
 
-    def _refuse_types(self, typed: TypedList) -> None:
-        for group in typed:
-            if group.types:
-                raise self._error(
-                    "Requirement typing disabled, unexpected type found.",
-                    group.position,
-                    "add :typing to (:requirements ...)",
-                )
+    def _first_type(self) -> Position | None:
+        """Return the place of the first type, if the requirements do not permit types."""
+        if self._domain.requires_typing:
+            return None
+        typed = (group.position for groups in self._domain.typed_lists for group in groups if group.types)
+        return min(typed, default=None)
 
-    def _warn_of_types(self, declared: list[TypedList]) -> None:
+    def _refuse_types(self) -> None:
+        position = self._first_type()
+        if position is not None:
+            message = "Requirement typing disabled, unexpected type found."
+            raise self._error(message, position, "add :typing to (:requirements ...)")
+
+    def _warn_of_types(self) -> None:
         """Warn of types without the requirement ``:typing``. They count nevertheless."""
-        typed = (group for each in declared for group in each if group.types)
-        first = min(typed, key=lambda group: group.position, default=None)
-        if first is not None and self._warn is not None and not self._may_be_typed:
+        position = self._first_type()
+        if position is not None and self._warn is not None:
             message = "there are types, but the requirements have no :typing"
-            self._warn(self._error(message, first.position, "add :typing to (:requirements ...)"))
+            self._warn(self._error(message, position, "add :typing to (:requirements ...)"))
 
     def _refuse_circles(self) -> None:
         """Refuse cyclic types."""
-        # object is the root, and some domains declare it as a type of itself
+        # object is the root, whatever a domain declares of it
         parents = {
             name: types - {ROOT_TYPE} for name, types in self._hierarchy.parents.items() if name != ROOT_TYPE
         }
@@ -193,21 +191,21 @@ class DomainChecker:
         scope = {name: group.types for group in action.parameters for name in group.names}
         if action.duration is not None and not self._compat:
             self._formula(action.duration, {**scope, "duration": ()})
-        if action.durative:
+        if action.durative:  # a parameter named ?duration hides the predefined variable
             scope = {"duration": (), **scope}
         for formula in (action.condition, action.effect):
             if formula is not None:
                 self._formula(formula, scope)
 
     def _parameter_types(self, parameters: TypedList) -> None:
-        known = {type_ for pair in pairs_of(self._domain.types) for type_ in pair if type_}
-        if not self._compat:
-            known.add(ROOT_TYPE)
+        declared = {type_ for pair in pairs_of(self._domain.types) for type_ in pair if type_}
+        if not self._compat:  # Fawkes' parser knows declared types only
+            declared.add(ROOT_TYPE)
         for group in parameters:
             if not group.types and self._compat:
                 raise self._error("Missing type.", group.position)
             for type_ in group.types:
-                if type_ not in known:
+                if type_ not in declared:
                     raise self._error(
                         f"Unknown type: {group.names[0]} - {type_}",
                         group.position,
@@ -215,7 +213,7 @@ class DomainChecker:
                     )
 
     def _formula(self, formula: Formula, scope: Scope) -> None:
-        if self._compat and isinstance(formula, _UNSEEN):
+        if self._compat and isinstance(formula, _UNCHECKED_BY_FAWKES):
             return
         if isinstance(formula, Atom):
             self._atom(formula, scope)
@@ -246,14 +244,14 @@ class DomainChecker:
                 f"({atom.predicate}) is declared in line {predicate.position.line}",
             )
         for index, (argument, types) in enumerate(zip(atom.arguments, expected, strict=True)):
-            given = self._types_of(argument, scope)
-            if self._typed and not self._fits(argument, given, types):
+            actual = self._types_of(argument, scope)
+            if self._typed and not self._fits(argument, actual, types):
                 error = self._error(
                     f"Type missmatch: Argument {index} of {atom.predicate} expects {_either(types)}"
-                    f" but got {_either(given)}",
+                    f" but got {_either(actual)}",
                     argument.position,
                 )
-                if given or self._compat:
+                if actual or self._compat:
                     raise error
                 # a parameter without type accepts any object, and the predicate is false for unsuitable ones
                 if self._warn is not None:
@@ -266,12 +264,13 @@ class DomainChecker:
             raise self._error(message, position, hint)
 
     def _types_of(self, term: Term, scope: Scope) -> tuple[str, ...]:
+        """Return the types of a declared variable or constant; none: any object."""
         if isinstance(term, FunctionTerm):
             raise self._error("Unexpected nested predicate.", term.position)
-        known = scope if isinstance(term, Variable) else self._constants
-        if term.name in known:
-            return known[term.name]
-        if term.name == _TIME:
+        declared = scope if isinstance(term, Variable) else self._constants
+        if term.name in declared:
+            return declared[term.name]
+        if term.name == _CONTINUOUS_TIME:
             self._refuse_unsupported(CONTINUOUS, term.position)
         if isinstance(term, Variable):
             raise self._error(
@@ -285,10 +284,11 @@ class DomainChecker:
             else f"declare it in {self._section}",
         )
 
-    def _fits(self, term: Term, given: tuple[str, ...], expected: tuple[str, ...]) -> bool:
-        if not expected or not given:
+    def _fits(self, term: Term, actual: tuple[str, ...], expected: tuple[str, ...]) -> bool:
+        """Return whether a predicate with the expected types accepts a term with its actual types."""
+        if not expected or not actual:
             return not expected or ROOT_TYPE in expected
-        fits = [not self._hierarchy.with_ancestors(type_).isdisjoint(expected) for type_ in given]
+        fits = [not self._hierarchy.with_ancestors(type_).isdisjoint(expected) for type_ in actual]
         # a constant has all its types at once, a variable one of them
         return any(fits) if isinstance(term, Constant) else all(fits)
 

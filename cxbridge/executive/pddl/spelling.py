@@ -6,13 +6,15 @@ the declared form here, so that names compare as text.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from msgspec.structs import replace
 
 from cxbridge.executive.pddl.ast import (
+    ARITHMETIC,
     ROOT_TYPE,
+    TOTAL_TIME,
     ActionSchema,
     Atom,
     Constant,
@@ -29,18 +31,15 @@ from cxbridge.executive.pddl.ast import (
     names_of,
 )
 
-ARITHMETIC: Final = frozenset({"+", "-", "*", "/"})
-TOTAL_TIME: Final = "total-time"
-"""The predefined function of metrics."""
-
 Table = Mapping[str, str]
 """Declared forms by lower-case name."""
 
 
 def spell_domain(domain: Domain, words: Iterable[str], words_of_numbers: set[str]) -> Domain:
     """Return the domain with declared spellings."""
+    # a domain with one spelling of each name needs no copy of its tree
     functions = {function.name.lower() for function in domain.functions if not function.parameters}
-    if not _has_twins(words) and functions.isdisjoint(map(str.lower, words_of_numbers)):
+    if not _has_two_spellings(words) and functions.isdisjoint(map(str.lower, words_of_numbers)):
         return domain
     return _Spelling(domain, domain.constants).domain(domain)
 
@@ -53,17 +52,17 @@ def spell_problem(
         TOTAL_TIME,
         *(function.name.lower() for function in domain.functions if not function.parameters),
     }
-    if not _has_twins((*words, *_names_in(domain))) and functions.isdisjoint(
+    if not _has_two_spellings((*words, *_names_in(domain))) and functions.isdisjoint(
         map(str.lower, words_of_numbers)
     ):
         return problem
     return _Spelling(domain, domain.constants + problem.objects).problem(problem)
 
 
-def _has_twins(words: Iterable[str]) -> bool:
+def _has_two_spellings(words: Iterable[str]) -> bool:
     """Return whether two words differ only in case."""
-    different = set(words)
-    return len({word.lower() for word in different}) != len(different)
+    distinct = set(words)
+    return len({word.lower() for word in distinct}) != len(distinct)
 
 
 def _names_in(domain: Domain) -> Iterable[str]:
@@ -104,8 +103,9 @@ class _Spelling:
             problem,
             domain=_spelt(problem.domain, _table((self._name,))),
             objects=self._typed(problem.objects, self._objects),
-            init=tuple(dict.fromkeys(self._formula(each, {}) for each in problem.init)),
-            init_false=tuple(self._formula(each, {}) for each in problem.init_false),
+            # two atoms may differ in case only
+            init=tuple(dict.fromkeys(self._formula(atom, {}) for atom in problem.init)),
+            init_false=tuple(self._formula(atom, {}) for atom in problem.init_false),
             numbers=tuple((self._term(call, {}), value) for call, value in problem.numbers),
             goal=self._formula(problem.goal, {}),
             metric=metric,
@@ -127,38 +127,26 @@ class _Spelling:
 
     def _action(self, action: ActionSchema) -> ActionSchema:
         formulas = {name: getattr(action, name) for name in _FORMULAS}
-        bound = [
-            name
-            for formula in formulas.values()
-            for each in (formula.walk() if formula is not None else ())
-            if isinstance(each, Quantified)
-            for name in names_of(each.variables)
-        ]
-        variables = _table((*names_of(action.parameters), *bound, "duration"))
-        changed = {name: each and self._formula(each, variables) for name, each in formulas.items()}
+        quantified = [name for formula in formulas.values() for name in _quantified_names(formula)]
+        variables = _table((*names_of(action.parameters), *quantified, "duration"))
+        changed = {name: formula and self._formula(formula, variables) for name, formula in formulas.items()}
         return replace(action, parameters=self._typed(action.parameters, variables), **changed)
 
     def _formula(self, formula: Formula, variables: Table) -> Any:
-        def spell(each: Formula) -> Any:
-            match each:
+        def spell(part: Formula) -> Any:
+            match part:
                 case Atom(predicate=name):
-                    return _renamed(each, "predicate", _spelt(name, self._predicates))
+                    return _renamed(part, "predicate", _spelt(name, self._predicates))
                 case Quantified():
-                    return replace(each, variables=self._typed(each.variables, variables))
+                    return replace(part, variables=self._typed(part.variables, variables))
                 case TermComparison(left=left, right=right):
-                    return replace(each, left=self._number(left), right=self._number(right))
+                    return replace(part, left=self._number(left), right=self._number(right))
                 case NumericChange(target=target, amount=amount):
-                    return replace(each, target=self._number(target), amount=self._number(amount))
+                    return replace(part, target=self._number(target), amount=self._number(amount))
                 case _:
-                    return each
+                    return part
 
-        if not variables:
-            variables = _table(
-                name
-                for each in formula.walk()
-                if isinstance(each, Quantified)
-                for name in names_of(each.variables)
-            )
+        variables = variables or _table(_quantified_names(formula))
         return formula.map_terms(lambda term: self._spell_term(term, variables)).map(spell)
 
     def _term(self, term: Any, variables: Table) -> Any:
@@ -187,6 +175,13 @@ class _Spelling:
 
 
 _FORMULAS: Final = ("duration", "condition", "effect", "conditional_breakup", "temporal_breakup")
+
+
+def _quantified_names(formula: Formula | None) -> Iterator[str]:
+    """Yield the variables of all quantifiers in a formula."""
+    for part in () if formula is None else formula.walk():
+        if isinstance(part, Quantified):
+            yield from names_of(part.variables)
 
 
 def _renamed(node: Any, field: str, name: str) -> Any:

@@ -1,4 +1,8 @@
-"""The tokens of PDDL: brackets and words, with their terminals."""
+"""The tokens of PDDL: brackets and words, with their terminals in the grammar.
+
+Words are cut at blanks and brackets first, and then classified: a keyword is a name wherever it cannot be a
+keyword, which the grammar decides. Only ``at start`` and the dash of a type are cut out before.
+"""
 
 from __future__ import annotations
 
@@ -44,21 +48,17 @@ class Text:
         self.file = file
         self.length = len(text)
         self.kinds = _Kinds()
-        self._lines = [0]
-        at = text.find("\n")
-        while at >= 0:
-            self._lines.append(at + 1)
-            at = text.find("\n", at + 1)
+        self._line_starts = [0, *(match.end() for match in re.finditer("\n", text))]
         self.tokens = self._tokens(text)
 
     def position(self, start: int) -> Position:
         """Return line and column of an offset."""
-        line = bisect_right(self._lines, start)
-        return Position(line, start - self._lines[line - 1] + 1)
+        line = bisect_right(self._line_starts, start)
+        return Position(line, start - self._line_starts[line - 1] + 1)
 
     def _tokens(self, text: str) -> list[Token]:
         comment, pattern = _patterns()
-        if ";" in text:
+        if ";" in text:  # blanks of the same length keep the positions
             text = comment.sub(lambda match: " " * len(match[0]), text)
         kinds, make = self.kinds, tuple.__new__  # takes half the time of a call of Token
         tokens: list[Token] = [
@@ -97,9 +97,9 @@ def _kind(word: str) -> str:
     keywords, words = _words()
     kind = keywords.get(word.lower())
     if kind is None:
-        found = words.fullmatch(word)
-        kind = found and found.lastgroup
-    assert kind is not None
+        match = words.fullmatch(word)
+        kind = match and match.lastgroup
+    assert kind is not None  # ODD, the last pattern, matches every word
     return kind
 
 
@@ -107,12 +107,13 @@ def _kind(word: str) -> str:
 def _words() -> tuple[dict[str, str], re.Pattern[str]]:
     """Return terminals by keyword, and a pattern of other words with terminals as group names."""
     tables = load_tables()
-    each = (f"(?P<{name}>{pattern})" for name, pattern in tables.words.items())
-    return tables.keywords, re.compile("|".join(each), re.ASCII)
+    patterns = (f"(?P<{name}>{pattern})" for name, pattern in tables.words.items())
+    return tables.keywords, re.compile("|".join(patterns), re.ASCII)
 
 
 @cache
 def _patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
+    """Return the patterns of comments and of tokens."""
     tables = load_tables()
     cuts = "|".join(f"(?P<{name}>{pattern})" for name, pattern in tables.cuts.items())
     return re.compile(tables.comment), re.compile(

@@ -1,4 +1,8 @@
-"""PDDL features of a domain and problem beyond typed STRIPS."""
+"""The features of PDDL beyond typed STRIPS that a domain and problem use.
+
+They come from the formulas rather than from ``:requirements``, which domains often forget. A planner names
+the features that it supports.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from enum import Enum
 
 from cxbridge.executive.pddl.ast import (
     ROOT_TYPE,
+    TOTAL_TIME,
     Constant,
     Domain,
     Formula,
@@ -50,7 +55,6 @@ CLASSICAL = frozenset(
 )
 """All features except numbers, costs and time."""
 
-TOTAL_TIME = "total-time"
 TOTAL_COST = "total-cost"
 """The number that only represents the cost of a plan."""
 
@@ -58,13 +62,13 @@ TOTAL_COST = "total-cost"
 def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
     """Return the required features, each with its first place, e.g. ``action pick``."""
     needs: dict[Need, str] = {}
-    for where, formula, effect in _formulas(domain, problem):
-        for need in () if formula is None else _needs(formula, effect=effect):
-            needs.setdefault(need, where)
+    for place, formula, is_effect in _formulas(domain, problem):
+        for need in () if formula is None else _needs(formula, is_effect=is_effect):
+            needs.setdefault(need, place)
     for action in domain.actions:
         if action.durative:
             needs.setdefault(Need.TIME, f"action {action.name}")
-    if any(above not in ("", ROOT_TYPE) for _, above in pairs_of(domain.types)):
+    if any(supertype not in ("", ROOT_TYPE) for _, supertype in pairs_of(domain.types)):
         needs[Need.HIERARCHY] = "the types"
     if problem.metric is not None and problem.metric[1] != FunctionTerm(TOTAL_TIME, ()):
         needs[Need.COSTS] = "the metric"
@@ -82,17 +86,18 @@ def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula |
 
 def _has_fractions(domain: Domain, problem: Problem) -> bool:
     """Return whether numbers may have fractions."""
-    if any(value != int(value) for _, value in problem.numbers):
-        return True
     formulas = [formula for _, formula, _ in _formulas(domain, problem)]
     formulas += [action.duration for action in domain.actions]
     parts = [part for formula in formulas if formula is not None for part in formula.walk()]
-    if any(isinstance(part, NumericChange) and part.operator == "scale-down" for part in parts):
-        return True
-    return any(_is_fraction(term) for part in parts for term in part.terms)
+    return (
+        any(value != int(value) for _, value in problem.numbers)
+        or any(isinstance(part, NumericChange) and part.operator == "scale-down" for part in parts)
+        or any(_is_fraction(term) for part in parts for term in part.terms)
+    )
 
 
 def _is_fraction(term: Term) -> bool:
+    """Return whether a term is a number with a fraction, or a division."""
     match term:
         case Constant(name=name):
             value = number_of(name)
@@ -103,30 +108,32 @@ def _is_fraction(term: Term) -> bool:
             return False
 
 
-def _needs(formula: Formula, *, effect: bool) -> Iterator[Need]:
+def _needs(formula: Formula, *, is_effect: bool) -> Iterator[Need]:
     """Yield the features of a formula.
 
-    :param effect: whether it is an effect, where a negation is a deletion rather than a feature.
+    :param is_effect: whether a negation is a deletion rather than a feature.
     """
     match formula:
         case Or() | Imply():
             yield Need.DISJUNCTION
-        case Not(part=part) if not effect and not isinstance(part, TermComparison):
+        # (not (= ?a ?b)) is part of equality
+        case Not(part=part) if not is_effect and not isinstance(part, TermComparison):
             yield Need.NEGATION
         case Quantified():
             yield Need.QUANTIFIERS
         case When(condition=condition, effect=part):
             yield Need.CONDITIONAL_EFFECTS
-            yield from _needs(condition, effect=False)
-            yield from _needs(part, effect=True)
+            yield from _needs(condition, is_effect=False)
+            yield from _needs(part, is_effect=True)
             return
         case Timed():
             yield Need.TIME
-        case TermComparison(operator=operator, left=left, right=right):
-            numeric = operator != "=" or isinstance(left, FunctionTerm) or isinstance(right, FunctionTerm)
-            yield Need.NUMBERS if numeric else Need.EQUALITY
+        case TermComparison(operator=operator):
+            is_numeric = operator != "=" or any(isinstance(term, FunctionTerm) for term in formula.terms)
+            yield Need.NUMBERS if is_numeric else Need.EQUALITY
         case NumericChange(operator=operator, target=target):
+            # planners without numbers still count the costs of a plan
             if operator != "increase" or target != FunctionTerm(TOTAL_COST, ()):
                 yield Need.COUNTERS
     for part in formula.children:
-        yield from _needs(part, effect=effect)
+        yield from _needs(part, is_effect=is_effect)

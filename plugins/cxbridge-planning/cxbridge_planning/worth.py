@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from cxbridge.executive.pddl import Problem
-from cxbridge.executive.pddl.ast import Ground
-from cxbridge.executive.planning.needs import TOTAL_TIME
+from cxbridge.executive.pddl.ast import TOTAL_TIME, Ground
 from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.plan import PlanCheck
 from cxbridge.executive.problem.truth import KnownState
