@@ -49,33 +49,28 @@ class Bench:
     artifacts: Path | None = None
     runs: list[AgentRun] = field(default_factory=list)
 
-    def run(  # noqa: PLR0913  each is an option of the command line
+    def run(
         self,
         scenario: str | Path | None = None,
         *,
         skiller: str = _SCRIPTED,
         strict: bool = True,
         patience: float | None = None,
-        clips_dirs: Paths = (),
-        interface_dirs: Paths = (),
-        skill_dirs: Paths = (),
         config: Paths = (),
-        fawkes_dir: str | Path | None = None,
-        overlays: Paths = (),
         **options: Any,
     ) -> AgentRun:
         """Make a run of a scenario and load its agent.
 
         :param skiller: ``scripted``, or as for ``cxbridge run``.
-        :param config: files that are laid over the configuration in order.
         :param patience: the maximal seconds of real time of a wait.
-        :param options: ``spec``, ``core``, ``clock``, and options of plug-ins, e.g. ``ros2cx``.
+        :param config: files that are laid over the configuration in order.
+        :param options: further options of ``cxbridge run``, e.g. ``spec``, ``clips_dirs``, ``fawkes_dir``,
+            and of plug-ins, e.g. ``ros2cx``.
         :raises CxbridgeError: if the scenario is invalid.
         :raises AssertionError: if a construct does not load.
         """
         # imported on first use, because pytest loads this plug-in in every project of the machine
-        from cxbridge.run.options import RunOptions  # noqa: PLC0415
-        from cxbridge.run.program.plain_options import more_options, paths_of  # noqa: PLC0415
+        from cxbridge.run.program.plain_options import make_options  # noqa: PLC0415
         from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
         from cxbridge.testing.golden import GoldenFiles, file_name  # noqa: PLC0415
 
@@ -83,24 +78,18 @@ class Bench:
         if self.artifacts is not None:
             number = f"-{len(self.runs) + 1}" if self.runs else ""
             trace = self.artifacts / self.file.stem / f"{file_name(self.test or 'module')}{number}.mcap"
-        more = tuple(more_options(options, self.find))
-        given = RunOptions(
-            scenario=None if scenario is None else self.find(scenario),
+        run_options = make_options(
+            scenario,
+            self.find,
+            config=config,
             skiller="none" if skiller == _SCRIPTED else skiller,
-            clips_dirs=paths_of("clips_dirs", clips_dirs, self.find),
-            interface_dirs=paths_of("interface_dirs", interface_dirs, self.find),
-            skill_dirs=paths_of("skill_dirs", skill_dirs, self.find),
-            config=paths_of("config", config, self.find),
-            fawkes_dir=None if fawkes_dir is None else self.find(fawkes_dir),
-            overlays=paths_of("overlays", overlays, self.find),
-            more=more,
             trace=trace,
             trace_level="facts" if trace is not None else "rules",
             **options,
         )
-        given.check()
-        made = AgentRun(
-            given,
+        run_options.check()
+        run = AgentRun(
+            run_options,
             scripted=skiller == _SCRIPTED,
             strict=strict,
             patience=patience or PATIENCE_S,
@@ -111,8 +100,8 @@ class Bench:
                 pages=None if self.artifacts is None else self.artifacts / self.file.stem,
             ),
         )
-        self.runs.append(made)
-        return made
+        self.runs.append(run)
+        return run
 
     def __getattr__(self, name: str) -> Any:
         """Return a member of a plug-in, e.g. ``cx.explore`` of cxbridge-explore."""

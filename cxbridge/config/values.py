@@ -47,3 +47,8 @@ class ConfigValue(Struct, frozen=True):
     def line(self) -> int:
         """The line from 1; 0 for a value set at run time."""
         return self.mark.line
+
+    @property
+    def location(self) -> str:
+        """``FILE:LINE``; empty for a value set at run time."""
+        return f"{self.file}:{self.line}" if self.file else ""

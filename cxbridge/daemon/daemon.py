@@ -222,7 +222,7 @@ class Daemon(Run):
             return
         if message == INTERRUPT:
             self.stalls.interrupt()
-        elif self.stalls.now is not None:
+        elif self.stalls.current is not None:
             self.stalls.watchdog.interrupt()
 
     def _report_stall(self, stall: Stall | None) -> None:
@@ -285,7 +285,7 @@ class Daemon(Run):
 
     def status_of_components(self) -> list[ComponentStatus]:
         """Return the states of the components."""
-        stall = self.stalls.now
+        stall = self.stalls.current
         return [
             replace(status, reason=str(stall))
             if stall is not None and status.name == stall.component

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.daemon.daemon import Daemon
-from cxbridge.run.components.recorder import RecorderComponent
+from cxbridge.run.recording import RecorderComponent
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.switch import RecordingSwitch
 

@@ -1,4 +1,8 @@
-"""A run: an agent with its configuration, clock, blackboard and components."""
+"""A run: an agent with its configuration, clock, blackboard and components.
+
+The constructor makes the executive, so that recorders and servers can subscribe before :meth:`Run.start`
+loads the first file. A team has a run for each agent (:mod:`cxbridge.run.team`); a daemon is a run, too.
+"""
 
 from __future__ import annotations
 
@@ -96,10 +100,10 @@ def make_only_base(options: RunOptions) -> RunBase:
     :raises CxbridgeError: if the scenario has several agents and the options choose none.
     """
     base = make_base(options)
-    names = [] if options.agent else agent_names(base.config)
-    if names:
-        known = ", ".join(names)
-        hint = f"choose one with --agent, or ask a recording of all, with --env; there are: {known}"
+    if names := [] if options.agent else agent_names(base.config):
+        hint = (
+            f"choose one with --agent, or ask a recording of all, with --env; there are: {', '.join(names)}"
+        )
         raise ConfigError("this scenario has several agents", file=base.config_file, hint=hint)
     return base
 
@@ -155,7 +159,8 @@ class Run(Closing):
         self.clock, self.bus, self.loop = base.clock, base.bus, base.loop
         self.source = source_of(options)
         self.options = options if self.source.needs_skiller else replace(options, skiller="none")
-        self.additions, self.is_look, self._replay, self._more = additions, is_look, replay, components
+        self.additions, self.is_look, self._replay = additions, is_look, replay
+        self._first_components = components
         self.warnings = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
         self.warnings += [*sections_without_package(self.config.keys), *map(str, self.config.warnings)]
         self.spec = self._choose_spec(base) if self.has_executive else ""
@@ -184,7 +189,7 @@ class Run(Closing):
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         self.thinking_node: ManagedNode[ThinkingComponent] | None = None
         self.lifecycle = ComponentManager((), self.clock, policy=Policy.RAISE)
-        self._made: dict[Callable[[Self], Any], Any] = {}
+        self._shared: dict[Callable[[Self], Any], Any] = {}
         self._graph: NavGraph | None = None
         if not is_look:
             self._make_nodes()
@@ -197,14 +202,14 @@ class Run(Closing):
         if mistaken and not source.is_lenient:
             raise mistaken[0]
         self.warnings += map(str, check_spec(config, spec))
-        known = "\n".join(self.warnings)
-        self.warnings += [str(each) for each in mistaken if each.location not in known]
+        # a misspelt key of a spec is unread, too, and one warning suffices
+        reported = "\n".join(self.warnings)
+        self.warnings += [str(mistake) for mistake in mistaken if mistake.location not in reported]
         return spec
 
     def _make_nodes(self) -> None:
-        # the executive exists before it starts: recorders and servers must watch it before it loads the agent
-        made: ThinkingComponent = COMPONENTS.load(COMPONENTS.find(EXECUTIVE))(self)
-        self.thinking_node = ManagedNode(EXECUTIVE, lambda: made, type(made), made)
+        thinking: ThinkingComponent = COMPONENTS.load(COMPONENTS.find(EXECUTIVE))(self)
+        self.thinking_node = ManagedNode(EXECUTIVE, lambda: thinking, type(thinking), thinking)
         self.lifecycle.add(self.thinking_node)
 
     @property
@@ -244,10 +249,10 @@ class Run(Closing):
 
     def one_of(self, make: Callable[[Self], T]) -> T:
         """Return the shared object of a plug-in; the first call makes it."""
-        if make not in self._made:
-            self._made[make] = make(self)
-        found: T = self._made[make]
-        return found
+        if make not in self._shared:
+            self._shared[make] = make(self)
+        shared: T = self._shared[make]
+        return shared
 
     def section(self, name: str) -> PluginSettings | None:  # noqa: ARG002 - only a daemon has them
         """Return a plug-in's settings of a daemon; None in a run."""
@@ -282,7 +287,7 @@ class Run(Closing):
         if self._replay is not None:
             for component in self._replay.components(self):
                 self._start_component(component)
-        for make in self._more:
+        for make in self._first_components:
             self._start_component(make(self))
         for row in needed_components(self, replayed=self._replay is not None):
             if row.name != EXECUTIVE:
@@ -352,11 +357,6 @@ class Run(Closing):
             and not self.memory.is_open
             and all(component.is_quiet for component in self.components)
         )
-
-    @property
-    def is_stuck(self) -> bool:
-        """Whether no event can follow."""
-        return self.thinking is not None and self.thinking.is_stuck
 
     @property
     def loss(self) -> str:

@@ -39,9 +39,9 @@ def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
     :param folder: the base of relative paths in the configuration.
     :raises ConfigError: if the name is unknown or the configuration is wrong.
     """
-    row = next((row for row in CLOCKS.rows if row.name == name), None)
-    if row is not None:
-        return CLOCKS.load(row)(config, folder)
+    for row in CLOCKS.rows:
+        if row.name == name:
+            return CLOCKS.load(row)(config, folder)
     if hint := package_hint(name):
         raise ConfigError(f"unknown clock '{name}'", hint=hint)
     return make_clock(name)
@@ -95,11 +95,9 @@ def agent_names(config: Configuration) -> list[str]:
             if key not in _KEYS:
                 message = f"{path}/{key} means nothing"
                 raise config.error(f"{path}/{key}", message, f"use: {', '.join(_KEYS)}")
-        below = f"{path}/config"
-        if _is_value(config, below):
-            raise config.error(
-                below, f"{below} must be a map", "it is laid over the configuration for this agent"
-            )
+        if _is_value(config, f"{path}/config"):
+            hint = "it is laid over the configuration for this agent"
+            raise config.error(f"{path}/config", f"{path}/config must be a map", hint)
     return names
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, NoReturn, Protocol
 
 from cxbridge.plugins import PluginError, Table, is_module, package_hint
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from cxbridge.errors import BrokenAgentError
@@ -62,14 +62,16 @@ class Places:
         return []
 
 
+def _functions(name: str) -> Iterator[Callable[..., Any]]:
+    """Yield the functions of a name in the explainer modules; modules may lack them."""
+    modules = map(EXPLAINERS.load, EXPLAINERS.rows)
+    return (getattr(module, name) for module in modules if hasattr(module, name))
+
+
 def places(files: Sequence[Path]) -> Places:
     """Return the name finder of the first explainer that has one."""
-    for row in EXPLAINERS.rows:
-        find = getattr(EXPLAINERS.load(row), "places", None)
-        if find is not None:
-            found: Places = find(files)
-            return found
-    return Places()
+    find: Callable[..., Places] = next(_functions("places"), lambda _files: Places())
+    return find(files)
 
 
 def why(run: Run, name: str) -> Sequence[str]:
@@ -78,33 +80,27 @@ def why(run: Run, name: str) -> Sequence[str]:
     :param name: a goal id, a goal class or a rule.
     :raises CxbridgeError: if the run lacks the name, or no plug-in explains runs.
     """
-    for row in EXPLAINERS.rows:
-        explain = getattr(EXPLAINERS.load(row), "why", None)
-        if explain is not None:
-            lines: Sequence[str] = explain(run, name)
-            return lines
-    raise PluginError("no installed package explains runs", hint=package_hint("why"))
+    lines: Sequence[str] = next(_functions("why"), _refuse)(run, name)
+    return lines
 
 
 def explainer(run: Run, at_s: float | None = None, env: str | None = None) -> Explainer:
-    """Return what answers questions about a recorded run; it reads the run once.
+    """Return an explainer of a recorded run, which reads the run once.
 
     :param at_s: the moment, seconds since the start of the run; None: its end.
     :param env: the CLIPS environment; None: the executive's, or the only one.
     :raises CxbridgeError: if the run cannot be read, or no plug-in explains runs.
     """
-    for row in EXPLAINERS.rows:
-        make = getattr(EXPLAINERS.load(row), "explainer", None)
-        if make is not None:
-            found: Explainer = make(run, at_s, env)
-            return found
+    made: Explainer = next(_functions("explainer"), _refuse)(run, at_s, env)
+    return made
+
+
+def _refuse(*_arguments: object) -> NoReturn:
     raise PluginError("no installed package explains runs", hint=package_hint("why"))
 
 
 def with_explanations(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
     """Return the error, extended by the explainers' findings."""
-    for row in EXPLAINERS.rows:
-        explain = getattr(EXPLAINERS.load(row), "broken_agent", None)
-        if explain is not None:
-            error = explain(error, options)
+    for explain in _functions("broken_agent"):
+        error = explain(error, options)
     return error

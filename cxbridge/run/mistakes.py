@@ -1,22 +1,24 @@
-"""Mistakes of an agent that a run finds while loading. A broken agent does not start.
+"""Mistakes of an agent that a run finds while it loads files, and actions without an executor.
 
-The checks load nothing themselves. They collect the diagnostics of the CLIPS loader, the PDDL parser and the
+A broken agent does not start, except one that is lenient (:attr:`~cxbridge.run.source.Source.is_lenient`).
+The checks load nothing themselves: they collect the diagnostics of the CLIPS loader, the PDDL parser and the
 blackboard, and compare the action mapping with skills and operators.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError, SkillError
 from cxbridge.executive.executive import action_mapping
+from cxbridge.run.explainers import Places, places
 from cxbridge.skiller.luacalls import read_calls
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.skiller.templates import Placeholder, parse_template
-from cxbridge.suggestions import did_you_mean
+from cxbridge.suggestions import did_you_mean, nearest
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
@@ -29,6 +31,9 @@ _UNKNOWN_NAME: Final = frozenset({"EXPRNPSR3", "GLOBLPSR1", "PRNTUTIL2"})
 
 _QUOTED: Final = re.compile(r"'([^']+)'")
 
+# The start of the core's error text for an action that no rule took.
+_NOT_EXECUTED: Final = "No action executor"
+
 
 class AgentChecks:
     """Finds mistakes in the agents of a run. Each mistake is reported once.
@@ -39,7 +44,7 @@ class AgentChecks:
 
     def __init__(self, agents: Iterable[Run], *, strict: bool | None = None) -> None:
         self._strict = strict
-        self._agents: list[_Agent] = []
+        self._loadings: list[_Loading] = []
         self._missing: list[CxbridgeError] = []
         for agent in agents:
             self.joined(agent)
@@ -47,83 +52,81 @@ class AgentChecks:
     def joined(self, agent: Run) -> None:
         """Add an agent before its start.
 
-        For an agent that is lenient by default, only missing files count, see
-        :attr:`~cxbridge.run.source.Source.is_lenient`.
+        For an agent that is lenient by default, only missing files count.
         """
-        options = agent.options
-        strict = options.strict if self._strict is None else self._strict
+        strict = agent.options.strict if self._strict is None else self._strict
         if strict or (strict is None and not agent.source.is_lenient):
-            self._agents.append(_Agent(agent, agent.executive))
+            self._loadings.append(_Loading(agent))
         elif strict is None:
             self._missing += agent.missing
 
     def left(self, agent: Run) -> None:
         """Remove a killed agent."""
-        self._agents = [each for each in self._agents if not each.is_of(agent.executive)]
+        self._loadings = [loading for loading in self._loadings if loading.agent is not agent]
 
     def start(self) -> None:
         """Check the files loaded so far.
 
         :raises BrokenAgentError: if an agent has mistakes.
         """
-        found = [mistake for agent in self._agents for mistake in (*agent.missing, *agent.new())]
-        self._raise([*self._missing, *found])
+        mistakes = [
+            mistake
+            for loading in self._loadings
+            for mistake in (*loading.agent.missing, *loading.take_mistakes())
+        ]
+        self._raise([*self._missing, *mistakes])
 
     def look(self) -> None:
-        """Check the files loaded since the last call. To be called after each loop.
+        """Check the files loaded since the last call. To be called after each cycle.
 
         :raises BrokenAgentError: if an agent has mistakes.
         """
-        for agent in self._agents:
-            if agent.has_news:
-                started = agent.is_initialized
-                self._raise(agent.new(), started=started)
+        for loading in self._loadings:
+            if loading.has_news:
+                started = loading.is_initialized
+                self._raise(loading.take_mistakes(), started=started)
 
     @property
     def all_initialized(self) -> bool:
-        return all(agent.is_initialized for agent in self._agents)
+        return all(loading.is_initialized for loading in self._loadings)
 
     @staticmethod
     def _raise(mistakes: list[CxbridgeError], *, started: bool = False) -> None:
         if mistakes:
-            raise BrokenAgentError(
-                [*{str(mistake): mistake for mistake in mistakes}.values()], started=started
-            )
+            by_text = {str(mistake): mistake for mistake in mistakes}
+            raise BrokenAgentError([*by_text.values()], started=started)
 
 
-class _Agent:
-    def __init__(self, context: Run, executive: Executive) -> None:
-        self._context, self._executive = context, executive
-        self._loader = executive.env.loader
-        self._loader.quiet = True
-        self._seen = 0
+class _Loading:
+    """The loading of an agent, with its reported diagnostics."""
+
+    def __init__(self, agent: Run) -> None:
+        self.agent = agent
         self.is_initialized = False
-
-    def is_of(self, executive: Executive) -> bool:
-        return self._executive is executive
-
-    @property
-    def missing(self) -> list[ConfigError]:
-        """The missing files."""
-        return self._context.missing
+        self._executive = agent.executive
+        self._loader = self._executive.env.loader
+        self._loader.quiet = True
+        self._reported = 0
 
     @property
     def has_news(self) -> bool:
-        """Whether new findings are possible."""
-        if len(self._loader.diagnostics) > self._seen:
+        """Whether new mistakes are possible."""
+        if len(self._loader.diagnostics) > self._reported:
             return True
         return not self.is_initialized and self._executive.initialized
 
-    def new(self) -> list[CxbridgeError]:
+    def take_mistakes(self) -> list[CxbridgeError]:
         """Return the mistakes since the last call."""
-        diagnostics = self._loader.diagnostics[self._seen :]
-        self._seen += len(diagnostics)
-        found = list(_causes(diagnostics, files_are_missing=bool(self.missing)))
+        diagnostics = self._loader.diagnostics[self._reported :]
+        self._reported += len(diagnostics)
+        missing = self.agent.missing
+        mistakes = list(_causes(diagnostics, files_are_missing=bool(missing)))
         if not self.is_initialized and self._executive.initialized:
             self.is_initialized = True
-            if not found and not self.missing:
-                found += mapping_mistakes(self._context, self._executive)
-        return found
+            # with a broken file, operators and skills may be missing that it defines
+            if not mistakes and not missing:
+                mistakes += _mapping_mistakes(self.agent)
+        return mistakes
 
 
 def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> Iterator[CxbridgeError]:
@@ -136,22 +139,21 @@ def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> It
         diagnostic.file: diagnostic.line or 0 for diagnostic in diagnostics if diagnostic.code == UNCLOSED
     }
     lost = {diagnostic.construct.partition(" ")[2] for diagnostic in diagnostics if diagnostic.construct}
-    for each in diagnostics:
-        start = unclosed.get(each.file)
-        if each.code != UNCLOSED:
-            if start is not None and (each.line is None or each.line >= start):
+    for diagnostic in diagnostics:
+        file, line, code = diagnostic.file, diagnostic.line, diagnostic.code
+        if code != UNCLOSED:
+            if file in unclosed and (line is None or line >= unclosed[file]):
                 continue  # CLIPS' report of the same unclosed parenthesis
-            if files_are_missing and each.code in _UNKNOWN_NAME:
+            if code in _UNKNOWN_NAME and (
+                files_are_missing
+                or lost.intersection(_QUOTED.findall(diagnostic.message))
+                or names_any(file, line, lost)
+            ):
                 continue
-            if lost.intersection(_QUOTED.findall(each.message)) and each.code in _UNKNOWN_NAME:
-                continue
-            if each.code in _UNKNOWN_NAME and names_any(each.file, each.line, lost):
-                continue
-        construct = f"{each.construct} is not defined: " if each.construct else ""
-        code = "" if each.code.isupper() and each.code.isalpha() else f" [{each.code}]"
-        yield CxbridgeError(
-            f"{construct}{each.message}{code}", file=each.file, line=each.line, hint=each.hint or None
-        )
+        construct = f"{diagnostic.construct} is not defined: " if diagnostic.construct else ""
+        shown_code = "" if code.isupper() and code.isalpha() else f" [{code}]"
+        text = f"{construct}{diagnostic.message}{shown_code}"
+        yield CxbridgeError(text, file=file, line=line, hint=diagnostic.hint or None)
 
 
 def names_any(file: str | None, line: int | None, constructs: Collection[str]) -> bool:
@@ -165,73 +167,119 @@ def names_any(file: str | None, line: int | None, constructs: Collection[str]) -
     return any(re.search(rf"\({re.escape(name)}[\s)]", text) for name in constructs)
 
 
-def mapping_mistakes(context: Run, executive: Executive) -> list[CxbridgeError]:
+def _mapping_mistakes(agent: Run) -> list[CxbridgeError]:
     """Return the unknown skills and parameters in the action mapping."""
-    skills = known_skills(context)
-    operators = (
-        {
-            str(slots["name"]): [str(name) for name in slots["param-names"]]
-            for _, _, slots in executive.env.facts("domain-operator")
-            if isinstance(slots["param-names"], tuple)
-        }
-        if executive.env.has_template("domain-operator")
-        else {}
-    )
-    found: list[CxbridgeError] = []
-    lost: CxbridgeError | None = None
-    for action, template in action_mapping(context.config, context.spec).items():
+    skills, env = known_skills(agent), agent.executive.env
+    operators = {
+        str(slots["name"]): [str(name) for name in slots["param-names"]]
+        for _, _, slots in (env.facts("domain-operator") if env.has_template("domain-operator") else ())
+        if isinstance(slots["param-names"], tuple)
+    }
+    mistakes: list[CxbridgeError] = []
+    unknown_skill: CxbridgeError | None = None
+    for action, template in action_mapping(agent.config, agent.spec).items():
+        placeholders = [part.name for part in parse_template(template) if isinstance(part, Placeholder)]
         parameters = operators.get(action)
-        for name in _parameters(template):
+        for name in placeholders:
             if parameters and name not in parameters:
                 text = f"'{action}' has no parameter '{name}'"
-                found.append(_of_mapping(context, action, text, name, parameters))
+                mistakes.append(_mapping_mistake(agent, action, text, name, parameters))
         if skills is None:
             continue
+        example = ActionSkillMapping({action: template}).map(action, dict.fromkeys(placeholders, "1"))
         try:
-            names = [call.name for call in read_calls(_with_values(action, template))]
+            called = [call.name for call in read_calls(example.text or template)]
         except SkillError as error:
             text = f"the skill string of '{action}' is wrong: {error.message}"
-            found.append(context.config.error(_path(context, action), text))
+            mistakes.append(agent.config.error(f"{_mapping_path(agent)}/{action}", text))
             continue
-        for name in names:
+        for name in called:
             if name not in skills:
                 text = f"'{action}' is mapped to the skill '{name}', which does not exist"
-                found.append(_of_mapping(context, action, text, name, skills))
-                lost = found[-1]
-    if lost is not None and context.known_skills:
-        end = "" if (lost.hint or "").endswith("?") else "."
-        lost.hint = f"{lost.hint}{end} Without the robot, --skiller simulator executes any skill"
-    return found
+                unknown_skill = _mapping_mistake(agent, action, text, name, skills)
+                mistakes.append(unknown_skill)
+    # said once, at the last mistake: the user may only lack the robot's skills
+    if unknown_skill is not None and agent.known_skills:
+        end = "" if (unknown_skill.hint or "").endswith("?") else "."
+        unknown_skill.hint = (
+            f"{unknown_skill.hint}{end} Without the robot, --skiller simulator executes any skill"
+        )
+    return mistakes
 
 
-def _parameters(template: str) -> list[str]:
-    return [part.name for part in parse_template(template) if isinstance(part, Placeholder)]
-
-
-def _with_values(action: str, template: str) -> str:
-    mapping = ActionSkillMapping({action: template})
-    return mapping.map(action, dict.fromkeys(_parameters(template), "1")).text or f"{template}"
-
-
-def known_skills(context: Run) -> frozenset[str] | None:
+def known_skills(agent: Run) -> frozenset[str] | None:
     """Return the skills available to the action mapping; None if another process has them."""
-    board = context.skill_board
-    if not context.known_skills and board is None:
+    board, of_skillers = agent.skill_board, agent.known_skills
+    if (not of_skillers and board is None) or None in of_skillers.values():
         return None
-    if None in context.known_skills.values() or (board is not None and not board.in_process):
+    if board is not None and not board.in_process:
         return None
-    found = {skill for skills in context.known_skills.values() for skill in skills or ()}
-    for agent in () if board is None else board.agents:
-        for executor in agent.executors:
-            found.update(executor.skills())
-    return frozenset(found)
+    skills = {skill for names in of_skillers.values() for skill in names or ()}
+    for board_agent in () if board is None else board.agents:
+        for executor in board_agent.executors:
+            skills.update(executor.skills())
+    return frozenset(skills)
 
 
-def _of_mapping(context: Run, action: str, message: str, word: str, known: Iterable[str]) -> ConfigError:
-    known = sorted(known)
-    hint = did_you_mean(word, known, f"there are: {', '.join(known) or 'none'}")
-    return context.config.error(_path(context, action), message, hint)
+def _mapping_path(agent: Run) -> str:
+    return f"/clips-executive/specs/{agent.spec}/action-mapping"
 
 
-def _path(context: Run, action: str) -> str:
-    return f"/clips-executive/specs/{context.spec}/action-mapping/{action}"
+def _mapping_mistake(agent: Run, action: str, message: str, word: str, names: Iterable[str]) -> ConfigError:
+    """Return the error about a word in the mapping of an action.
+
+    :param names: the words that are possible.
+    """
+    names = sorted(names)
+    hint = did_you_mean(word, names, f"there are: {', '.join(names) or 'none'}")
+    return agent.config.error(f"{_mapping_path(agent)}/{action}", message, hint)
+
+
+# -- while the agent runs
+
+
+def places_of(agent: Run, executive: Executive) -> Places:
+    """Return the name finder for the loaded files of an agent, without those of the core."""
+    paths = agent.paths
+    core = (paths.cx, paths.library, *paths.before)
+    files = dict.fromkeys(executive.env.loader.files)
+    return places([file for file in files if not any(file.is_relative_to(folder) for folder in core)])
+
+
+class UnexecutedActions:
+    """Reports each action that fails for lack of an executor, once, with the place of the mistake."""
+
+    def __init__(self, agent: Run, executive: Executive) -> None:
+        self._agent, self._executive = agent, executive
+        self._reported: set[str] = set()
+        executive.env.watcher.follow("plan-action", self._record_fact, ("action-name", "state", "error-msg"))
+
+    def _record_fact(self, _template: str, slots: Mapping[str, str]) -> None:
+        if slots.get("state") != "FAILED" or _NOT_EXECUTED not in slots.get("error-msg", ""):
+            return
+        action = slots["action-name"]
+        if action not in self._reported:
+            self._reported.add(action)
+            self._executive.log.error(self._mistake(action))
+
+    def _mistake(self, action: str) -> str:
+        """Return the cause: a misspelt action, an unmapped action, or missing control of the Skiller."""
+        config = self._agent.config
+        place = places_of(self._agent, self._executive).of_action(action)
+        facts = self._executive.env.facts("domain-operator")
+        operators = {str(slots["name"]) for _, _, slots in facts}
+        mapped = set(action_mapping(config, self._agent.spec))
+        if action not in operators:
+            text = f"the action '{action}' has no executor"
+            hint = did_you_mean(action, operators & mapped or operators | mapped)
+        elif action in mapped:
+            text = f"'{action}' found no Skiller under control, and a monitor fails actions that wait for it"
+            hint = ""
+        else:
+            text = f"the action mapping lacks the action '{action}'"
+            similar = nearest(action, mapped - operators)
+            hint = f"is '{similar[0]}' meant for it?" if similar else ""
+            path = _mapping_path(self._agent)
+            values = [config.get(f"{path}/{similar[0]}")] if similar else config.search(path)
+            place = next((value.location for value in values if value.location), place)
+        return (f"{place}: " if place else "") + text + (f"; {hint}" if hint else "")

@@ -1,4 +1,8 @@
-"""Options of a run."""
+"""The options of runs, as dataclasses whose fields are options of the command line, too.
+
+``cxbridge.cli.option_groups`` makes the parameters of commands from the fields and their descriptions.
+Daemons have most of the groups (``cxbridge.daemon.options``), and plug-ins add groups (:data:`OPTIONS`).
+"""
 
 from __future__ import annotations
 
@@ -23,6 +27,7 @@ SPEECH = ("off", "on")
 MAX_TIMEOUT = 1e9
 """Seconds (30 years), the longest timeout of clocks and operating systems."""
 
+# `--trace scenario.yaml` is a likely slip, e.g. after an option without its value.
 _INPUTS = (".clp", ".lua", ".pddl", ".xml", ".yaml")
 
 TRACE_LEVELS = ("transitions", "rules", "facts")
@@ -31,9 +36,6 @@ REPLAY_ORDERS = ("total", "partial")
 
 # Prefixes of clocks that run faster or slower than a remote Skiller.
 _UNREAL_CLOCKS = ("virtual", "scaled")
-
-_FURTHER_VALUES = {"skiller": ", or the URL of a blackboard"}
-
 
 Setting = bool | int | str | list[str]
 """The type of values below ``cxbridge:`` in a daemon's configuration."""
@@ -248,17 +250,17 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
     def check(self) -> None:
         """Raise :class:`CxbridgeError` if a value is invalid or options contradict each other."""
-        for name, value, known in (
+        for name, value, values in (
             ("core", self.core, (None, *CORES)),
             ("skiller", self.skiller, (self.skiller,) if self.has_remote_skiller else SKILLERS),
             ("speech", self.speech, SPEECH),
             ("trace-level", self.trace_level, TRACE_LEVELS),
             ("replay-order", self.replay_order, REPLAY_ORDERS),
         ):
-            if value not in known:
-                names = ", ".join(item for item in known if item)
-                more = _FURTHER_VALUES.get(name, "")
-                raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}{more}")
+            if value not in values:
+                hint = f"use one of: {', '.join(filter(None, values))}"
+                hint += ", or the URL of a blackboard" if name == "skiller" else ""
+                raise CxbridgeError(f"--{name} cannot be '{value}'", hint=hint)
         for group in self.more:
             group.check(self)
         if self.replay:
@@ -290,12 +292,12 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
     def _check_replay(self) -> None:
         """Raise if an option contradicts a replay."""
-        for name, value, only in (
+        for name, value, permitted in (
             ("skiller", self.skiller, "lua"),
             ("speech", self.speech, "off"),
             ("clock", self.clock_name, "virtual"),
         ):
-            if value != only:
+            if value != permitted:
                 raise CxbridgeError(
                     f"--{name} {value} cannot go with --replay",
                     hint="the recordings replace Skillers and sensors, on the virtual clock",
@@ -303,16 +305,12 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
     def _check_outputs(self) -> None:
         """Raise if an output would overwrite an input, another output, or block on a pipe."""
-        outputs = {
-            name: file for name, file in (("trace", self.trace), ("log", self.log)) if file is not None
-        }
         if self.trace is not None and self.log is not None and self.trace.absolute() == self.log.absolute():
             raise CxbridgeError("--trace and --log name the same file", file=self.log, hint="name two files")
-        for name, file in outputs.items():
-            try:
-                mode = file.stat().st_mode
-            except OSError:
-                continue  # missing or inaccessible: the writer reports the error
+        for name, file in (("trace", self.trace), ("log", self.log)):
+            if file is None or not file.exists():
+                continue  # also if inaccessible: the writer reports the error
+            mode = file.stat().st_mode
             if file.suffix in _INPUTS and stat.S_ISREG(mode):
                 raise CxbridgeError(
                     f"--{name} would overwrite this file, which looks like an input",

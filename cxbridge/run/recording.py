@@ -1,26 +1,26 @@
-"""The recording of a run or a daemon, as configured by its options."""
+"""The recording of a run or a daemon: the files of its options, and the component that writes them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
-from cxbridge.clock import Clock
-from cxbridge.config import Configuration
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import EventBus
-from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.mainloop import Hook
 from cxbridge.resources import VERSION
+from cxbridge.run.components.component import Component
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import RunPaths
 from cxbridge.trace.formats.files import keep_previous
 from cxbridge.trace.recorder import Recorder
-from cxbridge.trace.sourcing import EarlySources, emit_configuration, interface_source
+from cxbridge.trace.sourcing import emit_configuration, interface_source
 
 if TYPE_CHECKING:
+    from cxbridge.run.agent import Run
+    from cxbridge.run.team import Team
     from cxbridge.trace.formats.base import RunWriter
 
 
@@ -28,70 +28,85 @@ DAEMON = "daemon"
 """The scenario name in bblogger files of a daemon without an executive."""
 
 
-class RecordingSubject(Protocol):
-    """A run, a team or a daemon that is recorded.
+class RecorderComponent(Component):
+    """Records events from construction until :meth:`close`.
 
-    :ivar spec: the executive's spec; empty without an executive.
-    :ivar early: the files that were read before the recording; None without recording.
+    :param run: a run, a team or a daemon.
+    :param writers: additional receivers of events.
+    :param keep: rename existing files instead of overwriting them.
+    :raises TraceError: if a file cannot be written.
     """
 
-    bus: EventBus
-    clock: Clock
-    config: Configuration
-    options: RunOptions
-    registry: InterfaceRegistry
-    spec: str
-    paths: RunPaths
-    early: EarlySources | None
+    hooks = (Hook.POST_LOOP,)
+    steady = True
+
+    def __init__(self, run: Any, writers: Sequence[RunWriter] = (), *, keep: bool = False) -> None:
+        self.recorder = start_recording(run, run.options, writers, keep=keep)
+
+    @property
+    def fault(self) -> str:
+        """The first error of a writer; empty without one."""
+        return str(self.recorder.errors[0]) if self.recorder.errors else ""
+
+    def describe(self, metadata: Mapping[str, str]) -> None:
+        """Add metadata to the recording."""
+        self.recorder.describe(metadata)
+
+    def loop(self) -> None:
+        self.recorder.flush_when_due()
+
+    def check(self) -> None:
+        if self.recorder.errors:
+            raise self.recorder.errors[0]
+
+    def close(self) -> None:
+        self.recorder.close()
 
 
 def start_recording(
-    assembly: RecordingSubject, options: RunOptions, more: Sequence[RunWriter] = (), *, keep: bool = False
+    run: Run | Team, options: RunOptions, writers: Sequence[RunWriter] = (), *, keep: bool = False
 ) -> Recorder:
     """Open the files of the options and start recording.
 
-    :param more: additional writers; the recorder closes them.
+    :param writers: additional writers; the recorder closes them.
     :param keep: rename an existing file instead of overwriting it.
     :raises TraceError: if a file cannot be written.
     """
     if keep:
-        _keep_previous(assembly.bus, [options.trace, options.log])
-    writers = [*more]
+        _keep_previous(run.bus, [options.trace, options.log])
+    writers = [*writers]
     if options.trace is not None:
         from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415 - slow to import
 
-        definition = partial(interface_source, assembly.registry)
+        definition = partial(interface_source, run.registry)
         writers.append(
             McapWriter(with_folder(options.trace), definition=definition, files=options.trace_files)
         )
     if options.log is not None:
         from cxbridge.trace.formats.fawkes_log import FawkesLogWriter  # noqa: PLC0415
 
-        writers.append(FawkesLogWriter(with_folder(options.log), utc=assembly.clock.is_virtual))
+        writers.append(FawkesLogWriter(with_folder(options.log), utc=run.clock.is_virtual))
     if options.bblog is not None:
         from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415
 
-        clock = assembly.clock
-        writers.append(
-            BBLoggerWriter(
-                options.bblog, assembly.spec or DAEMON, start_us=clock.now_us(), utc=clock.is_virtual
-            )
-        )
-    recorder = Recorder(assembly.bus, writers, RecordLevel(options.trace_level))
+        start_us, utc = run.clock.now_us(), run.clock.is_virtual
+        writers.append(BBLoggerWriter(options.bblog, run.spec or DAEMON, start_us=start_us, utc=utc))
+    recorder = Recorder(run.bus, writers, RecordLevel(options.trace_level))
     recorder.describe(
         {
             "cxbridge": VERSION,
-            "spec": assembly.spec,
-            "clock": assembly.clock.name,
-            "start_us": str(assembly.clock.start_us),
-            "scenario": str(assembly.paths.config_file),
+            "spec": run.spec,
+            "clock": run.clock.name,
+            "start_us": str(run.clock.start_us),
+            "scenario": str(run.paths.config_file),
         }
     )
-    early = [] if assembly.early is None else assembly.early.take()
+    # the configuration comes first in the file, although other sources were read before the recorder existed
+    early = [] if run.early is None else run.early.take()
     if options.trace_files:
-        emit_configuration(assembly.bus, assembly.config)
+        emit_configuration(run.bus, run.config)
     for event in early:
-        assembly.bus.emit(event)
+        run.bus.emit(event)
     return recorder
 
 
@@ -99,8 +114,8 @@ def _keep_previous(bus: EventBus, files: Iterable[Path | None]) -> None:
     """Rename existing recordings."""
     # after a crash and restart, the last recording may show the cause of the crash
     for file in files:
-        if file is not None and (kept := keep_previous(file)) is not None:
-            bus.logger("Recorder").info(f"The recording before is kept as {kept}")
+        if file is not None and (renamed := keep_previous(file)) is not None:
+            bus.logger("Recorder").info(f"The recording before is kept as {renamed}")
 
 
 def with_folder(file: Path) -> Path:

@@ -32,6 +32,7 @@ class ReplayOutcome:
 
     :param compared: the path of the compared recording.
     :param divergence: the first differing command; None if there is none.
+    :param is_complete: whether the recording reaches the end of its run; else only its time span is compared.
     :param lines: the comparison as text.
     :param report: the comparison as JSON values; empty after a divergence.
     """
@@ -40,7 +41,7 @@ class ReplayOutcome:
     order: str
     divergence: Divergence | None
     same: bool
-    whole: bool
+    is_complete: bool
     lines: tuple[str, ...] = ()
     report: dict[str, Any] = field(default_factory=dict)
 
@@ -51,8 +52,8 @@ class ReplayOutcome:
             return f"it decided something else: {self.divergence}"
         if not self.same:
             return f"it decided something else than {self.compared}, in {self.order} order"
-        part = "" if self.whole else ", up to where the recording ends"
-        return f"it decided the same as {self.compared}, in {self.order} order{part}"
+        limit = "" if self.is_complete else ", up to where the recording ends"
+        return f"it decided the same as {self.compared}, in {self.order} order{limit}"
 
     def plain(self) -> dict[str, Any]:
         """Return the result as JSON values."""
@@ -60,7 +61,7 @@ class ReplayOutcome:
             "compared": self.compared,
             "order": self.order,
             "same": self.same and self.divergence is None,
-            "whole": self.whole,
+            "whole": self.is_complete,
             "divergence": None if self.divergence is None else self.divergence.plain(),
             "comparison": self.report,
         }
@@ -97,9 +98,9 @@ class RunResult:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as JSON values."""
-        more: dict[str, Any] = {} if self.replay is None else {"replay": self.replay.plain()}
+        optional: dict[str, Any] = {} if self.replay is None else {"replay": self.replay.plain()}
         if self.agents:
-            more["agents"] = {name: result.as_dict() for name, result in self.agents.items()}
+            optional["agents"] = {name: result.as_dict() for name, result in self.agents.items()}
         return {
             "status": self.status,
             "result": self.word,
@@ -111,7 +112,7 @@ class RunResult:
             "wall_seconds": round(self.wall_seconds, 3),
             "goals": [plain_goal(goal) for goal in self.goals],
             "forgotten_goals": self.forgotten,
-            **more,
+            **optional,
         }
 
     @property
@@ -125,13 +126,9 @@ class RunResult:
 
     def summary(self) -> str:
         """Return the goal tree with outcomes, and a line about the run."""
-        return "\n".join(map(one_line, self.summary_lines()))
-
-    def summary_lines(self) -> list[str]:
-        """Return the lines of the summary unfiltered: error texts may contain control characters."""
-        lines = [line if isinstance(line, str) else line.text for line in self.tree()]
-        lines += () if self.replay is None else self.replay.lines
-        return [*lines, self.verdict + self.figures]
+        replay_lines = () if self.replay is None else self.replay.lines
+        lines = [*self.goal_lines(), *replay_lines, self.verdict + self.figures]
+        return "\n".join(map(one_line, lines))  # error texts may contain control characters
 
     @property
     def verdict(self) -> str:
@@ -168,8 +165,8 @@ def sum_up(agents: Mapping[str, RunResult]) -> RunResult:
         return results[0]
     status = max(result.status for result in results)
     worst = {name: result.reason for name, result in agents.items() if result.status == status}
-    same = len(set(worst.values())) == 1 and len(worst) == len(agents)
-    reasons = [results[0].reason] if same else [f"{name}: {reason}" for name, reason in worst.items()]
+    is_shared = len(set(worst.values())) == 1 and len(worst) == len(agents)
+    reasons = [results[0].reason] if is_shared else [f"{name}: {reason}" for name, reason in worst.items()]
     return replace(
         results[0],
         status=status,

@@ -1,9 +1,15 @@
+"""A scenario run to its end: :func:`run_scenario` makes the run, watches its loop and sums up the result.
+
+The order of clean-up matters: servers and the watchdog end first, then the rules finalize, then the recording
+closes, which includes the finalization.
+"""
+
 from __future__ import annotations
 
 import dataclasses
 import time
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
@@ -18,13 +24,13 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
 from cxbridge.run.servers import REST_S, RunServer, Stay, no_stay
-from cxbridge.run.watchdog import LIMIT_S, RuleErrors, Stall, Stalls, StuckWatch
+from cxbridge.run.stuck import RuleErrors, StuckWatch, waits_for
+from cxbridge.run.watchdog import LIMIT_S, Stall, Stalls, environments_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from cxbridge.executive.goals import GoalState, GoalWatch
-    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.replay.replay import Replay
     from cxbridge.run.team import Team
 
@@ -95,7 +101,7 @@ def _run(
         recorder = COMPONENTS.load(RECORDER)(assembly, additions.writers)
         stack.callback(recorder.close)
         if replay is not None:
-            stack.enter_context(replay.noting(assembly.bus))
+            stack.enter_context(replay.comparing(assembly.bus))
         # before the recorder closes: the recording includes the finalization
         stack.callback(assembly.finalize)
         stack.callback(interrupt.give_time, GOODBYE_S)
@@ -104,16 +110,27 @@ def _run(
         interactive = interactive or any(group.is_interactive for group in options.more)
         _attach_clients(stack, assembly, attach, servers)
         begun_us = assembly.clock.start_us
-        stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
+        limit = _LoopLimit(assembly, options.timeout)
+        if not interactive:
+            stack.enter_context(
+                Stalls(
+                    assembly.loop,
+                    lambda: environments_of(assembly),
+                    assembly.bus.logger("Run"),
+                    "Ctrl-C ends the run",
+                    limit_s=STALL_S,
+                    on_stall=limit.check,
+                )
+            )
         with assembly.loop.busy():
             _start(assembly, interrupt)
         checks.start()
         assembly.loop.add(Hook.POST_LOOP, recorder.loop)
-        start_us = assembly.clock.now_us()
-        deadline_us = start_us + int(options.timeout * MICROSECONDS)
+        deadline_us = assembly.clock.now_us() + int(options.timeout * MICROSECONDS)
         if replay is not None:
             deadline_us += replay.length_us
         over, loss, is_stuck = False, "", False
+        # a client, a user or a function of the program may change a run that looks stuck
         watch = StuckWatch(
             assembly,
             on=replay is None
@@ -139,7 +156,7 @@ def _run(
             assembly,
             options,
             loss,
-            stalls.verdict,
+            limit.verdict,
             (run_seconds, wall_seconds),
             over=over,
             rule_errors=rule_errors if is_stuck else None,
@@ -147,8 +164,8 @@ def _run(
         recorder.describe({"status": str(result.status), "reason": result.reason})
         _finish_servers(servers, result, stay, lambda: interrupt.received, recorder.loop)
     if recorder.fault:
-        lost = f"{result.reason}, but the recording is not whole: {recorder.fault}"
-        return dataclasses.replace(result, status=FAULT, reason=lost)
+        reason = f"{result.reason}, but the recording is not whole: {recorder.fault}"
+        return dataclasses.replace(result, status=FAULT, reason=reason)
     return result
 
 
@@ -230,38 +247,19 @@ def sum_up_run(
     )
 
 
-class _Stalls(Stalls):
-    """Reports loops that do not end.
+class _LoopLimit:
+    """Ends a run whose rules take longer in one cycle than the timeout of the run, here in real seconds."""
 
-    :param timeout_s: the timeout of the run, here in real seconds: it ends a run whose rules take longer in
-        one loop.
-    :param on: False disables the watchdog.
-    """
-
-    def __init__(self, run: Run | Team, timeout_s: float, *, on: bool) -> None:
+    # the virtual clock stands still within a cycle, so only real time can limit it
+    def __init__(self, run: Run | Team, timeout_s: float) -> None:
         self.verdict: tuple[int, str] | None = None
-        """Status and reason if the watchdog ended the run; else None."""
-        self._run, self._on = run, on
-        # the virtual clock stands still within a loop, so only real time can limit it
-        self._most_s = max(timeout_s, LEAST_STALL_S)
-        log = run.bus.logger("Run")
-        super().__init__(
-            run.loop,
-            self._environments,
-            log,
-            "Ctrl-C ends the run",
-            limit_s=STALL_S,
-            on_stall=self._end,
-        )
+        """Status and reason if the limit ended the run; else None."""
+        self._run = run
+        self._limit_s = max(timeout_s, LEAST_STALL_S)
 
-    def __enter__(self) -> Self:
-        return super().__enter__() if self._on else self
-
-    def _environments(self) -> dict[str, ClipsEnvironment]:
-        return {agent.name: agent.executive.env for agent in self._run.agents}
-
-    def _end(self, stall: Stall | None) -> None:
-        if stall is not None and stall.in_rules and stall.seconds >= self._most_s:
+    def check(self, stall: Stall | None) -> None:
+        """Handle the report of the watchdog, in its thread."""
+        if stall is not None and stall.in_rules and stall.seconds >= self._limit_s:
             self.verdict = TIMED_OUT, str(stall)
             self._run.loop.stop()
             self._run.interrupt()
@@ -316,8 +314,7 @@ def _verdict(
     if not over and not maintaining:
         why = f"{_open_work(assembly)} after {options.timeout:g} s"
         if rule_errors is not None:
-            assert assembly.thinking is not None
-            why = f"nothing can happen any more: {assembly.thinking.waits_for(rule_errors.rules)}"
+            why = f"nothing can happen any more: {waits_for(assembly, rule_errors.rules)}"
         return TIMED_OUT, why
     if shortcomings:
         return UNSUCCESSFUL, ", ".join(shortcomings)

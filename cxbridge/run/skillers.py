@@ -1,14 +1,14 @@
-"""Skillers of a run or daemon."""
+"""The settings of the Skillers of a run or daemon, from its configuration."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from typing import get_args
 
 from msgspec import Struct
 
 from cxbridge.config import Configuration
-from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode, SkillerBackend
+from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode
 
 KINDS = ("lua", "simulator")
 """The kinds of Skillers in this process."""
@@ -59,51 +59,17 @@ def skiller_settings(
     for name in names:
         for key in config.keys(f"{INSTANCES}/{name}"):
             if key not in _KEYS:
-                place = f"{INSTANCES}/{name}/{key}"
-                raise config.error(place, f"{place} means nothing", f"use: {', '.join(_KEYS)}")
-    settings = [_read(config, name, kind, mode) for name in names]
-    settings = settings or [SkillerSettings(DEFAULT_SKILLER, kind, None, mode)]
-    return tuple(item for item in settings if item.name not in served)
+                path = f"{INSTANCES}/{name}/{key}"
+                raise config.error(path, f"{path} means nothing", f"use: {', '.join(_KEYS)}")
+    skillers = [_read(config, name, kind, mode) for name in names]
+    skillers = skillers or [SkillerSettings(DEFAULT_SKILLER, kind, None, mode)]
+    return tuple(settings for settings in skillers if settings.name not in served)
 
 
-def _read(config: Configuration, name: str, kind: str, mode: Mode) -> SkillerSettings:
+def _read(config: Configuration, name: str, default_kind: str, default_mode: Mode) -> SkillerSettings:
     path = f"{INSTANCES}/{name}"
-    own = config.get_str(f"{path}/kind", default=kind)
-    if own not in KINDS:
-        message = f"{path}/kind is '{own}'"
-        raise config.error(f"{path}/kind", message, f"one of: {', '.join(KINDS)}")
+    kind = config.get_str(f"{path}/kind", default=default_kind)
+    if kind not in KINDS:
+        raise config.error(f"{path}/kind", f"{path}/kind is '{kind}'", f"one of: {', '.join(KINDS)}")
     space = config.get_str(f"{path}/skillspace", default="") or None
-    return SkillerSettings(name, own, space, skiller_mode(config, f"{path}/mode", mode))
-
-
-class SkillerGroup(SkillerBackend):
-    """Several Skillers as one component.
-
-    :param skillers: the Skillers in the order of their steps.
-    """
-
-    def __init__(self, skillers: Sequence[SkillerBackend]) -> None:
-        super().__init__(", ".join(skiller.name for skiller in skillers))
-        self.skillers = tuple(skillers)
-
-    @property
-    def known_by_name(self) -> dict[str, frozenset[str] | None]:
-        """The skills of each Skiller by name; None: unknown."""
-        return {skiller.name: skiller.known_skills for skiller in self.skillers}
-
-    @property
-    def running(self) -> bool:
-        return any(skiller.running for skiller in self.skillers)
-
-    @property
-    def is_quiet(self) -> bool:
-        return all(skiller.is_quiet for skiller in self.skillers)
-
-    def loop(self) -> None:
-        for skiller in self.skillers:
-            skiller.loop()
-
-    def close(self) -> None:
-        """Close the Skillers, last to first."""
-        for skiller in reversed(self.skillers):
-            skiller.close()
+    return SkillerSettings(name, kind, space, skiller_mode(config, f"{path}/mode", default_mode))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from msgspec import Struct
 
@@ -28,16 +28,12 @@ from cxbridge.run.paths import (
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
 
 if TYPE_CHECKING:
-    from cxbridge.blackboard import LocalBlackBoard
     from cxbridge.clock import Clock
-    from cxbridge.events import EventBus
     from cxbridge.executive.feature import Feature, LazyFeature
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.options import RunOptions
-    from cxbridge.run.program.additions import Additions
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.policy import BoardPolicy
-    from cxbridge.skiller.board.service import SkillBoardService
     from cxbridge.skiller.board.settings import BoardSettings
 
 SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
@@ -64,24 +60,6 @@ _PERIOD: Final = "/fawkes/mainapp/desired_loop_time"
 _SHORTEST_PERIOD_US: Final = 100
 
 
-class RunFacts(Protocol):
-    """The parts of :class:`~cxbridge.run.agent.Run` used by sources and the table of components."""
-
-    name: str
-    spec: str
-    options: RunOptions
-    source: Source
-    config: Configuration
-    paths: RunPaths
-    clock: Clock
-    bus: EventBus
-    board: LocalBlackBoard
-    skill_board: BoardSettings | None
-    skill_service: SkillBoardService | None
-    make_planning: Callable[[str], Any] | None
-    additions: Additions
-
-
 class LoadedFile(Struct, frozen=True):
     """A file loaded by an agent.
 
@@ -101,7 +79,10 @@ def source_of(options: RunOptions) -> Source:
 
 
 class Source:
-    """The default source: a scenario's folder or a Fawkes checkout. Subclasses override the differences."""
+    """The default source: a scenario's folder or a Fawkes checkout. Subclasses override the differences.
+
+    The ``context`` of methods is a :class:`cxbridge.run.agent.Run`, whose module imports this one.
+    """
 
     has_fawkes_configuration: ClassVar[bool] = True
     """Whether keys, stages and specs follow Fawkes' executive."""
@@ -282,19 +263,19 @@ class Source:
         """Return the policy of the skill board towards executors; None: the default."""
         return None
 
-    def prepare_board(self, context: RunFacts) -> None:
+    def prepare_board(self, context: Any) -> None:
         """Add executors to the skill board of a run before it starts.
 
         :raises CxbridgeError: if an executor cannot be made.
         """
 
-    def features(self, context: RunFacts) -> list[Feature] | None:  # noqa: ARG002
+    def features(self, context: Any) -> list[Feature] | None:  # noqa: ARG002
         """Return replacements for cxbridge's features; None keeps them."""
         return None
 
     def make_manager(
         self,
-        context: RunFacts,
+        context: Any,
         features: Sequence[Feature | LazyFeature],
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
@@ -302,7 +283,7 @@ class Source:
         return EnvironmentManager(context.bus, features, context.paths.library, environment)
 
     def make_executive(
-        self, context: RunFacts, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
+        self, context: Any, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
     ) -> Executive:
         """Make the executive with its environment, without loading the agent.
 

@@ -30,8 +30,9 @@ _KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", 
 _SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
 _SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "limits", "instances")
 _SECTIONS = {"clips-executive": _KEYS, "skiller": _SKILLER_KEYS}
-# The minimum similarity of an unread key to an absent key that counts as a misspelling.
-_LIKE = 0.75
+# The minimum similarity of an unread key to an absent key that counts as a misspelling: higher than for
+# names, as Fawkes' configurations have keys for other programs.
+_SIMILAR = 0.75
 
 
 def choose_spec(config: Configuration, spec: str | None, config_file: Path | None = None) -> str:
@@ -40,22 +41,23 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
     :param config_file: the place for an error without a place in the configuration.
     :raises ConfigError: if the spec does not exist.
     """
-    place = _first_value(config, f"{_ROOT}/spec") if spec is None else None
-    if spec is not None:
+    value = None
+    if spec is None:
+        value = _first_value(config, f"{_ROOT}/spec")
+    else:
         config.set(f"{_ROOT}/spec", spec)
     chosen = config.get_str(f"{_ROOT}/spec", default="")
     specs = sorted(config.keys(f"{_ROOT}/specs"))
     if chosen and chosen in specs:
         return chosen
-    known = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
+    hint = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
     problem = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
     if not specs and (misspelt := next(_misspelt_sections(config), None)) is not None:
         raise misspelt
-    if place is None:
-        place = min((each for each in config.search(_ROOT) if each.file), key=_line, default=None)
-    if place is None and config_file is not None:
-        raise ConfigError(f"the configuration {problem}", file=config_file, line=1, hint=known)
-    raise _error(f"the configuration {problem}", place, known)
+    value = value or min((item for item in config.search(_ROOT) if item.file), key=_line, default=None)
+    if value is None and config_file is not None:
+        raise ConfigError(f"the configuration {problem}", file=config_file, line=1, hint=hint)
+    raise _error(f"the configuration {problem}", value, hint)
 
 
 def check_spec(config: Configuration, spec: str) -> list[str]:
@@ -86,48 +88,46 @@ def mistaken_keys(config: Configuration, spec: str) -> list[ConfigError]:
     """Return an error for each misspelt key, and for each empty value or wrong type that would be fatal."""
     # only a warning with a Fawkes checkout: Fawkes ignores unknown keys
     base = f"{_ROOT}/specs/{spec}"
-    found = [
+    mistakes = [
         *_misspelt_sections(config),
         *_misspelt(config, _ROOT, _KEYS),
         *_misspelt(config, base, _SPEC_KEYS),
         *_misspelt(config, "/skiller", _SKILLER_KEYS),
     ]
     if config.exists("/skiller") and (value := config.get("/skiller")).text:
-        found.append(_error("'skiller' must be a map", value, "write skillspace: NAME below it"))
+        mistakes.append(_error("'skiller' must be a map", value, "write skillspace: NAME below it"))
     for _, path in _entries(config, spec):
-        found += _misspelt(config, path, tuple(sorted(_ENTRY_KEYS)))
+        mistakes += _misspelt(config, path, tuple(sorted(_ENTRY_KEYS)))
         for key in ("name", "file"):
             if config.exists(f"{path}/{key}") and _is_empty(value := config.get(f"{path}/{key}")):
-                found.append(_error(f"'{key}' is empty", value, f"give the {key}, or remove the key"))
+                mistakes.append(_error(f"'{key}' is empty", value, f"give the {key}, or remove the key"))
     mapping = f"{base}/action-mapping"
     for action in config.keys(mapping):
         if config.exists(f"{mapping}/{action}") and _is_empty(value := config.get(f"{mapping}/{action}")):
             hint = f"name a skill: {action}: SKILL{{}}"
-            found.append(_error(f"the mapping of action '{action}' is empty", value, hint))
-    return found
+            mistakes.append(_error(f"the mapping of action '{action}' is empty", value, hint))
+    return mistakes
 
 
 def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
     """Yield an error for each section whose name is similar to a known one and whose keys match."""
     # unknown sections are allowed, so the similarity of the name alone does not prove a mistake
     sections = config.keys("/")
-    for section, known in _SECTIONS.items():
-        for each in () if section in sections else sections:
-            if nearest(section, [each], _LIKE) and not set(known).isdisjoint(config.keys(f"/{each}")):
-                yield _error(
-                    f"'{each}' is never read", _first_value(config, f"/{each}"), f"did you mean {section}?"
-                )
+    for section, keys in _SECTIONS.items():
+        for name in () if section in sections else sections:
+            if nearest(section, [name], _SIMILAR) and not set(keys).isdisjoint(config.keys(f"/{name}")):
+                value = _first_value(config, f"/{name}")
+                yield _error(f"'{name}' is never read", value, f"did you mean {section}?")
 
 
-def _misspelt(config: Configuration, path: str, known: Sequence[str]) -> Iterator[ConfigError]:
+def _misspelt(config: Configuration, path: str, known_keys: Sequence[str]) -> Iterator[ConfigError]:
     """Yield an error for each key that is similar to a known, absent key."""
-    keys = config.keys(path)
-    given = [key for key in keys if (value := _first_value(config, f"{path}/{key}")) is None or value.file]
-    absent = [key for key in known if key not in given]  # includes keys with an unwritten default
-    for key in keys:
-        if key not in known and (near := nearest(key, absent, _LIKE)):
-            place = _first_value(config, f"{path}/{key}")
-            yield _error(f"'{key}' is never read", place, f"did you mean {near[0]}?")
+    values = {key: _first_value(config, f"{path}/{key}") for key in config.keys(path)}
+    written = [key for key, value in values.items() if value is None or value.file]
+    absent = [key for key in known_keys if key not in written]  # includes keys with an unwritten default
+    for key, value in values.items():
+        if key not in known_keys and (similar := nearest(key, absent, _SIMILAR)):
+            yield _error(f"'{key}' is never read", value, f"did you mean {similar[0]}?")
 
 
 def check_features(config: Configuration, spec: str, available: Collection[str]) -> None:
@@ -152,36 +152,31 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
 
 def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
     """Return an error for each missing file of a spec, at its entry."""
-    missing = []
+    errors = []
     for stage, path in _entries(config, spec):
+        single = config.get_str(f"{path}/file", default="")
         names = config.get_strings(f"{path}/files", default=[])
-        if one := config.get_str(f"{path}/file", default=""):
-            names = [one, *names]
-        for name in names:
+        for name in [single, *names] if single else names:
             file = name.rpartition("|")[2]  # BATCH|FILE
             reasons = {folder / file: why_unreadable(folder / file) for folder in folders}
             if all(reasons.values()):
-                place = config.get(path + ("/file" if name == one else "/files"))
-                missing.append(_missing_file(stage, file, reasons, place, folders))
-    return missing
+                value = config.get(path + ("/file" if name == single else "/files"))
+                errors.append(_missing_file(stage, file, reasons, value, folders))
+    return errors
 
 
 def _missing_file(
-    stage: str, file: str, reasons: Mapping[Path, str], place: ConfigValue, folders: Sequence[Path]
+    stage: str, file: str, reasons: Mapping[Path, str], value: ConfigValue, folders: Sequence[Path]
 ) -> ConfigError:
     """Return the error for a file of a spec that no folder has, or that cannot be read.
 
     :param reasons: why the file cannot be read, by path.
     """
-    there = next((path for path, reason in reasons.items() if reason != ABSENT), None)
-    if there is not None:
-        return _error(f"{stage} loads {file}: {there} {reasons[there]}", place, None)
-    return _error(f"{stage} loads {file}, which no folder has", place, _similar_file(file, folders))
-
-
-def _similar_file(file: str, folders: Sequence[Path]) -> str | None:
-    """Return a hint with the most similar file name."""
-    return did_you_mean(file, {path.name for folder in folders for path in folder.glob("*.clp")}) or None
+    for path, reason in reasons.items():
+        if reason != ABSENT:
+            return value.error(f"{stage} loads {file}: {path} {reason}")
+    names = {path.name for folder in folders for path in folder.glob("*.clp")}
+    return value.error(f"{stage} loads {file}, which no folder has", did_you_mean(file, names) or None)
 
 
 def _entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:
@@ -195,9 +190,8 @@ def _entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:
 def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
     path = f"{base}/init/{stage}"
     if stage not in STAGES:
-        raise _error(
-            f"there is no '{stage}'", _first_value(config, path), f"the stages are {', '.join(STAGES)}"
-        )
+        value = _first_value(config, path)
+        raise _error(f"there is no '{stage}'", value, f"the stages are {', '.join(STAGES)}")
     _must_have_parts(config, path, "a list of entries, each with a name")
     for index in config.keys(path):
         if not index.isdigit():
@@ -206,30 +200,31 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
         yield from _check_entry(config, f"{path}/{index}", f"{stage}, entry {int(index) + 1}")
 
 
-def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
+def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
+    """Yield warnings about an entry of a stage.
+
+    :param entry: the entry's number for people, e.g. ``stage-1, entry 2``.
+    """
     keys = config.keys(path)
-    place = _first_value(config, path)
     if "name" not in keys:
-        raise _error(f"{where} has no name", place, "give it one: - name: ...")
+        raise _error(f"{entry} has no name", _first_value(config, path), "give it one: - name: ...")
     for key in ("name", "file", "wait-for"):
         config.get_str(f"{path}/{key}", default="")
     config.get_bool(f"{path}/feature-request", default=False)
     if "files" in keys:
         if config.keys(f"{path}/files"):
-            raise _error(
-                f"the files of {where} are a map",
-                _first_value(config, f"{path}/files"),
-                "write [a.clp, b.clp]",
-            )
+            value = _first_value(config, f"{path}/files")
+            raise _error(f"the files of {entry} are a map", value, "write [a.clp, b.clp]")
         files = config.get(f"{path}/files")
         if not files.is_list or (files.items and files.type is not ConfigType.STRING):
-            raise _error(f"the files of {where} are not a list of file names", files, "write [a.clp, b.clp]")
+            raise _error(f"the files of {entry} are not a list of file names", files, "write [a.clp, b.clp]")
     unknown = sorted(set(keys) - _ENTRY_KEYS)
     for key in unknown:
-        known = ", ".join(sorted(_ENTRY_KEYS))
-        yield f"{_prefix(config, f'{path}/{key}')}'{key}' of {where} is never read; known are {known}"
-    if not unknown and not where.startswith(STAGES[0]) and not _ENTRY_KEYS.intersection(keys) - {"name"}:
-        yield f"{_prefix(config, path)}{where} does nothing: it names no file"
+        keys_of_entries = ", ".join(sorted(_ENTRY_KEYS))
+        prefix = _prefix(config, f"{path}/{key}")
+        yield f"{prefix}'{key}' of {entry} is never read; known are {keys_of_entries}"
+    if not unknown and not entry.startswith(STAGES[0]) and not _ENTRY_KEYS.intersection(keys) - {"name"}:
+        yield f"{_prefix(config, path)}{entry} does nothing: it names no file"
 
 
 def _must_have_parts(config: Configuration, path: str, shape: str) -> None:
@@ -253,12 +248,13 @@ def _line(value: ConfigValue) -> int:
 
 def _prefix(config: Configuration, path: str) -> str:
     """Return ``FILE:LINE: `` of the path, or of the first value below it; empty if set at run time."""
-    place = _first_value(config, path)
-    return f"{place.file}:{place.line}: " if place is not None and place.file else ""
+    value = _first_value(config, path)
+    return f"{value.location}: " if value is not None and value.location else ""
 
 
-def _error(message: str, place: ConfigValue | None, hint: str | None) -> ConfigError:
-    return ConfigError(message, hint=hint) if place is None else place.error(message, hint)
+def _error(message: str, value: ConfigValue | None, hint: str | None) -> ConfigError:
+    """Return an error at the place of a value; without a place if the value is missing."""
+    return ConfigError(message, hint=hint) if value is None else value.error(message, hint)
 
 
 def init_mentions(config: Configuration, spec: str, *names: str) -> bool:

@@ -58,19 +58,18 @@ class Team(Closing):
         self._memory = SharedMemory(base)
         self.options, self._base, self._additions = options, base, additions
         self._components = components
-        self._dead: list[Run] = []
+        self._killed: list[Run] = []  # they keep their resources until the end of the team
         self.watchers: list[AgentWatcher] = []
         """Called when an agent is killed or restarted."""
         with ExitStack() as undo:
             undo.callback(self._memory.close)
-            made = []
+            agents = []
             for name in names:
-                part = None if replay is None else replay.of_agent(name)
-                agent_base = self._base_of(base, name)
-                agent = Run(options, agent_base, part, additions, components(name))
-                made.append(undo.enter_context(agent))
+                agent_replay = None if replay is None else replay.of_agent(name)
+                agent = Run(options, self._base_of(base, name), agent_replay, additions, components(name))
+                agents.append(undo.enter_context(agent))
             undo.pop_all()
-        self.agents: tuple[Run, ...] = tuple(made)
+        self.agents: tuple[Run, ...] = tuple(agents)
         self.paths, self.registry = self.agents[0].paths, self.agents[0].registry
         self.spec = " ".join(dict.fromkeys(agent.spec for agent in self.agents))
 
@@ -82,7 +81,7 @@ class Team(Closing):
             name=name,
             config=config,
             bus=AgentBus(name, base.bus),
-            embedded=partial(self._memory.part, name),
+            embedded=partial(self._memory.store_of, name),
         )
 
     def start(self) -> None:
@@ -97,8 +96,8 @@ class Team(Closing):
         To be called between two loops. Removes the agent from :attr:`agents`.
         """
         agent.kill()
-        self._dead.append(agent)
-        self.agents = tuple(other for other in self.agents if other is not agent)
+        self._killed.append(agent)
+        self.agents = tuple(member for member in self.agents if member is not agent)
         for watcher in self.watchers:
             watcher.left(agent)
 
@@ -146,7 +145,7 @@ class Team(Closing):
         """Stop all agents and release their resources."""
         with ExitStack() as stack:
             stack.callback(self._memory.close)
-            for agent in (*self._dead, *self.agents):
+            for agent in (*self._killed, *self.agents):
                 stack.callback(agent.close)
             self.finalize()
 
@@ -167,14 +166,16 @@ class AgentBus(EventBus):
         """Emit an event here, and on the run's bus with the agent's name."""
         super().emit(event)
         if isinstance(event, Publication | InterfaceMessage):
-            kind, mark, own = event.uid.partition("::")
-            event = structs.replace(event, uid=f"{kind}{mark}{self._name}/{own}")
+            # each agent has a Skiller of the same id on its own blackboard
+            kind, separator, interface = event.uid.partition("::")
+            event = structs.replace(event, uid=f"{kind}{separator}{self._name}/{interface}")
         self._run.emit(event)
 
     def logger(self, component: str) -> Logger:
         """Return a logger for a component, named after agent and component."""
-        named = component.endswith((f"({self._name})", f"|{self._name}"))
-        return Logger(self, component if named else f"{self._name}/{component}")
+        # the CLIPS environment of an agent has its name already: CLIPS (NAME), CLIPS|NAME
+        has_name = component.endswith((f"({self._name})", f"|{self._name}"))
+        return Logger(self, component if has_name else f"{self._name}/{component}")
 
 
 class SharedMemory:
@@ -187,8 +188,8 @@ class SharedMemory:
         self._base = base
         self._store: Store | None = None
 
-    def part(self, agent: str, settings: Settings) -> Store:
-        """Return an agent's robot memory: separate databases, and the shared ones.
+    def store_of(self, agent: str, settings: Settings) -> Store:
+        """Return an agent's robot memory: its own databases, and the shared ones.
 
         :raises CxbridgeError: if a file cannot be used.
         """
@@ -201,8 +202,8 @@ class SharedMemory:
             shared = Settings.read(self._base.config)
             self._store = EmbeddedStore(clock, shared.file)
         file = settings.file
-        own = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
-        return SplitStore(EmbeddedStore(clock, own), self._store, settings.distributed)
+        agent_file = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
+        return SplitStore(EmbeddedStore(clock, agent_file), self._store, settings.distributed)
 
     def close(self) -> None:
         if self._store is not None:

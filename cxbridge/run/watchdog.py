@@ -1,8 +1,9 @@
-"""Detection of a run or daemon in which nothing happens.
+"""Detection of a main loop that does not end: a rule, a matching, a function or a skill without end.
 
-:class:`Watchdog` is a thread that detects a loop without end and describes its activity. :class:`Stalls`
-reports such loops. :class:`StuckWatch` detects a run in which no event can follow;
-:mod:`cxbridge.run.stuck` names the missing events.
+:class:`Watchdog` is a thread that measures each cycle of the loop and describes a long one as a
+    :class:`Stall`.
+:class:`Stalls` logs the stalls of a run or daemon, and interrupts their rules on request.
+:mod:`cxbridge.run.stuck` is about the opposite, a loop whose cycles change nothing.
 """
 
 from __future__ import annotations
@@ -11,90 +12,65 @@ import sys
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Final, Protocol, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from msgspec import Struct
 
 from cxbridge.executive.host.activity import MATCHING, executing, executing_functions
 
 if TYPE_CHECKING:
-    from cxbridge.events import Event, Logger
-    from cxbridge.executive.executive import Executive
+    from cxbridge.events import Logger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.mainloop import MainLoop
+    from cxbridge.run.agent import Run
+    from cxbridge.run.team import Team
+
+    Environments = Callable[[], Mapping[str, ClipsEnvironment]]
 
 LIMIT_S: Final = 5.0
-"""The default limit of a loop in seconds. A longer loop is a stall."""
+"""The default limit of a cycle in seconds. A longer cycle is a stall."""
 
+# A right-hand side takes milliseconds, so one of this duration hardly ends; a long cycle may consist of many
+# rules.
 SPIN_S: Final = 1.5
 """The limit of a single right-hand side in seconds."""
 
 HOPELESS_S: Final = 5.0
 """The limit of a right-hand side in tests, explorations and sweeps, which have no user to interrupt it."""
 
-_TICK_S = 0.25  # seconds between looks at the loop
-_AGAIN_S = 0.02
-_PATIENCE_S = 0.1
-_MOST_NAMES = 5  # rules in a report
-_LOOKS = 20  # samples of the firing rule, taken in a row
-_BETWEEN_LOOKS_S = 0.0005  # seconds between samples
-_MOST_LOOKS = 12 * _LOOKS
-_HALTED: Final = "[PRCCODE4]"
-_TICK_RULES: Final = 2  # time-retract and blackboard-read fire in every tick
-# The first check waits for this many loops without firings other than each tick's.
-_QUIET_LOOPS: Final = 15
+_TICK_S = 0.25  # seconds between two measurements of the loop
+_FIRST_INTERRUPT_S = 0.1  # seconds in which an interrupted cycle may end by itself
+_NEXT_INTERRUPT_S = 0.02  # soon again: the next rule on the agenda may have no end, either
+_SHOWN_RULES = 5
+# A tick samples for 10 ms of its 250 ms. A description uses the samples of the last 12 ticks, 3 s.
+_SAMPLES = 20
+_SAMPLE_PAUSE_S = 0.0005
+_KEPT_SAMPLES = 12 * _SAMPLES
 
-_PACKAGE = str(Path(__file__).resolve().parent.parent)
+_PACKAGE = Path(__file__).resolve().parent.parent
 
 
 class Stall(Struct, frozen=True):
-    """A loop that does not end.
+    """A cycle that does not end.
 
     :param seconds: its duration so far, in real time.
-    :param component: the active component; empty if unknown.
-    :param what: the activity as text.
+    :param component: the active component of a daemon; empty if unknown.
+    :param activity: the rule, function or skill without end, as text.
     :param in_rules: whether the time is spent in rules rather than in a function that they called.
     :param is_spin: whether a single right-hand side does not end.
     """
 
     seconds: float
     component: str
-    what: str
+    activity: str
     in_rules: bool
     is_spin: bool = False
 
     def __str__(self) -> str:
-        return f"{self.what}, for {self.seconds:.0f} s now"
-
-
-class WatchedAgent(Protocol):
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def executive(self) -> Executive: ...
-
-    @property
-    def firings(self) -> int: ...
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the agent has finished."""
-
-    @property
-    def is_stuck(self) -> bool:
-        """Whether no event can follow."""
-
-
-class WatchedRun(Protocol):
-    @property
-    def loop(self) -> MainLoop: ...
-
-    @property
-    def agents(self) -> Sequence[WatchedAgent]: ...
+        return f"{self.activity}, for {self.seconds:.0f} s now"
 
 
 running: Final[list[Watchdog]] = []
@@ -108,14 +84,13 @@ class Watchdog:
     :param environments: returns the existing CLIPS environments.
     :param report: called in the watchdog's thread: with a stall at the limit and each time its duration has
         doubled, with None when the loop continues.
-    :param limit_s: the limit of a loop in seconds.
+    :param limit_s: the limit of a cycle in seconds; 0: report nothing.
     """
 
-    # durations are counted in looks: after SIGSTOP or a laptop's sleep, elapsed time would look like a stall
     def __init__(
         self,
         loop: MainLoop,
-        environments: Callable[[], Mapping[str, ClipsEnvironment]],
+        environments: Environments,
         report: Callable[[Stall | None], None],
         limit_s: float = LIMIT_S,
     ) -> None:
@@ -123,15 +98,15 @@ class Watchdog:
         self._limit_s = limit_s
         self._wake = threading.Event()
         self._over = False
-        self._wanted: int | None = None
+        self._turn_to_interrupt: int | None = None
         self._thread: threading.Thread | None = None
-        self._watched = 0
-        self._seen: deque[str] = deque(maxlen=_MOST_LOOKS)
-        self._fired, self._still_s = 0, 0.0
+        self._watched_thread = 0
+        self._samples: deque[str] = deque(maxlen=_KEPT_SAMPLES)
+        self._fired, self._same_rule_s = 0, 0.0
 
     def start(self) -> None:
         """Watch the loop of the calling thread."""
-        self._watched, self._over = threading.get_ident(), False
+        self._watched_thread, self._over = threading.get_ident(), False
         self._wake.clear()
         running.append(self)
         self._thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
@@ -147,9 +122,13 @@ class Watchdog:
             thread.join()
 
     def interrupt(self) -> None:
-        """Interrupt the rules of the current loop. Callable from any thread."""
-        self._wanted = self._loop.turns
+        """Interrupt the rules of the current cycle. Callable from any thread."""
+        self._turn_to_interrupt = self._loop.turns
         self._wake.set()
+
+    def _envs(self) -> tuple[ClipsEnvironment, ...]:
+        # a copy: rules in the watched thread may create and destroy environments
+        return tuple(self._environments().values())
 
     def _run(self) -> None:
         tick_s = min(_TICK_S, self._limit_s / 4) if self._limit_s else _TICK_S
@@ -161,67 +140,83 @@ class Watchdog:
                 continue
             if self._loop.turns != turn or not self._loop.working:
                 turn, took_s = self._loop.turns, 0.0
-                self._seen.clear()
-                self._still_s = 0.0
+                self._samples.clear()
+                self._same_rule_s = 0.0
                 if reported_s:
                     reported_s = 0.0
                     self._report(None)
                 continue
+            # counted in ticks: after SIGSTOP or a laptop's sleep, elapsed time would look like a stall
             took_s += tick_s
             self._sample()
-            limit_s = min(self._limit_s, SPIN_S) if self._is_spinning(tick_s) else self._limit_s
+            self._measure_rule(tick_s)
+            limit_s = min(self._limit_s, SPIN_S) if self._is_spinning else self._limit_s
             if self._limit_s and took_s >= max(limit_s, 2 * reported_s):
                 reported_s = took_s
                 self._report(self._describe(took_s))
 
     def _break_off(self) -> None:
-        """Interrupt the rules until the loop of the request has ended."""
-        # the loop may have ended since the request: the next one must not be interrupted
-        wanted, self._wanted = self._wanted, None
-        pause_s = _PATIENCE_S
-        while not self._over and self._loop.turns == wanted and self._loop.working:
+        """Interrupt the rules until the cycle of the request has ended."""
+        # the cycle may have ended since the request: the next one must not be interrupted
+        turn, self._turn_to_interrupt = self._turn_to_interrupt, None
+        pause_s = _FIRST_INTERRUPT_S
+        while not self._over and self._loop.turns == turn and self._loop.working:
             self._wake.wait(pause_s)
-            if self._loop.turns == wanted:
-                for env in tuple(self._environments().values()):
+            if self._loop.turns == turn:
+                for env in self._envs():
                     env.break_off()
-            pause_s = _AGAIN_S
+            pause_s = _NEXT_INTERRUPT_S
 
     def _sample(self) -> None:
         """Sample the active rules several times, with pauses in which the rules continue."""
-        for env in tuple(self._environments().values()):
-            for _ in range(_LOOKS):
+        for env in self._envs():
+            for _ in range(_SAMPLES):
                 if rule := executing(env):
-                    self._seen.append(rule)
+                    self._samples.append(rule)
                 elif not env.is_firing:
                     break
-                time.sleep(_BETWEEN_LOOKS_S)  # lets the thread of the rules run
+                time.sleep(_SAMPLE_PAUSE_S)  # releases the GIL, which the thread of the rules needs
 
-    def _is_spinning(self, tick_s: float) -> bool:
-        """Return whether the time is spent in a single right-hand side rather than in matching."""
-        fired = sum(env.endless.fired for env in tuple(self._environments().values()))
-        if fired != self._fired:
-            self._fired, self._still_s = fired, 0.0
-            return False
-        self._still_s += tick_s
-        return self._still_s >= min(self._limit_s, SPIN_S) and self._rules(_LOOKS)[:1] != [MATCHING]
+    def _measure_rule(self, tick_s: float) -> None:
+        """Add a tick to the duration of the current right-hand side, or restart it after a firing."""
+        fired = sum(env.endless.fired for env in self._envs())
+        self._same_rule_s = self._same_rule_s + tick_s if fired == self._fired else 0.0
+        self._fired = fired
 
-    def _rules(self, looks: int = _MOST_LOOKS) -> list[str]:
+    @property
+    def _is_spinning(self) -> bool:
+        """Whether the time is spent in a single right-hand side rather than in matching."""
+        limit_s = min(self._limit_s, SPIN_S)
+        return self._same_rule_s >= limit_s and self._rules(_SAMPLES)[:1] != [MATCHING]
+
+    def _rules(self, samples: int = _KEPT_SAMPLES) -> list[str]:
         """Return the rules in the latest samples, most frequent first."""
-        return [rule for rule, _ in Counter([*self._seen][-looks:]).most_common(_MOST_NAMES)]
+        return [rule for rule, _ in Counter([*self._samples][-samples:]).most_common(_SHOWN_RULES)]
 
     def _describe(self, took_s: float) -> Stall:
-        frames = list(_frames(sys._current_frames().get(self._watched)))  # noqa: SLF001 - the only way to another thread's frames
-        component = next(filter(None, map(_component, frames)), "")
-        function = next(filter(None, map(_udf, frames)), "")
-        firing = [env for env in tuple(self._environments().values()) if env.is_firing]
-        in_rules, is_spin = bool(firing) and not function, not function and self._is_spinning(0.0)
+        current_frames = sys._current_frames()  # noqa: SLF001 - the only way to another thread's frames
+        frames = list(_callers(current_frames.get(self._watched_thread)))
+        component = _local_value(
+            frames, "ComponentManager.guarded.<locals>.run_step", lambda local: local["node"].name
+        )
+        function = _local_value(frames, "UdfTable._wrap.<locals>.call", lambda local: local["name"])
+        firing = [env for env in self._envs() if env.is_firing]
         activity = self._activity(frames, function, firing)
-        return Stall(took_s, component, activity, in_rules, is_spin)
+        return Stall(
+            took_s, component, activity, bool(firing) and not function, not function and self._is_spinning
+        )
 
     def _activity(self, frames: list[FrameType], function: str, firing: list[ClipsEnvironment]) -> str:
+        """Return the endless activity as text.
+
+        :param function: the Python function that a rule has called; empty without one.
+        :param firing: the environments whose rules run.
+        """
         rules = self._rules()
         if not firing:
-            skill = next(filter(None, map(_skill, frames)), "")
+            # the budget of the Lua engine counts Lua instructions, but none inside C functions like
+            # string.find
+            skill = _local_value(frames, "Skiller.loop", lambda local: local["self"].skill_string)
             return f"skill {skill} does not end" if skill else f"a loop does not end, at {_place(frames)}"
         if function:
             by = f", which rule {rules[0]} has called" if rules and rules[0] != MATCHING else ""
@@ -230,28 +225,28 @@ class Watchdog:
             return text
         if rules == [MATCHING]:
             return "matching facts against the conditions of rules does not end"
-        names = [rule for rule in rules if rule != MATCHING]
-        if self._is_spinning(0.0):
+        if self._is_spinning:
             functions = [name for env in firing for name in executing_functions(env)]
             within = f", in function {', '.join(functions)}" if functions else ""
-            return f"rule {self._rules(_LOOKS)[0]} does not end{within}"
+            return f"rule {self._rules(_SAMPLES)[0]} does not end{within}"
+        names = ", ".join(rule for rule in rules if rule != MATCHING)
         fired = sum(env.endless.fired for env in firing)
-        return f"the rules of a loop do not end: {', '.join(names)}; {fired:,} have fired"
+        return f"the rules of a loop do not end: {names}; {fired:,} have fired"
 
 
 class Stalls:
-    """Reports loops without end, and interrupts their rules on request. A context manager.
+    """Reports cycles without end, and interrupts their rules on request. A context manager.
 
     :param environments: returns the CLIPS environments.
     :param advice: how a user can end the stall, for the log.
-    :param limit_s: the limit of a loop in seconds.
+    :param limit_s: the limit of a cycle in seconds.
     :param on_stall: called in the watchdog's thread after each report, with None when the loop continues.
     """
 
     def __init__(
         self,
         loop: MainLoop,
-        environments: Callable[[], Mapping[str, ClipsEnvironment]],
+        environments: Environments,
         log: Logger,
         advice: str,
         *,
@@ -273,120 +268,67 @@ class Stalls:
     @property
     def text(self) -> str:
         """A description of the current stall; empty without one."""
-        stall = self.now
-        return "" if stall is None else str(stall)
+        return str(self.current or "")
 
     @property
-    def now(self) -> Stall | None:
+    def current(self) -> Stall | None:
         """The current stall; None without one."""
         # the loop may have continued since the report
         return self._stall if self._loop.working and self._loop.turns == self._turn else None
 
     def interrupt(self) -> None:
-        """Interrupt the rules of the current loop. Callable from any thread."""
+        """Interrupt the rules of the current cycle. Callable from any thread."""
         self._log.info("A client asks to interrupt")
         self.watchdog.interrupt()
 
     def _report(self, stall: Stall | None) -> None:
         self._stall, self._turn = stall, self._loop.turns
         if stall is not None:
-            where = f"{stall.component}: " if stall.component else ""
-            self._log.warn(f"{where}{stall}; {self._advice}")
+            component = f"{stall.component}: " if stall.component else ""
+            self._log.warn(f"{component}{stall}; {self._advice}")
         self._on_stall(stall)
 
 
-class StuckWatch:
-    """Checks periodically whether the agents of a run can still change anything.
-
-    :param run: its agents may change.
-    :param on: False with an interactive user, who may cause changes.
-    """
-
-    def __init__(self, run: WatchedRun, *, on: bool) -> None:
-        self._run, self._is_on = run, on
-        self._agents: Sequence[WatchedAgent] = run.agents
-        self._fired = self._quiet = 0
-        self._look_at = _QUIET_LOOPS
-
-    def look(self) -> bool:
-        """Return whether the run is stuck. To be called after each loop."""
-        # a check takes milliseconds, so it waits for some quiet loops, and twice as long after each negative
-        # result
-        agents = self._run.agents
-        if agents != self._agents:
-            self._agents = agents
-            self._quiet, self._look_at = 0, _QUIET_LOOPS
-        fired = sum(agent.firings for agent in agents)
-        before, self._fired = self._fired, fired
-        if not self._is_on or fired - before > _TICK_RULES * len(agents):
-            self._quiet, self._look_at = 0, _QUIET_LOOPS
-            return False
-        self._quiet += 1
-        if self._quiet < self._look_at:
-            return False
-        self._look_at *= 2
-        return all(agent.is_over or agent.is_stuck for agent in agents)
+def environments_of(run: Run | Team) -> dict[str, ClipsEnvironment]:
+    """Return the environments of a run's agents by name."""
+    return {agent.name: agent.executive.env for agent in run.agents}
 
 
-class RuleErrors:
-    """Collects the names of rules with errors from CLIPS' log lines."""
-
-    def __init__(self) -> None:
-        self.rules: dict[str, None] = {}
-
-    def __call__(self, event: Event) -> None:
-        text = getattr(event, "text", "")
-        if text.startswith(_HALTED) and "'" in text:
-            self.rules[text.split("'")[1]] = None
-
-
-def end_spins(run: WatchedRun) -> Watchdog:
+def end_spins(run: Run | Team) -> Watchdog:
     """Return a watchdog that ends right-hand sides without end, for runs without a user."""
-
-    def environments() -> dict[str, ClipsEnvironment]:
-        return {agent.name: agent.executive.env for agent in run.agents}
 
     def report(stall: Stall | None) -> None:
         if stall is not None and stall.is_spin and stall.seconds >= HOPELESS_S:
-            for env in environments().values():
+            for env in environments_of(run).values():
                 if env.is_firing:
-                    env.end_for_good(stall.what)
+                    env.end_for_good(stall.activity)
 
-    return Watchdog(run.loop, environments, report)
+    return Watchdog(run.loop, lambda: environments_of(run), report)
 
 
-def _frames(frame: FrameType | None) -> Iterator[FrameType]:
-    """Yield the frames of a thread, innermost first."""
+def _callers(frame: FrameType | None) -> Iterator[FrameType]:
+    """Yield a frame and its callers, innermost first."""
     while frame is not None:
         yield frame
         frame = frame.f_back
 
 
-def _component(frame: FrameType) -> str:
-    if frame.f_code.co_qualname == "ComponentManager.guarded.<locals>.run":
-        return str(frame.f_locals["node"].name)
-    return ""
+def _local_value(
+    frames: Iterable[FrameType], function: str, read: Callable[[Mapping[str, Any]], object]
+) -> str:
+    """Return a value of the local variables of a function; empty if the function is not active.
 
-
-def _skill(frame: FrameType) -> str:
-    """Return the skill string if the frame is a Lua Skiller's step; else empty."""
-    # the engine's budget counts Lua instructions, but none inside C functions such as string.find
-    if frame.f_code.co_qualname == "Skiller.loop":
-        return str(frame.f_locals["self"].skill_string)
-    return ""
-
-
-def _udf(frame: FrameType) -> str:
-    """Return the CLIPS function if the frame is a call of ``UdfTable``; else empty."""
-    if frame.f_code.co_qualname == "UdfTable._wrap.<locals>.call":
-        return str(frame.f_locals["name"])
-    return ""
+    :param function: the function's qualified name.
+    :param read: gets the local variables.
+    """
+    calls = (frame for frame in frames if frame.f_code.co_qualname == function)
+    return next((str(read(frame.f_locals)) for frame in calls), "")
 
 
 def _place(frames: Iterable[FrameType]) -> str:
     """Return file and line of the innermost frame in this package."""
     for frame in frames:
-        path = frame.f_code.co_filename
-        if path.startswith(_PACKAGE):
-            return f"{Path(path).relative_to(Path(_PACKAGE).parent)}:{frame.f_lineno}"
+        path = Path(frame.f_code.co_filename)
+        if path.is_relative_to(_PACKAGE):
+            return f"{path.relative_to(_PACKAGE.parent)}:{frame.f_lineno}"
     return "an unknown place"

@@ -105,7 +105,7 @@ def watched(*constructs):
 def test_the_rule_is_named(constructs, what):
     with watched(*constructs) as world:
         assert world.heard.wait(WAIT_S)
-        assert world.told[0].what.startswith(what)
+        assert world.told[0].activity.startswith(what)
         assert world.told[0].in_rules == ("sleep-for" not in what)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
@@ -82,18 +82,6 @@ class ThinkingComponent(Component):
     @abstractmethod
     def watch(self) -> None:
         """Watch facts and rules for history and recordings. To be called before the first file is loaded."""
-
-    @property
-    @abstractmethod
-    def is_stuck(self) -> bool:
-        """Whether no event can follow."""
-
-    @abstractmethod
-    def waits_for(self, failed_rules: Iterable[str]) -> str:
-        """Return the events that the agent waits for and that cannot come.
-
-        :param failed_rules: rules that ended with an error.
-        """
 
     @abstractmethod
     def finalize(self) -> None:

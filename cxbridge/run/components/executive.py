@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import partial
 
 from cxbridge.config import Configuration
@@ -11,12 +10,10 @@ from cxbridge.executive.executive import Executive, action_mapping
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
-from cxbridge.run import stuck
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import ThinkingComponent
 from cxbridge.run.features import FEATURES, run_features
-from cxbridge.run.mistakes import known_skills
-from cxbridge.run.places import UnexecutedActions, places_of
+from cxbridge.run.mistakes import UnexecutedActions, known_skills, places_of
 from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features, init_mentions, needs_memory
@@ -78,13 +75,6 @@ class ExecutiveComponent(ThinkingComponent):
 
     def forgo_finalization(self) -> None:
         self._begun = False
-
-    @property
-    def is_stuck(self) -> bool:
-        return stuck.is_stuck(self.context)
-
-    def waits_for(self, failed_rules: Iterable[str]) -> str:
-        return stuck.waits_for(self.context, failed_rules)
 
     @property
     def is_quiet(self) -> bool:

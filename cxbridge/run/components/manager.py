@@ -391,14 +391,14 @@ class ComponentManager:
     def guarded(self, node: ManagedNode[Any], step: Callable[[], object]) -> Callable[[], None]:
         """Wrap ``step`` for the main loop: it runs only while the node is active, and never raises."""
 
-        def run() -> None:
+        def run_step() -> None:  # the watchdog finds the active component by this name and ``node``
             if node.state is State.ACTIVE:
                 try:
                     step()
                 except Exception as error:  # noqa: BLE001 - a component may fail in any way
                     self.fail(node, error)
 
-        return run
+        return run_step
 
     def fail(self, node: ManagedNode[Any], error: Exception) -> None:
         """Stop a failed component; under :attr:`Policy.STOP`, set :attr:`failure`."""

@@ -21,9 +21,9 @@ PATIENCE_S = 5.0
 RELEASE_S = 2.0
 """Seconds to wait for a lost Skiller before giving up control of it."""
 
-_POLL_S = 0.05  # seconds between looks at the remote Skiller
+_POLL_S = 0.05  # seconds between two checks of the remote Skiller
 
-Opener = Callable[[str], BlackBoard]
+OpenBlackBoard = Callable[[str], BlackBoard]
 
 
 class RemoteSkiller:
@@ -42,14 +42,14 @@ class RemoteSkiller:
         url: str,
         board: BlackBoard,
         bus: EventBus,
-        open_blackboard: Opener,
+        open_blackboard: OpenBlackBoard,
         *,
         patience_s: float = PATIENCE_S,
     ) -> None:
         from cxbridge.blackboard.gateway import Gateway  # noqa: PLC0415 - start-up time is a feature
 
         self.url = url
-        self._met = False
+        self._was_there = False
         self._loss = ""
         self._remote = open_blackboard(url)
         names = (url, "here")
@@ -66,23 +66,21 @@ class RemoteSkiller:
 
     def _await_skiller(self, patience_s: float) -> None:
         end_s = time.monotonic() + patience_s
-        while True:
-            if self._has_skiller():
-                self._met = True
-                return
+        while not self._has_skiller():
             if time.monotonic() >= end_s:
                 raise SkillerError(
                     f"there is no Skiller at {self.url}",
                     hint="is its skiller running there? see 'cxbridge bb list --connect URL'",
                 )
             time.sleep(_POLL_S)
+        self._was_there = True
 
     def _has_skiller(self) -> bool:
         return any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors())
 
     def _note_end(self, _uid: str, reason: str) -> None:
         """Record the end of a mirrored interface. Called in the gateway's thread."""
-        if self._met and not self._loss and not self._has_skiller():
+        if self._was_there and not self._loss and not self._has_skiller():
             self._loss = f"the Skiller at {self.url} is gone, and with it the skills under way: {reason}"
 
     @property
@@ -104,7 +102,7 @@ class RemoteSkiller:
         self._remote.shutdown()
 
 
-class RemoteSkillers(Component):
+class RemoteSkillers(RemoteSkiller, Component):
     """Mirrors the Skiller of the blackboard at a URL.
 
     A run waits for the Skiller and ends without it. A daemon continues without it.
@@ -118,17 +116,7 @@ class RemoteSkillers(Component):
         def open_there(url: str) -> BlackBoard:
             return open_blackboard(url, context.registry, context.clock, context.bus)
 
-        self._remote = RemoteSkiller(
-            context.options.skiller,
-            context.board,
-            context.bus,
-            open_there,
-            patience_s=PATIENCE_S if context.waits_for_skiller else 0,
+        patience_s = PATIENCE_S if context.waits_for_skiller else 0
+        super().__init__(
+            context.options.skiller, context.board, context.bus, open_there, patience_s=patience_s
         )
-
-    @property
-    def loss(self) -> str:
-        return self._remote.loss
-
-    def close(self) -> None:
-        self._remote.close()

@@ -14,7 +14,7 @@ from cxbridge.plugins import Table
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.table import local_skillers
-from cxbridge.run.skillers import SkillerGroup, SkillerSettings
+from cxbridge.run.skillers import SkillerSettings
 from cxbridge.skiller.backend import SkillerBackend
 
 if TYPE_CHECKING:
@@ -26,30 +26,32 @@ _SPACE = "/skiller/skillspace"
 class Skillers(Component):
     """Executes skill strings.
 
-    :param skillers: Skillers of a replay; None: those of the configuration.
+    :param skillers: Skillers of a replay, in the order of their steps; None: those of the configuration.
     :raises CxbridgeError: if skills cannot be loaded or an interface has another writer.
     """
 
     hooks = (Hook.SKILL,)
     description = "Executes skills, or mirrors the Skiller that does"
 
-    def __init__(self, context: Run, skillers: SkillerGroup | None = None) -> None:
-        self._skillers = skillers or make_skillers(context, local_skillers(context))
-        context.known_skills.update(self._skillers.known_by_name)
+    def __init__(self, context: Run, skillers: Sequence[SkillerBackend] | None = None) -> None:
+        self._skillers = _make_skillers(context) if skillers is None else skillers
+        context.known_skills.update({skiller.name: skiller.known_skills for skiller in self._skillers})
 
     def loop(self) -> None:
-        self._skillers.loop()
+        for skiller in self._skillers:
+            skiller.loop()
 
     @property
     def running(self) -> bool:
-        return self._skillers.running
+        return any(skiller.running for skiller in self._skillers)
 
     @property
     def is_quiet(self) -> bool:
-        return self._skillers.is_quiet
+        return all(skiller.is_quiet for skiller in self._skillers)
 
     def close(self) -> None:
-        self._skillers.close()
+        for skiller in reversed(self._skillers):
+            skiller.close()
 
 
 class Speech(Component):
@@ -91,26 +93,21 @@ def make_deciders(context: Run, skiller: str) -> list[Decider]:
     return [DECIDERS.load(row)(context, skiller) for row in DECIDERS.rows if row.needed(context)]
 
 
-def make_skillers(context: Run, settings: Sequence[SkillerSettings]) -> SkillerGroup:
-    """Make Skillers.
-
-    :raises CxbridgeError: if skills cannot be loaded or an interface has another writer.
-    """
+def _make_skillers(context: Run) -> list[SkillerBackend]:
+    """Make the Skillers of the configuration; after a failure, none stays open."""
     with ExitStack() as undo:
-        made = [undo.enter_context(_make(context, item)) for item in settings]
+        skillers = [undo.enter_context(_make(context, settings)) for settings in local_skillers(context)]
         undo.pop_all()
-    return SkillerGroup(made)
+    return skillers
 
 
-def _make(context: Run, item: SkillerSettings) -> SkillerBackend:
+def _make(context: Run, settings: SkillerSettings) -> SkillerBackend:
     # import on use, because Lua and the estimators slow down the start of every run
     from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
 
     config = context.config
-    navgraph = None
-    if skills_see_navgraph(config):
-        navgraph = context.navgraph
-    if item.kind == "simulator":
+    navgraph = context.navgraph if skills_see_navgraph(config) else None
+    if settings.kind == "simulator":
         from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
         from cxbridge.skiller.simulation.make import make_simulator  # noqa: PLC0415
 
@@ -119,10 +116,10 @@ def _make(context: Run, item: SkillerSettings) -> SkillerBackend:
             context.clock,
             context.bus,
             config=config,
-            name=item.name,
+            name=settings.name,
             read_samples=read_samples,
             navgraph=navgraph,
-            more=make_deciders(context, item.name),
+            more=make_deciders(context, settings.name),
         )
     from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
 
@@ -133,15 +130,15 @@ def _make(context: Run, item: SkillerSettings) -> SkillerBackend:
             context.bus,
             folders=context.paths.skill_dirs,
             config=config,
-            space=item.space,
-            name=item.name,
-            mode=item.mode,
+            space=settings.space,
+            name=settings.name,
+            mode=settings.mode,
             limits=limits_of(config),
             navgraph=navgraph,
             place_of=partial(place_of_skill, config, context.spec),
         )
     except SkillError as error:
         if error.file is None and config.exists(_SPACE):
-            place = config.get(_SPACE)
-            error.file, error.line = place.file or None, place.line or None
+            value = config.get(_SPACE)
+            error.file, error.line = value.file or None, value.line or None
         raise

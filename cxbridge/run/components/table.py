@@ -15,7 +15,7 @@ PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
 
 
-RECORDER: Final = Row("recorder", f"{_PACKAGE}.recorder:RecorderComponent")
+RECORDER: Final = Row("recorder", "cxbridge.run.recording:RecorderComponent")
 """The recorder. A run starts it separately before all components; a daemon has its own row for it."""
 
 

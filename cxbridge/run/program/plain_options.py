@@ -1,10 +1,11 @@
-"""Options of a run from a program's keywords, or from the JSON of an editor."""
+"""Options of a run from the keywords of a program or a test, or from the JSON of an editor."""
 
 from __future__ import annotations
 
 import re
 import types
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
@@ -12,8 +13,9 @@ from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 
-# Options with several paths.
+# Options with several paths, and with one.
 _PATHS = ("config", "clips_dirs", "interface_dirs", "skill_dirs", "overlays", "replay")
+_PATH = ("scenario", "trace", "log", "bblog", "fawkes_dir")
 
 _CAPITAL: Final = re.compile(r"[A-Z]")
 # Accepted types of plain values, by option type.
@@ -28,68 +30,66 @@ _PLAIN: Final[Mapping[Any, tuple[type, ...]]] = {
 _TITLES: Final = {bool: "true or false", int: "a number", float: "a number", str: "a text", list: "texts"}
 
 
-def more_options(given: dict[str, Any], find: Callable[[str | Path], Path] = Path) -> Iterator[Any]:
-    """Yield an option group for each plug-in with given options; remove these from ``given``.
-
-    :param given: option values by name, with paths as text.
-    :param find: returns the path for a text.
-    """
-    for group in RunOptions.added_groups():
-        hints = get_type_hints(group)
-        own = {name: given.pop(name) for name in hints if name in given}
-        if own:
-            paths = {name for name in own if Path in get_args(hints[name])}
-            yield group(
-                **{name: find(value) if name in paths and value else value for name, value in own.items()}
-            )
-
-
-def paths_of(name: str, given: object, find: Callable[[str | Path], Path] = Path) -> tuple[Path, ...]:
-    """Return the paths of an option value, which is one path or several.
-
-    :param find: returns the path for a text.
-    :raises CxbridgeError: if a value is not a path.
-    """
-    if isinstance(given, str | Path):
-        return (find(given),)
-    several = list(given) if isinstance(given, Iterable) and not isinstance(given, Mapping) else [given]
-    paths = [path for path in several if isinstance(path, str | Path)]
-    if len(paths) < len(several):
-        wrong = next(value for value in several if not isinstance(value, str | Path))
-        hint = "write the values into a YAML file, and give its path" if isinstance(wrong, Mapping) else ""
-        raise CxbridgeError(f"'{name}' wants the paths of files or folders, not {wrong!r}", hint=hint)
-    return tuple(map(find, paths))
-
-
-def make_options(scenario: str | Path | None, **given: Any) -> RunOptions:
+def make_options(
+    scenario: str | Path | None, find: Callable[[str | Path], Path] = Path, /, **options: Any
+) -> RunOptions:
     """Return the options of a run. Paths may be texts, and a single path may stand for several.
 
+    :param find: returns the path for a text.
+    :param options: the values by name; None counts as missing.
     :raises CxbridgeError: if an option is unknown.
     """
-    values: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    values["more"] = tuple(more_options(values))
-    known = RunOptions.__dataclass_fields__
-    unknown = [name for name in values if name not in known]
+    values = {name: value for name, value in {"scenario": scenario, **options}.items() if value is not None}
+    values["more"] = (*values.get("more", ()), *take_plugin_options(values, find))
+    names = {field.name for field in fields(RunOptions)}
+    unknown = [name for name in values if name not in names]
     if unknown:
-        raise CxbridgeError(f"a run has no option '{unknown[0]}'", hint=f"it has: {', '.join(sorted(known))}")
-    for name in _PATHS:
-        if name in values:
-            values[name] = paths_of(name, values[name])
-    for name in ("trace", "log", "bblog", "fawkes_dir"):
-        if name in values:
-            values[name] = Path(values[name])
-    return RunOptions(scenario=None if scenario is None else Path(scenario), **values)
+        raise CxbridgeError(f"a run has no option '{unknown[0]}'", hint=f"it has: {', '.join(sorted(names))}")
+    for name in values.keys() & {*_PATHS}:
+        values[name] = _paths(name, values[name], find)
+    for name in values.keys() & {*_PATH}:
+        values[name] = find(values[name])
+    return RunOptions(**values)
 
 
-def plain_options(given: Mapping[str, Any]) -> RunOptions:
+def take_plugin_options(values: dict[str, Any], find: Callable[[str | Path], Path] = Path) -> Iterator[Any]:
+    """Yield an option group for each plug-in with a given option; remove these options from ``values``."""
+    for group in RunOptions.added_groups():
+        hints = get_type_hints(group)
+        options = {name: values.pop(name) for name in hints if name in values}
+        for name, value in options.items():
+            if value and Path in get_args(hints[name]):
+                options[name] = find(value)
+        if options:
+            yield group(**options)
+
+
+def _paths(name: str, value: object, find: Callable[[str | Path], Path]) -> tuple[Path, ...]:
+    """Return the paths of an option's value, which is one path or several.
+
+    :raises CxbridgeError: if a value is not a path.
+    """
+    if isinstance(value, str | Path):
+        return (find(value),)
+    items = list(value) if isinstance(value, Iterable) and not isinstance(value, Mapping) else [value]
+    paths = []
+    for item in items:
+        if not isinstance(item, str | Path):
+            hint = "write the values into a YAML file, and give its path" if isinstance(item, Mapping) else ""
+            raise CxbridgeError(f"'{name}' wants the paths of files or folders, not {item!r}", hint=hint)
+        paths.append(find(item))
+    return tuple(paths)
+
+
+def plain_options(values: Mapping[str, Any]) -> RunOptions:
     """Return the options of a run.
 
-    :param given: values by name: ``skill_dirs``, ``skill-dirs`` or ``skillDirs``. Null counts as missing.
+    :param values: by name: ``skill_dirs``, ``skill-dirs`` or ``skillDirs``. Null counts as missing.
     :raises CxbridgeError: if an option is unknown or has a value of another type.
     """
     options = {
         _CAPITAL.sub(lambda m: f"_{m[0].lower()}", name).replace("-", "_"): value
-        for name, value in given.items()
+        for name, value in values.items()
         if value is not None
     }
     for name, value in options.items():
@@ -120,6 +120,7 @@ def _check_type(name: str, value: object) -> None:
     if kinds is None:
         return
     texts = not isinstance(value, list) or all(isinstance(item, str) for item in value)
+    # for isinstance, True is an int
     if not isinstance(value, kinds) or not texts or (isinstance(value, bool) and bool not in kinds):
         titles = dict.fromkeys(_TITLES[kind] for kind in kinds if kind in _TITLES)
         raise CxbridgeError(f"'{name}' must be {' or '.join(titles)}")

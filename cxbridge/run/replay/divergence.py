@@ -1,4 +1,7 @@
-"""Divergence of a replay: a command of the executive that differs from the recorded command."""
+"""Divergence of a replay: a command of the executive that differs from the recorded command.
+
+Commands of one interface are compared in their order. Times count only for a command that is overdue.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from typing import Any, Final, Generic, Protocol, TypeVar
 from cxbridge.clock import MICROSECONDS
 
 PATIENCE_US: Final = 60 * MICROSECONDS
-"""The permitted delay of a command."""
+"""The permitted delay of a command, see docs/recording.md."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +22,7 @@ class Divergence:
     :param uid: the interface of the Skiller or executor.
     :param number: the position among the commands of this interface, from 1.
     :param expected: the recorded command; empty if there is none.
-    :param came: the command of this run; empty if there is none.
+    :param actual: the command of this run; empty if there is none.
     :param seconds: the time since the start of this run.
     :param recorded_s: the time of the expected command since the start of the recorded run; None if there is
         none.
@@ -28,7 +31,7 @@ class Divergence:
     uid: str
     number: int
     expected: str
-    came: str
+    actual: str
     seconds: float
     recorded_s: float | None
 
@@ -38,18 +41,18 @@ class Divergence:
             "who": self.uid,
             "number": self.number,
             "expected": self.expected,
-            "came": self.came,
+            "came": self.actual,
             "seconds": round(self.seconds, 6),
             "recorded_seconds": None if self.recorded_s is None else round(self.recorded_s, 6),
         }
 
     def __str__(self) -> str:
-        expected, came = self.expected or "nothing more", self.came or "nothing"
+        expected, actual = self.expected or "nothing more", self.actual or "nothing"
         if self.recorded_s is not None:
             expected += f" ({self.recorded_s:.3f} s after the begin)"
         return (
             f"{self.uid}, command number {self.number}: expected {expected}, "
-            f"came {came} ({self.seconds:.3f} s after the begin)"
+            f"came {actual} ({self.seconds:.3f} s after the begin)"
         )
 
 
@@ -66,27 +69,27 @@ class Expectation(Generic[R]):
     """The recorded commands of a Skiller or executor, and the position of the next one.
 
     :param uid: the interface that gets the commands.
-    :param items: the recorded commands.
+    :param commands: the recorded commands.
     :param start_us: the start of both the recorded run and this run.
-    :param whole: whether the recording is complete. After a complete recording, any further command diverges.
+    :param is_complete: whether the recording reaches the end of its run. Then any further command diverges.
     :param report: receives the first divergence.
     """
 
     def __init__(
         self,
         uid: str,
-        items: Sequence[R],
+        commands: Sequence[R],
         start_us: int,
         *,
-        whole: bool,
+        is_complete: bool,
         report: Callable[[Divergence], None],
     ) -> None:
         self.uid = uid
         self.exhausted = False
         """Whether commands continued past the end of an incomplete recording."""
-        self._items = items
+        self._commands = commands
         self._start_us = start_us
-        self._whole = whole
+        self._is_complete = is_complete
         self._report = report
         self._next = 0
         self._last_us = start_us
@@ -95,31 +98,32 @@ class Expectation(Generic[R]):
     @property
     def next(self) -> R | None:
         """The expected command; None after the last one."""
-        return self._items[self._next] if self._next < len(self._items) else None
+        return self._commands[self._next] if self._next < len(self._commands) else None
 
     def meet(self, now_us: int) -> None:
         """Advance past the expected command."""
-        self._last_us, self._last_recorded_us = now_us, self._items[self._next].time_us
+        self._last_us, self._last_recorded_us = now_us, self._commands[self._next].time_us
         self._next += 1
 
-    def refuse(self, came: str, now_us: int) -> None:
+    def refuse(self, actual: str, now_us: int) -> None:
         """Report a command that differs from the expected one."""
         expected = self.next
-        if expected is None and not self._whole:
+        if expected is None and not self._is_complete:
             self.exhausted = True
             return
-        self._diverge(expected, came, now_us)
+        self._diverge(expected, actual, now_us)
 
     def check(self, now_us: int) -> None:
         """Report an overdue command."""
         expected = self.next
         if expected is not None:
+            # counted from the previous command, so that one delay is not charged to all later commands
             due_us = self._last_us + max(0, expected.time_us - self._last_recorded_us)
             if now_us > due_us + PATIENCE_US:
                 self._diverge(expected, "", now_us)
 
-    def _diverge(self, expected: R | None, came: str, now_us: int) -> None:
+    def _diverge(self, expected: R | None, actual: str, now_us: int) -> None:
         recorded_s = None if expected is None else (expected.time_us - self._start_us) / MICROSECONDS
         seconds = (now_us - self._start_us) / MICROSECONDS
         text = "" if expected is None else str(expected)
-        self._report(Divergence(self.uid, self._next + 1, text, came, seconds, recorded_s))
+        self._report(Divergence(self.uid, self._next + 1, text, actual, seconds, recorded_s))

@@ -16,7 +16,7 @@ class RecordedExecutor(SkillExecutor):
     """Executes skills with the recorded durations and outcomes.
 
     :param start_us: the start of the recorded run, where this run's clock starts too.
-    :param whole: whether the recording is complete.
+    :param is_complete: whether the recording reaches the end of its run.
     :param report: receives the first differing skill.
     """
 
@@ -26,13 +26,15 @@ class RecordedExecutor(SkillExecutor):
         script: ExecutorScript,
         *,
         start_us: int,
-        whole: bool,
+        is_complete: bool,
         report: Callable[[Divergence], None],
     ) -> None:
         super().__init__(context)
         self.skills = script.skills
         writer = f"SkillExecutorInterface::{script.name}"
-        self.expected = Expectation(writer, script.executions, start_us, whole=whole, report=report)
+        self.expected = Expectation(
+            writer, script.executions, start_us, is_complete=is_complete, report=report
+        )
 
     def idle(self) -> None:
         """Check for an overdue skill."""
@@ -42,9 +44,12 @@ class RecordedExecutor(SkillExecutor):
         """Replay the recorded execution."""
         execution = self.expected.next
         begin_us = self.clock.now_us()
-        known = execution.parameters if execution is not None else None
-        same = known is None or known == dict(call.parameters)
-        if execution is None or execution.skill != call.skill or not same:
+        # a recording without messages knows no parameters, and any fit
+        if (
+            execution is None
+            or execution.skill != call.skill
+            or execution.parameters not in (None, dict(call.parameters))
+        ):
             self.expected.refuse(call_text(call.skill, call.parameters), begin_us)
             raise SkillFailedError("the recording does not have this")
         self.expected.meet(begin_us)
@@ -56,11 +61,12 @@ class RecordedExecutor(SkillExecutor):
             since_us = self.clock.now_us() - begin_us
             if execution.ends_itself and since_us >= (execution.duration_us or 0):
                 break
-            said = None
+            progress = None
+            # of several recorded texts in one loop, only the last is seen, as on the recorded blackboard
             while published < len(execution.feedback) and execution.feedback[published][0] <= since_us:
                 _, fraction, text = execution.feedback[published]
-                said = Progress(fraction, text)
+                progress = Progress(fraction, text)
                 published += 1
-            yield said
+            yield progress
         if execution.outcome == _FAILED:
             raise SkillFailedError(execution.error)

@@ -60,8 +60,8 @@ def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -
 
 def plans_of(scans: Iterable[Scan], env: str) -> dict[str, RecordedPlan]:
     """Return an environment's calls by id, from the first recording with any."""
-    found = (recorded_plans(scan.plans, env) for scan in scans)
-    return next((plans for plans in found if plans), {})
+    by_scan = (recorded_plans(scan.plans, env) for scan in scans)
+    return next(filter(None, by_scan), {})
 
 
 def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, RecordedPlan]:

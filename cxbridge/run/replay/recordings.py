@@ -24,7 +24,7 @@ from cxbridge.events import (
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
-from cxbridge.run.replay.scan import EXECUTOR, SKILLER, Scan, scan, take_all
+from cxbridge.run.replay.scan import EXECUTOR, SKILLER, Scan, scan_events, scan_recording
 from cxbridge.run.replay.script import (
     ExecutorScript,
     SkillerScript,
@@ -58,30 +58,29 @@ class Recordings:
         :param registry: the interface types in bblogger files, by default cxbridge's definitions.
         :raises TraceError: if a recording cannot be read or lacks data for a replay.
         """
-        scans = tuple(scan(open_run(path, registry)) for path in paths)
-        decisions = next((each for each in scans if each.goals), None)
-        decisions = decisions or next((each for each in scans if each.statuses), None)
+        scans = tuple(scan_recording(open_run(path, registry)) for path in paths)
+        decisions = _decisions(scans)
         if decisions is None:
             raise TraceError(
                 "there is nothing to compare with: neither transitions of goals nor states of Skillers",
                 file=scans[0].run.path,
                 hint="name the run's mcap or text log with another --replay",
             )
-        if not any(each.samples or (each.statuses and each.is_timed) for each in scans):
+        if not any(scan.samples or (scan.statuses and scan.is_timed) for scan in scans):
             raise TraceError(
                 "the recordings have neither interface writes nor times: there is no environment to replay",
                 file=scans[0].run.path,
                 hint="name the run's bblogger files, mcap or text log with another --replay",
             )
         _align(scans)
-        begins = [each for each in (decisions, *scans) if each.begin_us is not None]
-        start_us = (begins[0].begin_us or 0) + begins[0].shift_us if begins else VIRTUAL_EPOCH_US
+        begins = (scan.begin_us + scan.shift_us for scan in (decisions, *scans) if scan.begin_us is not None)
+        start_us = next(begins, VIRTUAL_EPOCH_US)
         return cls(scans, decisions, start_us)
 
     @property
-    def is_whole(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether the recording reaches the end of the run."""
-        return self.decisions.is_whole
+        return self.decisions.is_complete
 
     @property
     def envs(self) -> frozenset[str]:
@@ -102,29 +101,30 @@ class Recordings:
         if options.scenario is not None or options.fawkes_dir is not None:
             return options
         # a scenario is a program: a recording from elsewhere must not choose an arbitrary folder to execute
-        for each in self.scans:
-            if recorded := each.metadata.get("scenario"):
+        for scan in self.scans:
+            if recorded := scan.metadata.get("scenario"):
                 if not _is_shipped(recorded):
                     raise TraceError(
                         f"it was recorded of the scenario {recorded!r}, which a recording must not start",
-                        file=each.run.path,
+                        file=scan.run.path,
                         hint=f"if you trust that scenario, name it: cxbridge run {recorded} --replay FILE",
                     )
-                spec = options.spec or each.metadata.get("spec") or None
+                spec = options.spec or scan.metadata.get("spec") or None
                 return replace(options, scenario=Path(recorded), spec=spec)
         return options
 
     def skillers(self) -> dict[str, SkillerScript]:
         """Return the behaviour of each Skiller, by interface id."""
         scripts: dict[str, SkillerScript] = {}
-        for each in self.scans:
-            for name, writes in each.skillers.items():
+        for scan in self.scans:
+            for name, writes in scan.skillers.items():
                 scripts.setdefault(name, skiller_script(writes))
-        for each in self.scans:
-            for name, statuses in each.statuses.items() if each.is_timed else ():
+        # writes first: the statuses that the executive has seen are later, and have no error texts
+        for scan in self.scans:
+            for name, statuses in scan.statuses.items() if scan.is_timed else ():
                 if name not in scripts:
                     shifted = [
-                        structs.replace(status, time_us=status.time_us + each.shift_us) for status in statuses
+                        structs.replace(status, time_us=status.time_us + scan.shift_us) for status in statuses
                     ]
                     scripts[name] = skiller_script(writes_of_statuses(name, shifted))
         return scripts
@@ -132,16 +132,16 @@ class Recordings:
     def executors(self) -> list[ExecutorScript]:
         """Return the behaviour of each executor, in order of appearance."""
         scripts: dict[str, ExecutorScript] = {}
-        for each in self.scans:
-            for name, writes in each.executors.items():
-                scripts.setdefault(name, executor_script(name, writes, each.messages))
+        for scan in self.scans:
+            for name, writes in scan.executors.items():
+                scripts.setdefault(name, executor_script(name, writes, scan.messages))
         return list(scripts.values())
 
     def samples(self) -> dict[str, InterfaceWrite]:
         """Return the first write of each interface."""
         samples: dict[str, InterfaceWrite] = {}
-        for each in self.scans:
-            for uid, sample in each.samples.items():
+        for scan in self.scans:
+            for uid, sample in scan.samples.items():
                 samples.setdefault(uid, sample)
         return samples
 
@@ -155,13 +155,13 @@ class Recordings:
 
     def writes(self, sensors: Mapping[str, InterfaceWrite]) -> Iterator[InterfaceWrite]:
         """Yield the writes of these interfaces by time."""
-        taken: set[str] = set()
+        # an interface in several recordings is played from the first, and not twice
+        waiting = set(sensors)
         streams = []
-        for each in self.scans:
-            own = (each.samples.keys() & sensors.keys()) - taken
-            taken |= own
-            if own:
-                streams.append(_writes(each, frozenset(own)))
+        for scan in self.scans:
+            uids = scan.samples.keys() & waiting
+            waiting -= uids
+            streams.append(_writes(scan, frozenset(uids)))
         return heapq.merge(*streams, key=lambda write: write.time_us)
 
 
@@ -173,8 +173,14 @@ def _is_shipped(scenario: str) -> bool:
     return file.is_relative_to(shipped_dir("scenarios").resolve())
 
 
-def _writes(each: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
-    for event in each.run:
+def _decisions(scans: Sequence[Scan]) -> Scan | None:
+    """Return the first scan with transitions of goals, else with states of Skillers."""
+    with_goals = next((scan for scan in scans if scan.goals), None)
+    return with_goals or next((scan for scan in scans if scan.statuses), None)
+
+
+def _writes(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
+    for event in scan.run if uids else ():
         if isinstance(event, InterfaceWrite) and event.uid in uids:
             yield event
 
@@ -182,14 +188,13 @@ def _writes(each: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
 def _align(scans: Sequence[Scan]) -> None:
     """Shift the times of text logs to those of a recording with dates."""
     # a text log has only the time of day, in an unknown time zone
-    dated = [each for each in scans if each.is_timed and not each.is_log and each.samples]
+    dated = [scan for scan in scans if scan.is_timed and not scan.is_log and scan.samples]
     if not dated:
         return
     for log in scans:
         if log.is_log:
-            distance_us = next((d for each in dated if (d := _distance(log, each)) is not None), None)
-            if distance_us is None:
-                distance_us = (dated[0].begin_us or 0) - (log.begin_us or 0)
+            distances = (distance for scan in dated if (distance := _distance(log, scan)) is not None)
+            distance_us = next(distances, (dated[0].begin_us or 0) - (log.begin_us or 0))
             log.shift_us = round(distance_us / _QUARTER_US) * _QUARTER_US
 
 
@@ -229,32 +234,30 @@ class RecordedAgentRun(Run):
 
     def __iter__(self) -> Iterator[Event]:
         """Yield the agent's events, with interface ids as on the agent's blackboard."""
-        before = f"{self._agent}/"
+        prefix = f"{self._agent}/"
         for event in self._run:
             if isinstance(event, InterfaceWrite | InterfaceMessage):
                 kind, mark, name = event.uid.partition("::")
-                if name.startswith(before):
-                    yield structs.replace(event, uid=f"{kind}{mark}{name.removeprefix(before)}")
+                if name.startswith(prefix):
+                    yield structs.replace(event, uid=f"{kind}{mark}{name.removeprefix(prefix)}")
             elif isinstance(event, _OF_ENVIRONMENTS) and event.env == self._agent:
                 yield event
 
 
-def recordings_of(whole: Recordings, agent: str) -> Recordings:
+def recordings_of(team: Recordings, agent: str) -> Recordings:
     """Return the recording of one agent of a team.
 
     :raises TraceError: if the recording has no events of the agent.
     """
     scans = []
-    for each in whole.scans:
-        own = take_all(RecordedAgentRun(each.run, agent))
-        own.shift_us, own.metadata, own.begin_us = each.shift_us, each.metadata, each.begin_us
-        scans.append(own)
+    for of_team in team.scans:
+        scan = scan_events(RecordedAgentRun(of_team.run, agent))
+        scan.shift_us, scan.metadata, scan.begin_us = of_team.shift_us, of_team.metadata, of_team.begin_us
+        scans.append(scan)
     if not any(scan.transitions or scan.samples for scan in scans):
         raise TraceError(
             f"it has nothing of the agent '{agent}'",
-            file=whole.scans[0].run.path,
+            file=team.scans[0].run.path,
             hint="the recording must be of all agents in one run; one alone is replayed with --agent",
         )
-    decisions = next((scan for scan in scans if scan.goals), None)
-    decisions = decisions or next((scan for scan in scans if scan.statuses), scans[0])
-    return Recordings(tuple(scans), decisions, whole.start_us)
+    return Recordings(tuple(scans), _decisions(scans) or scans[0], team.start_us)

@@ -31,11 +31,11 @@ from cxbridge.run.replay.script import Command, Execution, ExecutorScript, Skill
 from cxbridge.run.replay.sensors import SensorPlayer, YieldingBoard
 from cxbridge.run.replay.skillers import COMPONENT, RecordedSkiller
 from cxbridge.run.result import ReplayOutcome
-from cxbridge.run.skillers import SkillerGroup, skiller_settings
+from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.trace.compare.checks import Tolerance
-from cxbridge.trace.compare.model import Comparison, Order
+from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.render.json import plain_report
 from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
@@ -47,60 +47,58 @@ from cxbridge.trace.replay.blocks import BlockMaker
 
 
 def judge(
-    ours: Path,
+    this_run: Path,
     decisions: Scan,
     order: Order,
     divergence: Divergence | None,
     *,
-    whole: bool,
+    is_complete: bool,
     tolerance: Tolerance | None = None,
 ) -> ReplayOutcome:
     """Compare a run with the recorded one.
 
-    :param ours: the recording of this run.
-    :param whole: whether the recording is complete; otherwise only its time span is compared.
+    :param this_run: the file with this run's transitions.
+    :param is_complete: whether the recording reaches the end of its run; otherwise only its time span is
+        compared.
     :param tolerance: the permitted difference of times; None ignores times.
     :raises TraceError: if there is nothing to compare.
     """
     compared = str(decisions.run.path)
     if divergence is not None:
-        return ReplayOutcome(compared, order.value, divergence, same=False, whole=whole)
+        return ReplayOutcome(compared, order.value, divergence, same=False, is_complete=is_complete)
     view = View.TRANSITIONS if decisions.goals else View.SKILLS
-    mine, theirs = open_run(ours), decisions.run
-    if not whole:
-        mine, theirs = _cut(mine, theirs, view, order)
-    if not _count_events(mine, view.event_types):
+    run, recorded = open_run(this_run), decisions.run
+    if not is_complete:
+        run, recorded = _cut(run, recorded, view, order)
+    if not _count_events(run, view.event_types):
         nothing = ("It has come to nothing that can be compared.",)
-        return ReplayOutcome(compared, order.value, None, same=False, whole=whole, lines=nothing)
-    comparison = compare_runs(mine, [theirs], view, order, tolerance=tolerance)
-    report = make_report(comparison, mine, [theirs])
+        return ReplayOutcome(compared, order.value, None, same=False, is_complete=is_complete, lines=nothing)
+    comparison = compare_runs(run, [recorded], view, order, tolerance=tolerance)
+    report = make_report(comparison, run, [recorded])
     lines = list(text_report(report))
-    if not comparison.same and order is Order.TOTAL and _same_in_partial_order(mine, theirs, view, tolerance):
-        lines.append("In partial order they are the same: --replay-order partial")
+    if not comparison.same and order is Order.TOTAL:
+        in_partial_order = compare_runs(run, [recorded], view, Order.PARTIAL, tolerance=tolerance)
+        if in_partial_order.same:
+            lines.append("In partial order they are the same: --replay-order partial")
     plain = plain_report(report)
-    return ReplayOutcome(compared, order.value, None, comparison.same, whole, tuple(lines), plain)
+    return ReplayOutcome(compared, order.value, None, comparison.same, is_complete, tuple(lines), plain)
 
 
-def _same_in_partial_order(
-    mine: Recording, theirs: Recording, view: View, tolerance: Tolerance | None
-) -> bool:
-    other: Comparison = compare_runs(mine, [theirs], view, Order.PARTIAL, tolerance=tolerance)
-    return other.same
-
-
-def _cut(mine: Recording, theirs: Recording, view: View, order: Order) -> tuple[Recording, Recording]:
-    """Return the comparable parts of two runs if the second recording is incomplete."""
+def _cut(run: Recording, recorded: Recording, view: View, order: Order) -> tuple[Recording, Recording]:
+    """Return the comparable parts of two runs if the recording is incomplete."""
+    # in partial order, the last transitions of each goal may be missing; the states of Skillers have one
+    # order
     types = view.event_types if order is Order.TOTAL else (SkillStatus,)
-    count = _count_events(theirs, types)
+    count = _count_events(recorded, types)
     if not count:
         raise TraceError(
             "it ends before the first state of a Skiller, so nothing can be compared in partial order",
-            file=theirs.path,
+            file=recorded.path,
             hint="--replay-order total compares the events that exist",
         )
     if order is Order.PARTIAL:
-        count = min(count, _count_events(mine, types))
-    return RunHead(mine, count, types), RunHead(theirs, count, types)
+        count = min(count, _count_events(run, types))
+    return RunHead(run, count, types), RunHead(recorded, count, types)
 
 
 def _count_events(run: Recording, types: tuple[type[Event], ...]) -> int:
@@ -121,18 +119,19 @@ class RunHead(Recording):
         self._types = types
 
     def __iter__(self) -> Iterator[Event]:
-        left = self._count_events
+        remaining = self._count_events
         for event in self._run:
             if isinstance(event, self._types):
-                if not left:
+                if not remaining:
                     return
-                left -= 1
-            elif not left and isinstance(event, TRANSITION_TYPES):
+                remaining -= 1
+            elif not remaining and isinstance(event, TRANSITION_TYPES):
                 return
             yield event
 
 
-# The extra time for the last transitions, compared with the recorded run.
+# The extra time for the last transitions, compared with the recorded run: rules may need more loops than
+# there.
 _SLACK_US: Final = 2 * MICROSECONDS
 
 
@@ -143,17 +142,14 @@ class _TransitionWriter(McapWriter):
         return frozenset((*TRANSITION_TYPES, RuleFired))
 
 
-def _record_transitions(bus: EventBus, file: Path) -> Recorder:
-    """Return a recorder of transitions. Use it as a context manager."""
-    return Recorder(bus, [_TransitionWriter(file)])
-
-
 class Replay:
     """The environment of a recorded run.
 
     :param order: how transitions are compared.
     :param tolerance: the permitted difference of times; None ignores times.
-    :param whole: the replay of the team, for one agent's part of it.
+    :param team: the replay of the team to which this agent belongs; None for a single agent or the team
+        itself.
+    :param name: the agent of the team.
     """
 
     board_class: type[LocalBlackBoard] = YieldingBoard
@@ -164,11 +160,11 @@ class Replay:
         order: Order,
         tolerance: Tolerance | None = None,
         *,
-        whole: Replay | None = None,
+        team: Replay | None = None,
         name: str = "",
     ) -> None:
         self.recordings = recordings
-        self._whole = whole
+        self._team = team
         self._name = name
         self.divergence: Divergence | None = None
         """The first divergence."""
@@ -177,9 +173,9 @@ class Replay:
         self._order = order
         self._tolerance = tolerance
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
-        self._skillers = SkillerGroup(())
+        self._skillers: list[RecordedSkiller] = []
         self._has_sensors = False
-        self._clock = VirtualClock(recordings.start_us) if whole is None else whole.clock()
+        self._clock = VirtualClock(recordings.start_us) if team is None else team.clock()
         self._plans: dict[str, dict[str, RecordedPlan]] = {}
         self._last_us = 0
         self._quiet_us: int | None = None
@@ -195,7 +191,7 @@ class Replay:
         :raises TraceError: if the recordings have no events of the agent.
         """
         recordings = recordings_of(self.recordings, name)
-        return Replay(recordings, self._order, self._tolerance, whole=self, name=name)
+        return Replay(recordings, self._order, self._tolerance, team=self, name=name)
 
     @property
     def length_us(self) -> int:
@@ -203,19 +199,19 @@ class Replay:
         return max(0, self.recordings.end_us - self.recordings.start_us)
 
     @contextmanager
-    def noting(self, bus: EventBus) -> Iterator[None]:
+    def comparing(self, bus: EventBus) -> Iterator[None]:
         """Record the transitions of this run and compare them at the end."""
         with tempfile.TemporaryDirectory(prefix="cxbridge-replay-") as folder:
-            notes = Path(folder) / "this run"
-            with _record_transitions(bus, notes):
+            file = Path(folder) / "this run"
+            with Recorder(bus, [_TransitionWriter(file)]):
                 yield
             recordings = self.recordings
             self._outcome = judge(
-                notes,
+                file,
                 recordings.decisions,
                 self._order,
                 self.divergence,
-                whole=recordings.is_whole,
+                is_complete=recordings.is_complete,
                 tolerance=self._tolerance,
             )
 
@@ -229,11 +225,10 @@ class Replay:
         if not isinstance(event, PlannerCall) or event.status != STARTED:
             return
         expected = self._plans.get(event.env, {}).get(event.call)
-        if expected is None:
-            return
-        divergence = plan_divergence(expected, event, self.recordings.start_us)
-        if divergence is not None:
-            self._diverge(divergence)
+        if expected is not None:
+            divergence = plan_divergence(expected, event, self.recordings.start_us)
+            if divergence is not None:
+                self._diverge(divergence)
 
     def components(self, context: Run) -> Iterator[Component]:
         """Make the players of Skillers, executors and sensors.
@@ -243,10 +238,10 @@ class Replay:
         settings = context.skill_board
         executors = self.recordings.executors() if settings is not None else []
         agents = {script.agent for script in executors}
-        kept = () if settings is None else tuple(a for a in settings.agents if a.name in agents)
-        yield self._play_skillers(context, {agent.skiller for agent in kept})
+        on_board = () if settings is None else tuple(a for a in settings.agents if a.name in agents)
+        yield self._play_skillers(context, {agent.skiller for agent in on_board})
         if settings is not None:
-            skill_board = SkillBoardComponent(context, replace(settings, agents=kept, in_process=False))
+            skill_board = SkillBoardComponent(context, replace(settings, agents=on_board, in_process=False))
             yield skill_board
             for script in executors:
                 skill_board.service.add(self._executor(context, script))
@@ -257,15 +252,17 @@ class Replay:
         yield SensorPlayer(context.board, log, sensors, self.recordings.writes(sensors))
         context.bus.subscribe(self._check_plan, PlannerCall)
 
-    def _play_skillers(self, context: Run, kept: set[str]) -> Skillers:
-        scripts = {name: script for name, script in self.recordings.skillers().items() if name not in kept}
-        for settings in skiller_settings(context.config, "lua", kept):
+    def _play_skillers(self, context: Run, served: set[str]) -> Skillers:
+        """Make the Skillers, except those that the skill board serves."""
+        scripts = {name: script for name, script in self.recordings.skillers().items() if name not in served}
+        # a Skiller without a record is there, too: rules may wait for its interface
+        for settings in skiller_settings(context.config, "lua", served):
             scripts.setdefault(settings.name, SkillerScript())
         maker = BlockMaker(context.board.registry.get(SKILLER))
         for uid, sample in self.recordings.samples().items():
             if uid.startswith(f"{SKILLER}::"):
                 maker.check(sample.values, uid)
-        self._skillers = SkillerGroup([self._skiller(context, *item) for item in scripts.items()])
+        self._skillers = [self._skiller(context, *item) for item in scripts.items()]
         return Skillers(context, self._skillers)
 
     def _skiller(self, context: Run, name: str, script: SkillerScript) -> RecordedSkiller:
@@ -275,12 +272,12 @@ class Replay:
             name,
             script,
             start_us=self.recordings.start_us,
-            whole=self.recordings.is_whole,
+            is_complete=self.recordings.is_complete,
             report=self._diverge,
         )
         self._expected.append(player.expected)
         for command in script.commands:
-            self._record_action_time(command.time_us + (command.later[-1][0] if command.later else 0))
+            self._note_time(command.time_us + (command.later[-1][0] if command.later else 0))
         return player
 
     def _executor(self, context: Run, script: ExecutorScript) -> ExecutorHost:
@@ -289,24 +286,24 @@ class Replay:
             ExecutorContext(script.agent, context.board, context.clock, log),
             script,
             start_us=self.recordings.start_us,
-            whole=self.recordings.is_whole,
+            is_complete=self.recordings.is_complete,
             report=self._diverge,
         )
         self._expected.append(executor.expected)
         for execution in script.executions:
-            self._record_action_time(execution.time_us + (execution.duration_us or 0))
+            self._note_time(execution.time_us + (execution.duration_us or 0))
         return ExecutorHost(executor, script.name)
 
-    def _record_action_time(self, time_us: int) -> None:
+    def _note_time(self, time_us: int) -> None:
         """Update the time of the last recorded action."""
         self._last_us = max(self._last_us, time_us)
 
     def _diverge(self, divergence: Divergence) -> None:
-        if self._whole is not None:
-            kind, mark, own = divergence.uid.partition("::")
-            if mark:
-                divergence = replace(divergence, uid=f"{kind}::{self._name}/{own}")
-            self._whole.divergence = self._whole.divergence or divergence
+        if self._team is not None:
+            kind, separator, interface = divergence.uid.partition("::")
+            if separator:
+                divergence = replace(divergence, uid=f"{kind}::{self._name}/{interface}")
+            self._team.divergence = self._team.divergence or divergence
         self.divergence = self.divergence or divergence
 
     def is_over(self, now_us: int, *, run_is_over: bool) -> bool:
@@ -314,15 +311,18 @@ class Replay:
 
         :param run_is_over: whether the run itself has ended.
         """
-        whole = self if self._whole is None else self._whole
-        whole.is_exhausted = whole.is_exhausted or any(each.exhausted for each in self._expected)
-        if whole.divergence is not None or whole.is_exhausted:
+        replay = self._team or self
+        replay.is_exhausted = replay.is_exhausted or any(commands.exhausted for commands in self._expected)
+        if replay.divergence is not None or replay.is_exhausted:
             return True
-        if self._skillers.running or any(each.next is not None for each in self._expected):
+        if any(skiller.running for skiller in self._skillers) or any(
+            commands.next is not None for commands in self._expected
+        ):
             self._quiet_us = None
             return False
         if self._quiet_us is None:
             self._quiet_us = now_us
+        # after the last recorded command, the rules get the time that they had in the recorded run
         end_us, slack_us = self._quiet_us, PATIENCE_US
         if self.recordings.end_us:
             slack_us = _SLACK_US

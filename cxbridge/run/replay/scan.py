@@ -25,7 +25,7 @@ SKILL_BOARD: Final = "SkillBoardInterface"
 
 _LOG: Final = "fawkes-log"
 _CLIPS: Final = "CLIPS ("
-_MOST_DIGITS: Final = 18
+_MOST_DIGITS: Final = 18  # all of them fit 64 bits
 _OVER: Final = "RETRACTED"
 
 
@@ -73,7 +73,7 @@ class Scan:
         return self.run.is_timed
 
     @property
-    def is_whole(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether the recording is complete: all root goals are retracted and the file is not truncated."""
         return self.goals and not self.run.notes and all(mode == _OVER for mode in self._roots.values())
 
@@ -82,7 +82,7 @@ class Scan:
         if self.begin_us is None and self.is_timed and self._begins(event):
             self.begin_us = event.time_us
         if isinstance(event, InterfaceWrite):
-            self._write(event)
+            self._add_write(event)
         elif isinstance(event, InterfaceMessage):
             if event.uid.startswith((EXECUTOR, SKILL_BOARD)):
                 self.messages.append(event)
@@ -95,15 +95,16 @@ class Scan:
             if isinstance(event, SkillStatus):
                 self.statuses.setdefault(event.skiller, []).append(event)
             elif isinstance(event, GoalTransition):
-                self._goal(event)
+                self._add_goal(event)
 
     def _begins(self, event: Event) -> bool:
-        """Whether the event shows that the executive runs and its clock is set."""
+        """Return whether the event shows that the executive runs and its clock is set."""
+        # the first lines of a log are of the real clock, before a simulated clock is set
         if not self.is_log:
             return True
         return not isinstance(event, LogLine) or event.component.startswith(_CLIPS)
 
-    def _write(self, event: InterfaceWrite) -> None:
+    def _add_write(self, event: InterfaceWrite) -> None:
         self.samples.setdefault(event.uid, event)
         kind, _, name = event.uid.partition("::")
         if kind == SKILLER:
@@ -111,7 +112,7 @@ class Scan:
         elif kind == EXECUTOR:
             self.executors.setdefault(name, []).append(event)
 
-    def _goal(self, event: GoalTransition) -> None:
+    def _add_goal(self, event: GoalTransition) -> None:
         self.goals = True
         key = (event.env, event.goal)
         if event.parent == NO_PARENT:
@@ -120,29 +121,29 @@ class Scan:
             self._roots.pop(key, None)
 
 
-def take_all(run: Run) -> Scan:
+def scan_events(run: Run) -> Scan:
     """Read all events of a run.
 
     :raises TraceError: if the recording cannot be read.
     """
-    found = Scan(run)
+    scan = Scan(run)
     for event in run:
-        found.take(event)
-    return found
+        scan.take(event)
+    return scan
 
 
-def scan(run: Run) -> Scan:
-    """Read a recording.
+def scan_recording(run: Run) -> Scan:
+    """Read the events and the metadata of a recording.
 
     :raises TraceError: if it cannot be read or has nothing to replay.
     """
-    found = take_all(run)
-    found.metadata = dict(run.metadata())
-    start = found.metadata.get("start_us", "")
-    if start.isdecimal() and len(start) <= _MOST_DIGITS and found.is_timed:
-        found.begin_us = int(start)
-    if not found.transitions and not found.samples:
+    scan = scan_events(run)
+    scan.metadata = dict(run.metadata())
+    start = scan.metadata.get("start_us", "")
+    if start.isdecimal() and len(start) <= _MOST_DIGITS and scan.is_timed:
+        scan.begin_us = int(start)
+    if not scan.transitions and not scan.samples:
         raise TraceError(
             "it holds nothing to replay", file=run.path, hint="neither interface writes nor transitions"
         )
-    return found
+    return scan

@@ -62,46 +62,47 @@ class Command:
 class SkillerScript:
     """The recorded commands of a Skiller.
 
-    :ivar before: writes before the first command: time and values.
+    :ivar initial_writes: writes before the first command: time and values.
     """
 
-    before: list[tuple[int, Values]] = field(default_factory=list)
+    initial_writes: list[tuple[int, Values]] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
 
 
 def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     """Split the writes of a SkillerInterface into commands, by the rules in docs/recording.md."""
     script = SkillerScript()
-    last: Values = _IDLE
+    previous: Values = _IDLE
     begun: Command | None = None
     for number, write in enumerate(writes):
         values = {**_IDLE, **write.values}
-        kind = _kind(last, values, first=not number)
+        kind = _kind(previous, values, is_first=not number)
         if kind is not None:
             command = Command(kind, values["skill_string"], write.time_us, values)
             script.commands.append(command)
             if kind is not CommandKind.CONTROL:
                 begun = command
-        elif values["exclusive_controller"] != last["exclusive_controller"]:
+        elif values["exclusive_controller"] != previous["exclusive_controller"]:
             pass  # the end of control: the run's own ReleaseControl causes the same write
         elif begun is not None:
             begun.later.append((write.time_us - begun.time_us, values))
         else:
-            script.before.append((write.time_us, values))
-        last = values
+            script.initial_writes.append((write.time_us, values))
+        previous = values
     return script
 
 
-def _kind(last: Values, values: Values, *, first: bool) -> CommandKind | None:
+def _kind(previous: Values, values: Values, *, is_first: bool) -> CommandKind | None:
     """Return the command behind a write; None if the Skiller wrote by itself or lost its controller."""
     skill, controller = values["skill_string"], values["exclusive_controller"]
-    acquired = controller and controller != last["exclusive_controller"]
-    leftover = first and values["status"] in _ENDS  # state of a skill from before the recording
+    acquired = controller and controller != previous["exclusive_controller"]
+    leftover = is_first and values["status"] in _ENDS  # state of a skill from before the recording
     if skill and values["msgid"] and not leftover:
-        again = values["status"] == "S_RUNNING" and last["status"] in _ENDS
-        if values["msgid"] != last["msgid"] or skill != last["skill_string"] or again:
+        # senders number their messages, so that two commands of the same skill may have the same id
+        is_restarted = values["status"] == "S_RUNNING" and previous["status"] in _ENDS
+        if values["msgid"] != previous["msgid"] or skill != previous["skill_string"] or is_restarted:
             return CommandKind.EXEC
-    if not skill and last["skill_string"]:
+    if not skill and previous["skill_string"]:
         return CommandKind.STOP
     return CommandKind.CONTROL if acquired else None
 

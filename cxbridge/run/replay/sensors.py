@@ -1,4 +1,4 @@
-"""Replay of all other interface writes, at their recorded times."""
+"""Replay of the interface writes of sensors and other programs, at their recorded times."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ OWNER = "cxbridge replay"
 class YieldingBoard(LocalBlackBoard):
     """A blackboard where a replay's writer releases an interface to the run's own writer."""
 
-    give_way: Callable[[tuple[str, str]], None] | None = None
+    release: Callable[[tuple[str, str]], None] | None = None
     """Called before another client opens an interface for writing."""
 
     def _open(self, request: OpenRequest) -> Interface:
-        if request.writer and self.give_way is not None and request.owner != OWNER:
-            self.give_way(request.key)
+        if request.writer and self.release is not None and request.owner != OWNER:
+            self.release(request.key)
         return super()._open(request)
 
 
@@ -52,14 +52,14 @@ class SensorPlayer(Component):
         for uid, sample in samples.items():
             self._open_writer(uid, sample)
         self._next = next(self._writes, None)
-        board.give_way = self._give_way
+        board.release = self._release
 
     def _open_writer(self, uid: str, sample: InterfaceWrite) -> None:
         kind, interface_id = key = parse_uid(uid)
         try:
             interface_class = self._board.registry.get(kind)
         except InterfaceDefinitionError:
-            raise
+            raise  # a changed or broken definition is a mistake; an unknown type is of another program
         except InterfaceError as error:
             self._log.warn(f"{uid} is not replayed: {error.message}")
             return
@@ -72,11 +72,6 @@ class SensorPlayer(Component):
             return
         self._open[key] = writer, maker, b""
 
-    @property
-    def is_done(self) -> bool:
-        """Whether all writes are done."""
-        return self._next is None
-
     def loop(self) -> None:
         """Write the values that are due, and drop messages to the interfaces."""
         now_us = self._board.clock.now_us()
@@ -88,28 +83,29 @@ class SensorPlayer(Component):
             writer.msgq_flush()
 
     def close(self) -> None:
-        self._board.give_way = None
+        self._board.release = None
         for writer, _, _ in self._open.values():
             self._board.close(writer)
         self._open.clear()
 
     def _write(self, event: InterfaceWrite) -> None:
         key = parse_uid(event.uid)
-        found = self._open.get(key)
-        if found is None:
+        opened = self._open.get(key)
+        if opened is None:
             return
-        writer, maker, before = found
+        writer, maker, previous = opened
         block = maker.make(event.values, event.time_us, event.uid)
         data = block[STAMP.size :]
         writer.set_from_chunk(block)
-        if data != before:
+        # listeners of changes must see the recorded ones, not each write
+        if data != previous:
             self._open[key] = writer, maker, data
             writer.mark_data_changed()
         writer.write()
 
-    def _give_way(self, key: tuple[str, str]) -> None:
+    def _release(self, key: tuple[str, str]) -> None:
         """Release an interface to the run's writer."""
-        found = self._open.pop(key, None)
-        if found is not None:
+        opened = self._open.pop(key, None)
+        if opened is not None:
             self._log.debug(f"{'::'.join(key)} is written by the run itself")
-            self._board.close(found[0])
+            self._board.close(opened[0])

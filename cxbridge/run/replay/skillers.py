@@ -21,7 +21,7 @@ class RecordedSkiller(SkillerBackend):
     """Serves a SkillerInterface from a recording.
 
     :param start_us: the start of the recorded run, where this run's clock starts too.
-    :param whole: whether the recording is complete.
+    :param is_complete: whether the recording reaches the end of its run.
     :param report: receives the first divergence.
     :raises BlackBoardError: if the interface has another writer.
     """
@@ -34,7 +34,7 @@ class RecordedSkiller(SkillerBackend):
         script: SkillerScript,
         *,
         start_us: int,
-        whole: bool,
+        is_complete: bool,
         report: Callable[[Divergence], None],
     ) -> None:
         super().__init__(name)
@@ -47,11 +47,11 @@ class RecordedSkiller(SkillerBackend):
             "SkillerInterface", name, owner=COMPONENT, listen=self._readers.listen
         )
         self._control = ExclusiveControl(self._interface, self._log)
-        self._before = deque(script.before)
+        self._initial_writes = deque(script.initial_writes)
         self._controls = deque(command for command in script.commands if command.kind is CommandKind.CONTROL)
         commands = [command for command in script.commands if command.kind is not CommandKind.CONTROL]
         self.expected = Expectation(
-            f"SkillerInterface::{name}", commands, start_us, whole=whole, report=report
+            f"SkillerInterface::{name}", commands, start_us, is_complete=is_complete, report=report
         )
         self._begun: Command | None = None
         self._due: deque[tuple[int, Values]] = deque()
@@ -59,7 +59,7 @@ class RecordedSkiller(SkillerBackend):
     @property
     def running(self) -> bool:
         """Whether recorded writes are pending."""
-        return bool(self._due or self._before)
+        return bool(self._due or self._initial_writes)
 
     def loop(self) -> None:
         """Handle messages and make the writes that are due."""
@@ -67,8 +67,8 @@ class RecordedSkiller(SkillerBackend):
             if self._control.revoke(serial):
                 self._interface.write()
         now_us = self._clock.now_us()
-        while self._before and self._before[0][0] <= now_us:
-            self._write(self._before.popleft()[1])
+        while self._initial_writes and self._initial_writes[0][0] <= now_us:
+            self._write(self._initial_writes.popleft()[1])
         self._take_messages(now_us)
         while self._due and self._due[0][0] <= now_us:
             self._write(self._due.popleft()[1])
@@ -86,14 +86,14 @@ class RecordedSkiller(SkillerBackend):
             elif message.type == "ReleaseControlMessage":
                 if self._control.release(message):
                     self._interface.write()
-            elif message.type != "ExecSkillMessage" or self._admit(message, command):
-                command = message
+            elif message.type != "ExecSkillMessage" or self._control.admit(
+                message,
+                again=command is not None and command.type == "ExecSkillMessage",
+                running=bool(self._due),
+            ):
+                command = message  # the Skiller obeys the last command of a loop
         if command is not None:
             self._obey(command, now_us)
-
-    def _admit(self, message: Any, before: Any) -> bool:
-        again = before is not None and before.type == "ExecSkillMessage"
-        return self._control.admit(message, again=again, running=bool(self._due))
 
     def _acquire(self, message: Message) -> None:
         if not self._control.acquire(message):
@@ -117,7 +117,7 @@ class RecordedSkiller(SkillerBackend):
             self._log.warn(f"{self.name}: {expected} came before the recorded commands before it")
         self.expected.meet(now_us)
         self._begun = expected
-        self._before.clear()
+        self._initial_writes.clear()
         self._interface.skill_string = text
         self._interface.msgid = message.id if kind is CommandKind.EXEC else 0
         self._due = deque((now_us + after_us, values) for after_us, values in expected.later)
@@ -127,10 +127,10 @@ class RecordedSkiller(SkillerBackend):
         """Repeat a recorded write, with skill string, message id and controller of this run."""
         begun = self._begun
         for name, value in values.items():
-            own = name == "exclusive_controller" or (
+            is_of_this_run = name == "exclusive_controller" or (
                 begun is not None and name in ("skill_string", "msgid") and value == begun.values[name]
             )
-            if not own:
+            if not is_of_this_run:
                 self._interface.set(name, value)
         self._interface.mark_data_refreshed()
         self._interface.write()

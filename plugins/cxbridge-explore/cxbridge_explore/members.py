@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cxbridge.run.options import RunOptions
-from cxbridge.run.watchdog import StuckWatch
+from cxbridge.run.stuck import StuckWatch
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.explore import explore as explore_scenario
 from cxbridge_explore.forking import HAS_FORK

@@ -16,7 +16,7 @@ from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
-from cxbridge.run.source import RunFacts, Source
+from cxbridge.run.source import Source
 from cxbridge.skiller.board.settings import BoardSettings
 from cxbridge_ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
 from cxbridge_ros2cx.checks import check_parameters
@@ -30,6 +30,7 @@ from cxbridge_ros2cx.skills import Ros2CxSkills
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.executive.executive import Executive
+    from cxbridge.run.agent import Run
     from cxbridge.skiller.board.policy import BoardPolicy
     from cxbridge.skiller.board.service import SkillBoardService
 
@@ -134,14 +135,14 @@ class Ros2CxSource(Source):
     def board_policy(self, config: Configuration) -> BoardPolicy:
         return policy_of(config)
 
-    def prepare_board(self, context: RunFacts) -> None:
+    def prepare_board(self, context: Run) -> None:
         """Add the executors of ``--executor``."""
         for text in self.options.option("executors"):
             skills = self._skills_of(context)
             assert skills is not None  # the board begins
             skills.add_executor(text)
 
-    def _skills_of(self, context: RunFacts) -> Ros2CxSkills | None:
+    def _skills_of(self, context: Run) -> Ros2CxSkills | None:
         """Return the executive's interface to the skill board; None while the run has no board."""
         service = context.skill_service
         if service is None:
@@ -161,7 +162,7 @@ class Ros2CxSource(Source):
             self._skills = service, skills
         return self._skills[1]
 
-    def features(self, context: RunFacts) -> list[Feature]:
+    def features(self, context: Run) -> list[Feature]:
         """Return the features of the parameter files."""
         folder = self._checkout.parameters
         settings = Ros2CxSettings.of(context.config)

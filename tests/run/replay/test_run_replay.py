@@ -102,7 +102,7 @@ def test_our_scenario_decides_what_fawkes_decided(name: str) -> None:
         f"it decided the same as {folder / 'fawkes.log'}",
     )
     assert result.replay is not None
-    assert (result.replay.same, result.replay.whole) == (True, True)
+    assert (result.replay.same, result.replay.is_complete) == (True, True)
     assert result.replay.report["a"]["events"] == 293
 
 
@@ -172,7 +172,7 @@ def test_a_log_that_was_cut_off_is_compared_up_to_there(order: str, part: float,
     result = replay(log, order=order, **more)
     assert result.status == 0, result.summary()
     assert result.replay is not None
-    assert not result.replay.whole
+    assert not result.replay.is_complete
 
 
 # -- our own
@@ -245,7 +245,7 @@ def test_another_skill_string_is_told_with_what_was_expected(mini: Path) -> None
     assert found is not None
     assert (found.uid, found.number) == ("SkillerInterface::Skiller", 1)
     assert found.expected == "ExecSkill 'say{text=\"bye\", wait=true}'"
-    assert found.came == "ExecSkill 'say{text=\"hello\", wait=true}'"
+    assert found.actual == "ExecSkill 'say{text=\"hello\", wait=true}'"
     assert "expected ExecSkill 'say{text=\"bye\", wait=true}' (0." in result.reason
 
 
@@ -363,7 +363,7 @@ def test_a_truncated_mcap_is_compared_up_to_its_end(tmp_path: Path) -> None:
         result = replay(trace)
         assert result.status == 0, result.summary()
         assert result.replay is not None
-        assert not result.replay.whole
+        assert not result.replay.is_complete
 
 
 def test_a_recording_that_ends_before_the_first_skill_needs_total_order(mini: Path) -> None:

@@ -67,7 +67,9 @@ def test_a_stopped_skill() -> None:
 def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
     found = script(("old{}", 9, "S_FINAL", "us"), ("a{}", 2, "S_RUNNING", "us"))
     assert told(found) == [(CommandKind.CONTROL, "old{}", []), (CommandKind.EXEC, "a{}", [])]
-    assert [values["status"] for _, values in script(("old{}", 9, "S_FINAL", "")).before] == ["S_FINAL"]
+    assert [values["status"] for _, values in script(("old{}", 9, "S_FINAL", "")).initial_writes] == [
+        "S_FINAL"
+    ]
 
 
 @given(
@@ -82,7 +84,7 @@ def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
 )
 def test_no_write_is_lost_but_those_that_end_control(writes: list[tuple[str, int, str, str]]) -> None:
     found = script(*writes)
-    kept = len(found.before) + sum(1 + len(each.later) for each in found.commands)
+    kept = len(found.initial_writes) + sum(1 + len(each.later) for each in found.commands)
     ends = sum(one[3] != other[3] for one, other in zip([("", 0, "", ""), *writes], writes, strict=False))
     assert len(writes) - ends <= kept <= len(writes)
     times = [each.time_us for each in found.commands]

@@ -8,7 +8,8 @@ from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
-from cxbridge.run.watchdog import RuleErrors, StuckWatch, end_spins
+from cxbridge.run.stuck import RuleErrors, StuckWatch
+from cxbridge.run.watchdog import end_spins
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import Chooser
 from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario

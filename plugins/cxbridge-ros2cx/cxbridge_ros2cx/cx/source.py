@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.executive import ActionMapper, CoreFiles, Executive
     from cxbridge.executive.feature import Feature, LazyFeature
     from cxbridge.executive.manager import EnvironmentManager
-    from cxbridge.run.source import RunFacts
+    from cxbridge.run.agent import Run
     from cxbridge_protobuf.connections import Connections, MakeConnections
     from cxbridge_protobuf.local import LocalNetwork
     from cxbridge_protobuf.settings import NetworkSettings
@@ -141,12 +141,12 @@ class CxSource(Source):
         # the fewest equal parts that are short enough
         return period_us // -(-period_us // _REAL_LOOP_US)
 
-    def features(self, context: RunFacts) -> list[Feature] | None:  # noqa: ARG002
+    def features(self, context: Run) -> list[Feature] | None:  # noqa: ARG002
         return []
 
     def make_manager(
         self,
-        context: RunFacts,
+        context: Run,
         features: Sequence[Feature | LazyFeature],  # noqa: ARG002
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
@@ -174,7 +174,7 @@ class CxSource(Source):
         return [file for plugin in plugins for file in plugin.files()]
 
     def make_executive(
-        self, context: RunFacts, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
+        self, context: Run, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
     ) -> Executive:
         assert isinstance(manager, CxManager)
         node = CxNode(manager, context.config, mapper, files)

@@ -12,7 +12,7 @@ import pytest
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.program.plain_options import more_options
+from cxbridge.run.program.plain_options import take_plugin_options
 from tests.daemon.test_daemon import QUIET, running
 from tests.support import ROS2CX_DIR, needs_plugin, needs_ros2cx
 
@@ -24,7 +24,7 @@ ENV = "/api/cxbridge/environments/executive"
 
 def options(**more: Any) -> DaemonOptions:
     given = {"ros2cx": ROS2CX_DIR, "spec": "test-nav2", "settings": QUIET} | more
-    return DaemonOptions(more=tuple(more_options(given)), **given)
+    return DaemonOptions(more=tuple(take_plugin_options(given)), **given)
 
 
 def wait_for(what: str, lines: list[str], start: int = 0) -> None:
@@ -44,7 +44,7 @@ def test_it_plans_and_moves_and_clients_see_it(core):
     from web_tests.support import serving
 
     settings = (FAST, *([("core", core)] if core else []))
-    with serving(settings, more=tuple(more_options({"ros2cx": ROS2CX_DIR})), spec="test-nav2") as (
+    with serving(settings, more=tuple(take_plugin_options({"ros2cx": ROS2CX_DIR})), spec="test-nav2") as (
         _,
         client,
         lines,
@@ -78,7 +78,7 @@ def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
         "        self.log.info('the robot moves')\n"
         "        yield 0.5\n"
     )
-    more = tuple(more_options({"ros2cx": ROS2CX_DIR, "executors": (f"move={file}:Move",)}))
+    more = tuple(take_plugin_options({"ros2cx": ROS2CX_DIR, "executors": (f"move={file}:Move",)}))
     with serving((FAST,), more=more, spec="test-nav2") as (_, client, lines):
         wait_for("TESTGOAL.* completed", lines)
         start = len(lines)

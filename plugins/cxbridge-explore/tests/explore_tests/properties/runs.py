@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.run.options import RunOptions
-from cxbridge.run.watchdog import StuckWatch
+from cxbridge.run.stuck import StuckWatch
 from cxbridge_explore.properties.builtin.table import builtin_properties
 from cxbridge_explore.properties.monitor import Ending, Property, RunEnd, Violation
 from cxbridge_explore.properties.watch import PropertyWatch
