@@ -80,7 +80,7 @@ class Bench:
             trace = self.artifacts / self.file.stem / f"{file_name(self.test or 'module')}{number}.mcap"
         run_options = make_options(
             scenario,
-            self.find,
+            find=self.find,
             config=config,
             skiller="none" if skiller == _SCRIPTED else skiller,
             trace=trace,

@@ -31,7 +31,7 @@ _TITLES: Final = {bool: "true or false", int: "a number", float: "a number", str
 
 
 def make_options(
-    scenario: str | Path | None, find: Callable[[str | Path], Path] = Path, /, **options: Any
+    scenario: str | Path | None, *, find: Callable[[str | Path], Path] = Path, **options: Any
 ) -> RunOptions:
     """Return the options of a run. Paths may be texts, and a single path may stand for several.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -63,7 +64,7 @@ def change(checkout: Path, old: str, new: str, file: str = EXECUTIVE, after: str
     return text[:place].count("\n") + 1
 
 
-def complaint(checkout: Path, spec: str = "test-nav2", **more: object) -> str:
+def complaint(checkout: Path, spec: str = "test-nav2", **more: Any) -> str:
     """The output before a rule fires: the error, or the warnings."""
     try:
         with Run(make_options(None, ros2cx=checkout, spec=spec, **more)) as agent:
