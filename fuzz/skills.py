@@ -17,9 +17,9 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
-from cxbridge.skiller.luacalls import LuaCall, read_calls
+from cxbridge.skiller.lua.limits import MEBIBYTE, Limits
 from cxbridge.skiller.make import make_lua_skiller
+from cxbridge.skiller.skillstring import LuaCall, read_calls
 from fuzz.luaoracle import as_lua_says, normal
 
 STALL_SECONDS: Final = 0.05

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError, SkillError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.run.explainers import Places, places
-from cxbridge.skiller.luacalls import read_calls
 from cxbridge.skiller.mapping import ActionSkillMapping
+from cxbridge.skiller.skillstring import read_calls
 from cxbridge.skiller.templates import Placeholder, parse_template
 from cxbridge.suggestions import did_you_mean, nearest
 

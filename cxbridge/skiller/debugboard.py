@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.events import Logger
-from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.lua.engine import LuaEngine
 
 if TYPE_CHECKING:
@@ -25,17 +24,12 @@ class DebugBoard:
     """Writes ``SkillerDebugInterface::NAME`` and its twin ``...Layouted``.
 
     Fawkes formerly laid out the graph for the twin. Now both have the same text.
-
-    :param mode: ``fawkes`` writes the twin in every loop of a running skill, as Fawkes does.
     """
 
-    def __init__(
-        self, board: BlackBoard, engine: LuaEngine, log: Logger, *, name: str, mode: Mode, owner: str
-    ) -> None:
+    def __init__(self, board: BlackBoard, engine: LuaEngine, log: Logger, *, name: str, owner: str) -> None:
         self._board = board
         self._engine = engine
         self._log = log
-        self._mode = mode
         # the classes of the interfaces are made from XML at run time, so they have no static types
         self._main: Any = board.open_for_writing("SkillerDebugInterface", name, owner=owner)
         self._twin: Any = board.open_for_writing("SkillerDebugInterface", f"{name}Layouted", owner=owner)
@@ -101,9 +95,6 @@ class DebugBoard:
                 self._log.error(f"the graph exceeds its maximum size ({size} vs. {self._room})")
             self._write(graph)
             self._twin.graph = graph
-            self._twin.write()
-        elif self._mode == "fawkes":
-            self._twin.mark_data_refreshed()
             self._twin.write()
 
     def _write(self, graph: str) -> None:

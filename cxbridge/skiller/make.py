@@ -11,9 +11,10 @@ from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.resources import shipped_dir
 from cxbridge.skiller.backend import Mode
-from cxbridge.skiller.lua.engine import Limits, LuaEngine
+from cxbridge.skiller.lua.engine import LuaEngine
 from cxbridge.skiller.lua.host import ConfigReader
-from cxbridge.skiller.lua.watch import ModuleWatch
+from cxbridge.skiller.lua.limits import Limits
+from cxbridge.skiller.lua.modulepath import ModuleWatch
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
 from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter
 from cxbridge.space.tf.listener import TransformListener
@@ -117,7 +118,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
         )
         undo.callback(engine.close)
         skiller = Skiller(
-            board, engine, bus, name=name, mode=mode, watch=watch, closing=[transforms], place_of=place_of
+            board, engine, transforms, bus, name=name, mode=mode, watch=watch, place_of=place_of
         )
         undo.pop_all()
     log.debug("Lua startup completed")

@@ -1,16 +1,85 @@
-"""Skill strings in the usual form, ``name{key=value, ...}`` or ``name(value, ...)``, as values.
+"""Skill strings as data: a reader of Lua texts that consist of calls with literal arguments.
 
-A skill string is data: receivers of foreign skill strings parse it with
-:func:`cxbridge.skiller.luacalls.read_calls`. Only the Lua Skiller in mode ``fawkes`` evaluates it.
+Receivers of foreign skill strings evaluate nothing; only the Lua Skiller in mode ``fawkes`` does. The grammar
+is the part of Lua 5.1 without evaluation: ``f{...}``, ``f(...)``, ``f"text"``, ``f[[text]]``; texts with all
+escapes and long brackets, signed numbers, ``true``, ``false``, ``nil``, tables of these, comments. The tests
+compare each result with Lua's.
+
+The scanner is hand-written, because the first skill string must not delay a loop: importing lark and making
+its parser takes 150 ms, each text 140 us.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final, NamedTuple, NoReturn
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.luacalls import LuaCall, read_calls
+from cxbridge.skiller.lua.host import from_lua, to_lua
+
+Value = str | float | int | bool | None | dict[Any, Any]
+"""An argument: text, number, boolean, nil, or a table. Values without key count from 1."""
+
+DEEPEST: Final = 50
+"""The maximum nesting of tables."""
+
+ONLY_FAWKES: Final = "only /skiller/mode: fawkes evaluates Lua"
+"""The end of error messages about texts that need evaluation."""
+
+
+class LuaCall(NamedTuple):
+    """A call.
+
+    :param name: the called skill.
+    :param values: the arguments.
+    :param line: the line of the name, from 1.
+    :param column: the column of the name in characters, from 1.
+    """
+
+    name: str
+    values: tuple[Value, ...]
+    line: int
+    column: int
+
+
+class _Token(NamedTuple):
+    kind: str
+    text: str
+    at: int
+    value: Value = None
+
+
+_SCANNER: Final = re.compile(
+    r"""(?P<blank>[ \t\r\n\f\v]+)
+      | (?P<long>(?:--)?\[(?P<level>=*)\[)
+      | (?P<comment>--[^\r\n]*)
+      | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
+      | (?P<number>\.?[0-9][0-9.]*(?:[eE][+-]?)?[A-Za-z0-9_]*)
+      | (?P<text>"(?:[^"\\\r\n]|\\(?:\r\n|\n\r|.))*"|'(?:[^'\\\r\n]|\\(?:\r\n|\n\r|.))*')
+      | (?P<symbol>.)""",
+    re.VERBOSE | re.DOTALL,
+)
+_NUMBER: Final = re.compile(r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_HEXADECIMAL: Final = re.compile(r"0[xX][0-9a-fA-F]+")
+_ESCAPE: Final = re.compile(r"\\(?:([0-9]{1,3})|(\r\n|\n\r|.))", re.DOTALL)
+_ESCAPES: Final = {"n": "\n", "r": "\r", "t": "\t", "a": "\a", "b": "\b", "f": "\f", "v": "\v"}
+_LINE_END: Final = re.compile(r"\r\n|\n\r|\r|\n")
+_CONSTANTS: Final[dict[str, bool | None]] = {"nil": None, "true": True, "false": False}
+_KEYWORDS: Final = frozenset(
+    ["and", "break", "do", "else", "elseif", "end", "for", "function", "if", "in", "local", "not"]
+) | {"or", "repeat", "return", "then", "until", "while"}
+_UNSHOWN: Final = "\N{REPLACEMENT CHARACTER}"
+_FLUSHED: Final = 50  # as in Lua, which stores positional values in blocks of this size
+
+
+def read_calls(text: str) -> list[LuaCall]:
+    """Return the calls in a Lua text; empty for a blank text.
+
+    :raises SkillError: for any other text, with line and column.
+    """
+    return _LuaCallReader(text).calls()
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +101,7 @@ def parse_skill_string(text: str) -> list[SkillStringCall]:
     calls = read_calls(text)
     if not calls:
         raise SkillError("the skill string has no call of a skill")
-    return [_call(call) for call in calls]
+    return [_without_place(call) for call in calls]
 
 
 def parse_skill_call(text: str) -> SkillStringCall:
@@ -46,7 +115,230 @@ def parse_skill_call(text: str) -> SkillStringCall:
     return calls[0]
 
 
-def _call(call: LuaCall) -> SkillStringCall:
+def _without_place(call: LuaCall) -> SkillStringCall:
+    """Return a call with its arguments by name, or by position without names."""
     if len(call.values) == 1 and isinstance(call.values[0], dict):
         return SkillStringCall(call.name, call.values[0])
     return SkillStringCall(call.name, dict(enumerate(call.values, start=1)))
+
+
+class _LuaCallReader:
+    """A text and the reading position."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._at = 0
+        self._depth = 0
+        self._next = self._scan()
+
+    def calls(self) -> list[LuaCall]:
+        found = []
+        while self._next.kind != "end":
+            found.append(self._call())
+            if self._next.text == ";" and self._next.kind == "symbol":
+                self._next_token()
+        return found
+
+    def _refuse(self, message: str, at: int) -> NoReturn:
+        line, column = _place(self._text, at)
+        where = f"column {column}" if line == 1 else f"line {line}, column {column}"
+        raise SkillError(
+            f"{where}: {message}",
+            hint="a skill string is calls of skills with literal arguments: name{key=1, other='text'}",
+        )
+
+    def _refuse_token(self, token: _Token, wanted: str) -> NoReturn:
+        if token.kind == "end":
+            self._refuse(f"the skill string ends where {wanted} should be", token.at)
+        if token.kind == "name" and token.text == "function":
+            self._refuse(f"a function is not a literal; {ONLY_FAWKES}", token.at)
+        shown = "".join(char if char.isprintable() else _UNSHOWN for char in token.text[:20])
+        if token.kind == "name" and token.text not in _KEYWORDS:
+            self._refuse(f"'{shown}' is a variable; {ONLY_FAWKES}", token.at)
+        self._refuse(f"'{shown}' stands where {wanted} should be; {ONLY_FAWKES}", token.at)
+
+    def _scan(self) -> _Token:
+        while self._at < len(self._text):
+            found = _SCANNER.match(self._text, self._at)
+            assert found is not None  # the last alternative matches any character
+            start, kind, text = self._at, str(found.lastgroup), found.group()
+            self._at = found.end()
+            if kind == "long":
+                value = self._long_bracket(start, found["level"])
+                if not text.startswith("-"):
+                    return _Token("text", text, start, value)
+            elif kind == "text":
+                return _Token("text", text, start, self._unquoted(text, start))
+            elif kind == "number":
+                return _Token("number", text, start, self._number(text, start))
+            elif kind not in ("blank", "comment"):
+                if text in ('"', "'"):
+                    self._refuse(f"the text that begins with {text} does not end in its line", start)
+                return _Token(kind, text, start)
+        return _Token("end", "", len(self._text))
+
+    def _next_token(self) -> _Token:
+        token, self._next = self._next, self._scan()
+        return token
+
+    def _is(self, symbol: str) -> bool:
+        return self._next.kind == "symbol" and self._next.text == symbol
+
+    def _expect(self, symbol: str, wanted: str) -> None:
+        if not self._is(symbol):
+            self._refuse_token(self._next, wanted)
+        self._next_token()
+
+    def _long_bracket(self, start: int, level: str) -> str:
+        end = self._text.find(f"]{level}]", self._at)
+        if end < 0:
+            self._refuse(f"the long bracket has no end (]{level}])", start)
+        if not level and (nested := self._text.find("[[", self._at, end)) >= 0:
+            self._refuse("a '[[' within [[...]] needs [=[...]=] around it", nested)
+        inside = _LINE_END.sub("\n", self._text[self._at : end])
+        self._at = end + len(level) + 2
+        return inside.removeprefix("\n")
+
+    def _unquoted(self, quoted: str, start: int) -> str:
+        inside = quoted[1:-1]
+        if "\\" not in inside:
+            return inside
+        byte_escape = False
+
+        def unescape(found: re.Match[str]) -> str:
+            nonlocal byte_escape
+            if found[1] is None:
+                return "\n" if found[2][0] in "\r\n" else _ESCAPES.get(found[2], found[2])
+            code = int(found[1])
+            if code > 255:  # noqa: PLR2004 - a byte
+                self._refuse(f"'{found[0]}' is not a byte: 0 to 255", start + 1 + found.start())
+            byte_escape |= code > 127  # noqa: PLR2004 - ASCII
+            return chr(code)
+
+        text = _ESCAPE.sub(unescape, inside)
+        # an escape is a byte rather than a character: several escapes may form one character
+        return from_lua(_ESCAPE.sub(unescape, to_lua(inside))) if byte_escape else text
+
+    def _number(self, text: str, start: int) -> int | float:
+        if _HEXADECIMAL.fullmatch(text):
+            whole = int(text, 16)
+            return whole if whole < 2**53 else _as_float(whole)
+        if not _NUMBER.fullmatch(text):
+            self._refuse(f"'{text[:20]}' is not a number", start)
+        number = float(text)
+        return int(number) if number.is_integer() and number < 2**53 else number
+
+    def _call(self) -> LuaCall:
+        name = self._next_token()
+        if name.kind != "name" or name.text in _KEYWORDS or name.text in _CONSTANTS:
+            if name.kind == "name":
+                self._refuse(f"'{name.text}' is not a skill; {ONLY_FAWKES}", name.at)
+            self._refuse_token(name, "the name of a skill")
+        values = self._arguments(name)
+        return LuaCall(name.text, values, *_place(self._text, name.at))
+
+    def _arguments(self, name: _Token) -> tuple[Value, ...]:
+        if self._next.kind == "text":
+            return (self._next_token().value,)
+        if self._is("{"):
+            return (self._table(),)
+        if not self._is("("):
+            wanted = f"the arguments of '{name.text[:20]}'"
+            if self._next.kind == "name":
+                self._refuse(f"'{self._next.text[:20]}' stands where {wanted} should be", self._next.at)
+            self._refuse_token(self._next, wanted)
+        if _LINE_END.search(self._text, name.at, self._next.at):
+            self._refuse("a '(' must be in the line of the name before it", self._next.at)
+        self._next_token()
+        values: list[Value] = []
+        if not self._is(")"):
+            values.append(self._value())
+            while self._is(","):
+                self._next_token()
+                values.append(self._value())
+        self._expect(")", "',' or ')'")
+        return tuple(values)
+
+    def _value(self) -> Value:
+        if self._is("{"):
+            return self._table()
+        token = self._next_token()
+        if token.kind in ("text", "number"):
+            return token.value
+        if token.kind == "name" and token.text in _CONSTANTS:
+            return _CONSTANTS[token.text]
+        if token.kind == "symbol" and token.text == "-" and self._next.kind == "number":
+            number = self._next_token().value
+            assert isinstance(number, int | float)
+            return -number if number else -0.0
+        return self._refuse_token(token, "a literal")
+
+    def _table(self) -> dict[Any, Any]:
+        opening = self._next_token()
+        self._depth += 1
+        if self._depth > DEEPEST:
+            self._refuse(f"tables lie in each other more than {DEEPEST} deep", opening.at)
+        table: dict[Any, Any] = {}
+        pending: dict[int, Value] = {}
+        positions = 0
+        while not self._is("}"):
+            if len(pending) == _FLUSHED:
+                table |= pending
+                pending.clear()
+            key, value = self._field()
+            if key is None:
+                positions += 1
+                pending[positions] = value
+            else:
+                table[key] = value
+            if self._is(",") or self._is(";"):
+                self._next_token()
+            elif not self._is("}"):
+                self._refuse_token(self._next, "',' or '}'")
+        self._next_token()
+        self._depth -= 1
+        # positional values override equal explicit keys, as in Lua
+        return table | pending
+
+    def _field(self) -> tuple[str | float | None, Value]:
+        if self._is("["):
+            at = self._next_token().at
+            key = self._value()
+            if not isinstance(key, str | int | float) or isinstance(key, bool):
+                self._refuse("a key is a word, a text or a number", at)
+            self._expect("]", "']'")
+            self._expect("=", "'='")
+            return key, self._value()
+        if self._next.kind == "name" and self._next.text not in _CONSTANTS:
+            name = self._next_token()
+            if not self._is("=") or name.text in _KEYWORDS:
+                self._refuse_name(name)
+            self._next_token()
+            return name.text, self._value()
+        return None, self._value()
+
+    def _refuse_name(self, name: _Token) -> NoReturn:
+        if name.text in _KEYWORDS:
+            self._refuse_token(name, "a literal")
+        if self._next.kind == "symbol" and self._next.text in ".:[":
+            self._refuse(f"'{name.text[:20]}{self._next.text}' looks into a variable; {ONLY_FAWKES}", name.at)
+        if self._next.kind == "text" or (self._next.kind == "symbol" and self._next.text in "({"):
+            self._refuse(f"a call of '{name.text[:20]}' is not a literal; {ONLY_FAWKES}", name.at)
+        self._refuse_token(name, "a literal")
+
+
+def _place(text: str, at: int) -> tuple[int, int]:
+    """Return line and column of a position."""
+    line, begin = 1, 0
+    if not at:
+        return 1, 1
+    for end in _LINE_END.finditer(text, 0, at):
+        line, begin = line + 1, end.end()
+    return line, at - begin + 1
+
+
+def _as_float(whole: int) -> float:
+    try:
+        return float(whole)
+    except OverflowError:
+        return math.inf

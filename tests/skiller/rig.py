@@ -13,7 +13,7 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.mainloop import DEFAULT_PERIOD_US
 from cxbridge.resources import shipped_dir
 from cxbridge.skiller.backend import Mode, SkillerBackend
-from cxbridge.skiller.lua.engine import Limits
+from cxbridge.skiller.lua.limits import Limits
 from cxbridge.skiller.make import make_lua_skiller
 from cxbridge.skiller.skiller import Skiller
 
@@ -91,18 +91,12 @@ class Rig:
         space: str = "test",
         mode: Mode = "strict",
         limits: Limits | None = None,
-        evaluates: bool = False,
         **more: Any,
     ) -> Skiller:
-        """Put a Lua Skiller on the board.
-
-        :param evaluates: it runs skill strings as Lua as the mode ``fawkes`` does, but reports as its own.
-        """
+        """Put a Lua Skiller on the board."""
         skiller = make_lua_skiller(
             self.board, self.clock, self.bus, folders=folders, space=space, mode=mode, limits=limits, **more
         )
-        if evaluates:
-            skiller._prepare = skiller.engine.compile  # type: ignore[method-assign, assignment]
         self.add(skiller)
         return skiller
 

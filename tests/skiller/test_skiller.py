@@ -13,34 +13,29 @@ from cxbridge.skiller.backend import Mode
 from tests.skiller.rig import SKILLS, Rig, write_skills
 
 
-@pytest.fixture(params=["strict", "fawkes"])
-def mode(request: pytest.FixtureRequest) -> Any:
-    return request.param
-
-
 @pytest.fixture
 def skills(tmp_path: Path) -> Path:
     return write_skills(tmp_path, SKILLS)
 
 
-def make(skills: Path, mode: Mode = "strict", *, evaluates: bool = False) -> Rig:
+def make(skills: Path, mode: Mode = "strict") -> Rig:
     rig = Rig()
-    rig.lua([skills], space="space", mode=mode, evaluates=evaluates)
+    rig.lua([skills], space="space", mode=mode)
     rig.loop()
     rig.forget()
     return rig
 
 
 @pytest.fixture
-def rig(skills: Path, mode: Mode) -> Rig:
+def rig(skills: Path) -> Rig:
     """A Skiller that has done its first loop, without a controller."""
-    return make(skills, mode)
+    return make(skills)
 
 
 @pytest.fixture
-def lua(skills: Path, mode: Mode) -> Rig:
-    """The same, which runs skill strings as Lua in either mode."""
-    return make(skills, mode, evaluates=True)
+def lua(skills: Path) -> Rig:
+    """The same, which evaluates skill strings as Lua."""
+    return make(skills, "fawkes")
 
 
 def take_control(rig: Rig, by: object = None, *, steal: bool = False) -> None:
@@ -138,13 +133,12 @@ def test_exec_by_another_is_dropped_with_a_warning(rig: Rig):
     assert rig.logged(Level.WARN) == ["MainThread tries to exec, but other thread is controller"]
 
 
-def test_stop_without_controller_is_ignored_by_fawkes_and_done_in_strict_mode(rig: Rig, mode: Mode):
+def test_stop_without_controller_is_executed(rig: Rig):
+    """Fawkes ignores it."""
     rig.exec("count{}")
     rig.send("StopExec")
     rig.loop()
-    assert rig.status == ("S_INACTIVE" if mode == "strict" else "S_RUNNING")
-    if mode == "fawkes":
-        assert "MainThread sent stop without any exclusive controller" in rig.logged(Level.DEBUG)
+    assert rig.status == "S_INACTIVE"
 
 
 def test_stop_by_the_controller_is_executed(rig: Rig):
@@ -234,36 +228,42 @@ def test_exec_sets_skill_string_msgid_and_running_before_the_first_run(rig: Rig)
     assert texts.index("SkillerInterface::Skiller") < texts.index("n=1")
 
 
-def test_a_syntax_error_is_failed_and_nothing_runs(rig: Rig, mode: Mode):
+@pytest.mark.parametrize(
+    ("mode", "problem"),
+    [
+        ("strict", "column 7: the skill string ends where a literal should be"),
+        ("fawkes", '[string "count{"]:1: unexpected symbol'),
+    ],
+)
+def test_a_syntax_error_is_failed_and_nothing_runs(skills: Path, mode: Mode, problem: str):
+    rig = make(skills, mode)
     rig.exec("count{", loops=2)
     assert rig.writes("status") == ["S_FAILED"]
     (line,) = rig.logged(Level.ERROR)
-    problem = {
-        "strict": "column 7: the skill string ends where a literal should be",
-        "fawkes": '[string "count{"]:1: unexpected symbol',
-    }[mode]
     assert line.startswith(f"Failed to compile skill string: count{{|{problem}")
-    # Fawkes leaves the field error as it was.
-    assert rig.state.error.startswith(problem) is (mode == "strict")
+    assert rig.state.error.startswith(problem)
 
 
-def test_a_lua_error_gives_the_error_text_and_failed(lua: Rig, mode: Mode):
+def test_a_lua_error_gives_the_error_text_and_failed(lua: Rig):
     rig, text = lua, 'error("no way")'
     rig.exec(text, loops=2)
     assert rig.state.error.startswith('error("no way")|[string "error("no way")"]:1: no way\nstack traceback')
     assert len(rig.state.error) == 127
-    # In Fawkes S_INACTIVE replaces S_FAILED within the same loop.
-    after = ["S_INACTIVE"] if mode == "fawkes" else []
-    assert rig.writes("status") == ["S_RUNNING", "S_FAILED", *after]
+    assert rig.writes("status") == ["S_RUNNING", "S_FAILED"]
     assert f"Failed to execute skill: {text}|" in rig.logged(Level.ERROR)[0]
 
 
-def test_a_missing_skill_fails(rig: Rig, mode: Mode):
+@pytest.mark.parametrize(
+    ("mode", "error"),
+    [
+        ("strict", "column 1: there is no skill 'dance'; only /skiller/mode: fawkes evaluates Lua"),
+        ("fawkes", "attempt to call global 'dance'"),
+    ],
+)
+def test_a_missing_skill_fails(skills: Path, mode: Mode, error: str):
+    rig = make(skills, mode)
     rig.exec("dance{}")
-    assert {
-        "strict": "column 1: there is no skill 'dance'; only /skiller/mode: fawkes evaluates Lua",
-        "fawkes": "attempt to call global 'dance'",
-    }[mode] in rig.state.error
+    assert error in rig.state.error
 
 
 def test_the_status_is_published_on_change_only(rig: Rig):
@@ -271,21 +271,18 @@ def test_the_status_is_published_on_change_only(rig: Rig):
     assert rig.writes("status", "error") == [("S_RUNNING", ""), ("S_FINAL", "")]
 
 
-def test_a_failing_skill_publishes_its_error(rig: Rig, mode: Mode):
+def test_a_failing_skill_publishes_its_error(rig: Rig):
+    """Fawkes writes twice: write_fsm_error() writes separately."""
     rig.exec('fail{why="x"}')
     assert (rig.status, rig.state.error) == ("S_FAILED", "on purpose")
-    # Fawkes writes twice: write_fsm_error() writes on its own.
-    assert rig.writes("status") == ["S_RUNNING"] + ["S_FAILED"] * (2 if mode == "fawkes" else 1)
+    assert rig.writes("status") == ["S_RUNNING", "S_FAILED"]
 
 
-def test_a_failing_skill_without_an_error_text(rig: Rig, mode: Mode):
-    """Fawkes keeps the text of an earlier failure; strict mode takes the label of the transition."""
+def test_a_failing_skill_without_an_error_text(rig: Rig):
+    """Fawkes keeps the text of an earlier failure; here the label of the transition is the text."""
     rig.exec('fail{why="x"}', loops=2)
     rig.exec("fail{}", loops=2)
-    assert (rig.status, rig.state.error) == (
-        "S_FAILED",
-        "only a label" if mode == "strict" else "on purpose",
-    )
+    assert (rig.status, rig.state.error) == ("S_FAILED", "only a label")
 
 
 def test_after_the_end_string_msgid_and_status_stay(rig: Rig):
@@ -412,18 +409,18 @@ def test_viewers_ask_for_other_graphs(rig: Rig):
 # -- texts that are no plain text
 
 
-@pytest.mark.parametrize("evaluates", [True, False])
-def test_a_skill_string_that_is_no_utf8_is_run_as_it_is(skills: Path, mode: Mode, evaluates: bool):
-    rig = make(skills, mode, evaluates=evaluates)
+@pytest.mark.parametrize("mode", ["strict", "fawkes"])
+def test_a_skill_string_that_is_no_utf8_is_run_as_it_is(skills: Path, mode: Mode):
+    rig = make(skills, mode)
     message = rig.commander.MESSAGES["ExecSkillMessage"]()
     chunk = bytearray(message.to_bytes())
-    text = b"print_info('%d', #'a\xffb')" if evaluates else b"count{tell='a\xffb'}"
+    text = b"print_info('%d', #'a\xffb')" if mode == "fawkes" else b"count{tell='a\xffb'}"
     offset = message.field("skill_string").offset
     chunk[offset : offset + len(text)] = text
     message.set_from_chunk(chunk)
     rig.commander.msgq_enqueue(message)
     rig.loop()
-    assert rig.logged(Level.INFO) == ["3" if evaluates else "n=1"]
+    assert rig.logged(Level.INFO) == ["3" if mode == "fawkes" else "n=1"]
 
 
 def test_an_error_text_that_is_no_utf8_is_readable(lua: Rig):

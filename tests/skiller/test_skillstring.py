@@ -11,9 +11,15 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.luacalls import DEEPEST, ONLY_FAWKES, read_calls
 from cxbridge.skiller.quoting import escape
-from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_call, parse_skill_string
+from cxbridge.skiller.skillstring import (
+    DEEPEST,
+    ONLY_FAWKES,
+    SkillStringCall,
+    parse_skill_call,
+    parse_skill_string,
+    read_calls,
+)
 from fuzz.luaoracle import as_lua_says, normal
 from tests.support import many
 

@@ -6,15 +6,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import as_executor
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import MasterState, SkillCall
 from cxbridge.skiller.board.watch import ExecutorInfo
-from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
-from cxbridge.skiller.failure import FailureCause, SkillFailure
+from cxbridge.skiller.interface import InterfaceSkiller
 from cxbridge.skiller.skillstring import parse_skill_string
 from cxbridge.skiller.status import Status
 
@@ -27,13 +25,10 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.settings import BoardSettings
 
 LOG_COMPONENT = "SkillBoardSkiller"
-_NO_MESSAGE = 0
 
 
-class BoardSkiller(SkillerBackend):
+class BoardSkiller(InterfaceSkiller):
     """Executes skill strings with an agent's executors.
-
-    It writes the same states as a Skiller in ``strict`` mode (docs/skiller.md).
 
     :param name: the id of the SkillerInterface.
     :raises BlackBoardError: if the interface has another writer.
@@ -42,108 +37,34 @@ class BoardSkiller(SkillerBackend):
     def __init__(
         self, board: BlackBoard, skills: SkillBoard, bus: EventBus, *, agent: str, name: str = "Skiller"
     ) -> None:
-        super().__init__(name)
+        super().__init__(board, bus, name=name, component=LOG_COMPONENT)
         self.agent = agent
-        self._log = bus.logger(LOG_COMPONENT)
-        self._board = board
         self._skills = skills
-        self._readers = ReaderWatch(board)
-        # the class of the interface is made from XML at run time, so it has no static type
-        self._interface: Any = board.open_for_writing(
-            "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
-        )
-        self._control = ExclusiveControl(self._interface, self._log)
         self._masters: list[Master] = []
-        self._enqueued = False
-        self._handlers = {
-            "AcquireControlMessage": self._control.acquire,
-            "ReleaseControlMessage": self._control.release,
-            "ExecSkillMessage": self._exec,
-            "StopExecMessage": self._stop,
-        }
 
     @property
-    def running(self) -> bool:
-        """Whether a skill string is running or a message is pending."""
-        return bool(self._masters) or not self._interface.msgq_empty()
+    def is_executing(self) -> bool:
+        return bool(self._masters)
 
     def loop(self) -> None:
         """Handle messages and publish changes. The caller does the board's loop."""
-        self.take()
+        self.handle_messages()
         self.publish()
 
-    def take(self) -> None:
-        """Handle the messages."""
-        to_write = self._enqueued = False
-        while (serial := self._readers.pop()) is not None:
-            to_write |= self._control.revoke(serial)
-        while (message := self._interface.msgq_pop()) is not None:
-            handler = self._handlers.get(message.type)
-            if handler is None:
-                self._log.warn(f"Unhandled message of type {message.type} in skiller interface")
-            else:
-                to_write |= handler(message)
-        if to_write:
-            self._interface.write()
-
     def publish(self) -> None:
-        """Write the progress of the skill string."""
+        """Write the end of the skill string."""
         masters = self._masters
-        if not masters:
-            return
-        bad = next((m for m in masters if m.state in (MasterState.FAILED, MasterState.CANCELLED)), None)
-        if bad is not None:
-            text = bad.error or f"{bad.call.skill} was cancelled"
-            self._end_execution(SkillFailure(FailureCause.OUTCOME, text))
-        elif all(master.is_over for master in masters):
-            self._end_execution()
-
-    def close(self) -> None:
-        """Drop the skill string and close the interface."""
-        self._drop()
-        self._readers.close()
-        self._board.close(self._interface)
-
-    def _exec(self, message: Any) -> bool:
-        text = message.skill_string
-        if not self._control.admit(message, again=self._enqueued, running=bool(self._masters)):
-            return False
-        if self._masters:
-            self._drop()
-        self._enqueued = True
-        self._interface.skill_string = text
-        self._interface.msgid = message.id
-        self._interface.error = ""
-        self._interface.status = Status.S_RUNNING
-        try:
-            for call in calls_of(text, self.agent):
-                self._masters.append(self._skills.request(call))
-        except SkillError as error:
-            self._drop()
-            self._log.error(str(error))
-            SkillFailure.of_string(error).show(self._interface)
-        return True
-
-    def _stop(self, message: Any) -> bool:
-        if not self._control.may_execute(message):
-            self._log.debug(f"{sender_of(message)} sent stop without any exclusive controller")
-            return False
-        self._log.debug(f"Stopping execution of '{self._interface.skill_string}' on request")
-        self._drop()
-        self._interface.skill_string = ""
-        self._interface.msgid = _NO_MESSAGE
-        self._interface.status = Status.S_INACTIVE
-        return True
-
-    def _end_execution(self, failure: SkillFailure | None = None) -> None:
-        self._drop()
-        self._interface.error = ""
-        self._interface.status = Status.S_FINAL
+        failure = next((m for m in masters if m.state in (MasterState.FAILED, MasterState.CANCELLED)), None)
         if failure is not None:
-            failure.show(self._interface)
-        self._interface.write()
+            self.end(Status.S_FAILED, failure.error or f"{failure.call.skill} was cancelled")
+        elif masters and all(master.is_over for master in masters):
+            self.end(Status.S_FINAL)
 
-    def _drop(self) -> None:
+    def start(self, skill_string: str) -> None:
+        for call in calls_of(skill_string, self.agent):
+            self._masters.append(self._skills.request(call))
+
+    def drop(self) -> None:
         """Cancel all masters."""
         masters, self._masters = self._masters, []
         for master in masters:
@@ -310,7 +231,7 @@ class SkillBoardService:
             if self.skills.is_full:
                 self._first = (self._first + number) % count
                 return
-            self.skillers[(self._first + number) % count].take()
+            self.skillers[(self._first + number) % count].handle_messages()
 
     def settle(self) -> None:
         """Exchange messages until each master has an executor, without executing steps."""

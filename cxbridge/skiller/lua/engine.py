@@ -16,37 +16,17 @@ from cxbridge.events import Logger, SourceRead
 from cxbridge.lua_syntax import readable
 from cxbridge.skiller.lua.boardaccess import BoardAccess, InterfacePool, MakeTable
 from cxbridge.skiller.lua.host import ConfigReader, HostFunctions, from_lua, to_lua
+from cxbridge.skiller.lua.limits import Limits
 from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge.skiller.lua.placeaccess import PlaceAccess
 from cxbridge.skiller.lua.state import HostTable, LuaState
-from cxbridge.skiller.luacalls import ONLY_FAWKES, LuaCall
+from cxbridge.skiller.skillstring import ONLY_FAWKES, LuaCall
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.space.navgraph import NavGraph
     from cxbridge.space.tf.buffer import TransformBuffer
-
-MEBIBYTE = 1024 * 1024
-
-
-class Limits(Struct, frozen=True):
-    """Limits of an engine's Lua code.
-
-    :param instructions_per_loop: VM instructions per loop; a million takes about 10 ms.
-    :param instructions_to_load: VM instructions for loading the skill space.
-    :param seconds_per_loop: processor time per loop, for expensive instructions such as ``s .. s``.
-    :param seconds_to_load: processor time for loading the skill space.
-    :param memory: bytes of all Lua objects.
-    :param memory_per_loop: additional bytes per step, and the maximum length of a text.
-    """
-
-    instructions_per_loop: int = 2_000_000
-    instructions_to_load: int = 50_000_000
-    seconds_per_loop: float = 0.02
-    seconds_to_load: float = 10.0
-    memory: int = 128 * MEBIBYTE
-    memory_per_loop: int = 4 * MEBIBYTE
 
 
 class Tick(Struct, frozen=True):
@@ -206,12 +186,9 @@ class LuaEngine:
         """The combined status of the skills called in the last loop; S_INACTIVE without calls."""
         return _status(self._call("overall_status")[0])
 
-    def failure(self, *, first: bool = False) -> str:
-        """Return the reason of a failure, as reported by a skill; empty if no skill reports one.
-
-        :param first: consider only the first called skill, as Fawkes does.
-        """
-        return from_lua(self._text("failure", first))
+    def failure(self) -> str:
+        """Return the reason of a failure, as reported by a skill; empty if no skill reports one."""
+        return from_lua(self._text("failure"))
 
     def graph(self, skill: str, direction: str, *, coloured: bool, always: bool) -> tuple[bool, str]:
         """Return a skill's state machine in the dot language.

@@ -1,21 +1,42 @@
-"""Configured limits of skills: ``/skiller/limits/NAME``.
+"""The limits of skills in time, memory and instructions, and their configuration ``/skiller/limits/NAME``.
 
-See docs/skiller.md#a-skill-in-lua.
+docs/skiller.md, section "A skill in Lua", has the table.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from msgspec import Struct
 from msgspec.structs import asdict
-
-from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
+MEBIBYTE = 1024 * 1024
+
+
+class Limits(Struct, frozen=True):
+    """Limits of an engine's Lua code.
+
+    :param instructions_per_loop: VM instructions per loop; a million takes about 10 ms.
+    :param instructions_to_load: VM instructions for loading the skill space.
+    :param seconds_per_loop: processor time per loop, for expensive instructions such as ``s .. s``.
+    :param seconds_to_load: processor time for loading the skill space.
+    :param memory: bytes of all Lua objects.
+    :param memory_per_loop: additional bytes per step, and the maximum length of a text.
+    """
+
+    instructions_per_loop: int = 2_000_000
+    instructions_to_load: int = 50_000_000
+    seconds_per_loop: float = 0.02
+    seconds_to_load: float = 10.0
+    memory: int = 128 * MEBIBYTE
+    memory_per_loop: int = 4 * MEBIBYTE
+
+
 LIMITS_PATH: Final = "/skiller/limits"
-"""The configured limits, named as in :class:`~cxbridge.skiller.lua.engine.Limits`."""
+"""The configured limits, named as in :class:`Limits`."""
 
 RANGES: Final[dict[str, tuple[float, float]]] = {
     "instructions_per_loop": (1_000, 4_000_000_000),

@@ -1,9 +1,10 @@
-"""The search path of Lua modules."""
+"""The search path of Lua modules, and the detection of changed skill files."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from cxbridge.errors import SkillError
@@ -98,3 +99,38 @@ class ModulePath:
             if label in self.files:
                 return self.files[label], int(line), text.removeprefix(f"{label}:{line}: ")
         return None, None, text
+
+
+class ModuleWatch:
+    """Watches the files of modules, and the candidates of missing modules.
+
+    Polling modification times needs no thread, works on every file system, and concerns only the loaded
+    files, wherever they are.
+
+    :param interval: seconds between two checks.
+    :param now: a clock in real seconds, because files change in real time.
+    """
+
+    def __init__(self, interval: float = 0.5, now: Callable[[], float] = time.monotonic) -> None:
+        self._interval = interval
+        self._now = now
+        self._due = now() + interval
+        self._path = ModulePath(())
+        self._known: dict[str, Signature | None] = {}
+
+    def follow(self, path: ModulePath, *, also_before: bool = False) -> None:
+        """Watch the files that were requested on ``path``.
+
+        :param also_before: continue to watch the earlier files in their present state.
+        """
+        before = {name: path.signature(name) for name in self._known} if also_before else {}
+        self._path = path
+        self._known = before | path.asked
+        self._due = self._now() + self._interval
+
+    def changed_modules(self) -> list[str]:
+        """Return the changed modules; empty before the next check is due."""
+        if self._now() < self._due:
+            return []
+        self._due = self._now() + self._interval
+        return [name for name, known in self._known.items() if self._path.signature(name) != known]

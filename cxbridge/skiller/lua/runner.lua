@@ -109,11 +109,9 @@ runner.overall_status = status_now
 -- most: such a state is looped nevertheless, as in Fawkes, and the error of its loop, which only follows, replaces
 -- that of its init. Then the error text of the skill that was called first in the last loop, then that of the first
 -- skill that failed, or the label of its last transition.
--- @param first only the error text of the skill that was called first counts
-question("failure", "", function(first)
+question("failure", "", function()
     local called = library.get_skill_fsm((library.get_active_skills()))
     local error = called and called.error
-    if first then return error end
     local name = library.get_failed_skills()
     local failed = name and library.get_skill_fsm(name)
     for _, text in ipairs({failed and failed.init_problem or "", error or "", failed and failed.error or ""}) do

@@ -35,7 +35,7 @@ class SkillerRig(Rig):
     def run(self, loops=4):
         """Loop, and note the states that were to be seen."""
         for _ in range(loops):
-            self.skiller.take()
+            self.skiller.handle_messages()
             self._see()
             self.loop()
             self.skiller.publish()
@@ -182,7 +182,7 @@ def test_only_the_controller_commands(rig):
     rig.run()
     assert (rig.now.status, rig.now.skill_string) == (Status.S_RUNNING, "move{}")
     rig.reader.close()
-    rig.skiller.take()
+    rig.skiller.handle_messages()
     other.read()
     assert other.exclusive_controller == ""
     assert other.status == Status.S_RUNNING

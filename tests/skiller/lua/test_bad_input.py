@@ -9,7 +9,8 @@ import pytest
 
 from cxbridge.errors import SkillError
 from cxbridge.events import Level
-from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
+from cxbridge.skiller.backend import Mode
+from cxbridge.skiller.lua.limits import MEBIBYTE, Limits
 from cxbridge.skiller.mapping import ActionSkillMapping
 from tests.skiller.rig import SKILLS, Rig, write_skills
 
@@ -42,10 +43,10 @@ function SAY:init() out:set_text(fsm.vars.text) end
 }
 
 
-def make(tmp_path: Path, *, evaluates: bool = False) -> Rig:
+def make(tmp_path: Path, *, mode: Mode = "strict") -> Rig:
     rig = Rig()
     limits = Limits(instructions_per_loop=400_000, seconds_per_loop=10, memory=24 * MEBIBYTE)
-    rig.lua([write_skills(tmp_path, SKILLS | OTHERS)], space="space", limits=limits, evaluates=evaluates)
+    rig.lua([write_skills(tmp_path, SKILLS | OTHERS)], space="space", limits=limits, mode=mode)
     return rig
 
 
@@ -57,7 +58,7 @@ def rig(tmp_path: Path) -> Rig:
 @pytest.fixture
 def lua(tmp_path: Path) -> Rig:
     """Runs skill strings as Lua."""
-    return make(tmp_path, evaluates=True)
+    return make(tmp_path, mode="fawkes")
 
 
 def fails(rig: Rig, text: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.errors import SkillError
 from cxbridge.events import Level
-from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
+from cxbridge.skiller.lua.limits import MEBIBYTE, Limits
 from tests.skiller.rig import SKILLS, Rig, write_skills
 
 # Instructions bound, not the time: it is another one on each machine.
@@ -20,7 +20,7 @@ SMALL = Limits(
 @pytest.fixture
 def rig(tmp_path: Path) -> Rig:
     rig = Rig()
-    rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=SMALL, evaluates=True)
+    rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=SMALL, mode="fawkes")
     return rig
 
 
@@ -28,7 +28,7 @@ def load(tmp_path: Path, text: str, name: str = "bad") -> Rig:
     """Load a space with one skill file."""
     write_skills(tmp_path, {"one": f'skillenv.use_skill("skills.{name}")', name: text})
     rig = Rig()
-    rig.lua([tmp_path], space="one", limits=SMALL, evaluates=True)
+    rig.lua([tmp_path], space="one", limits=SMALL, mode="fawkes")
     return rig
 
 
@@ -206,7 +206,7 @@ def test_time_is_the_runs_clock(rig: Rig):
 def test_random_numbers_repeat(tmp_path: Path):
     def draw() -> str:
         rig = Rig()
-        rig.lua([write_skills(tmp_path, SKILLS)], space="space", evaluates=True)
+        rig.lua([write_skills(tmp_path, SKILLS)], space="space", mode="fawkes")
         rig.exec("print_info('%d %d', math.random(1000), math.random(5, 6))")
         return rig.logged(Level.INFO)[-1]
 
@@ -269,7 +269,7 @@ def test_an_endless_loop_while_a_skill_is_left(tmp_path: Path):
 def test_a_memory_bomb_fails_the_skill_string(tmp_path: Path, text: str):
     rig = Rig()
     limits = Limits(instructions_per_loop=100_000_000, seconds_per_loop=10, memory=16 * MEBIBYTE)
-    rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=limits, evaluates=True)
+    rig.lua([write_skills(tmp_path, SKILLS)], space="space", limits=limits, mode="fawkes")
     rig.exec(text)
     assert rig.status == "S_FAILED"
     assert "not enough memory" in rig.state.error

@@ -14,7 +14,7 @@ from tests.skiller.rig import Rig, write_skills
 @pytest.fixture
 def rig() -> Rig:
     rig = Rig()
-    rig.lua(evaluates=True)
+    rig.lua(mode="fawkes")
     rig.loop()
     rig.forget()
     return rig

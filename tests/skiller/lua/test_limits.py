@@ -10,8 +10,7 @@ from msgspec.structs import fields
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.skiller.lua.engine import Limits
-from cxbridge.skiller.lua.limits import RANGES, limits_of
+from cxbridge.skiller.lua.limits import RANGES, Limits, limits_of
 from tests.run.mini import write_scenario, write_skill_space
 
 

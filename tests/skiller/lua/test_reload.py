@@ -10,8 +10,7 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import SkillError
 from cxbridge.events import Level
-from cxbridge.skiller.lua.modulepath import ModulePath
-from cxbridge.skiller.lua.watch import ModuleWatch
+from cxbridge.skiller.lua.modulepath import ModulePath, ModuleWatch
 from tests.skiller.rig import SKILLS, Rig, write_skills
 
 TELLER = """
@@ -142,27 +141,6 @@ def test_a_running_skill_string_comes_to_its_end_first(tmp_path: Path):
     assert skills.rig.status == "S_FINAL"
 
 
-def test_as_in_fawkes_a_running_skill_string_is_lost_without_a_word(tmp_path: Path):
-    skills = Skills(tmp_path, SKILLS, mode="fawkes")
-    skills.rig.exec("count{to=4}")
-    skills.rig.forget()
-    skills.change(count=SKILLS["count"] + "-- changed\n")
-    skills.rig.loop(5)
-    assert skills.rig.writes("status") == []
-    assert skills.rig.status == "S_RUNNING"
-    assert "leave COUNT" not in skills.rig.logged(Level.DEBUG)
-    skills.rig.exec("count{}", loops=3)
-    assert skills.rig.status == "S_FINAL"
-
-
-def test_a_skill_string_that_runs_on_in_a_broken_reload(tmp_path: Path):
-    skills = Skills(tmp_path, SKILLS, mode="fawkes")
-    skills.rig.exec("count{}")
-    skills.change(count="nonsense")
-    skills.rig.loop()
-    assert skills.rig.status == "S_FINAL"
-
-
 def test_nothing_is_loaded_when_nothing_changed(tmp_path: Path):
     skills = Skills(tmp_path, SPACE)
     skills.rig.loop(5)
@@ -185,10 +163,10 @@ def test_a_look_is_taken_now_and_then_only(tmp_path: Path):
     watch.follow(path)
     write_skills(tmp_path, {"tell": "changed"})
     now = 0.4
-    assert watch.look() == []
+    assert watch.changed_modules() == []
     now = 0.5
-    assert watch.look() == ["skills.tell"]
-    assert watch.look() == []
+    assert watch.changed_modules() == ["skills.tell"]
+    assert watch.changed_modules() == []
 
 
 def test_reload_raises_what_is_wrong(tmp_path: Path):

@@ -1,0 +1,154 @@
+"""A Skiller's side of its SkillerInterface: from the messages of clients to skill string, status and error.
+
+ExecSkillMessage starts a skill string, StopExecMessage ends it, two more messages acquire and release
+exclusive control. The field ``error`` carries the reason of a failure to the executive, whose rules copy it
+to the slot ``error-msg`` of skill and plan-action.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.errors import SkillError
+from cxbridge.events import EventBus
+from cxbridge.skiller.backend import SkillerBackend
+from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
+from cxbridge.skiller.status import Status
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+
+_NO_MESSAGE = 0
+
+
+class InterfaceSkiller(SkillerBackend):
+    """Writes ``SkillerInterface::NAME`` and handles its messages; subclasses execute the skill strings.
+
+    :param name: the id of the interface.
+    :param component: the name in log lines, and the interface's owner.
+    :param place_of: returns the place of a skill string's action mapping, for log lines; empty if unknown.
+    :raises BlackBoardError: if the interface has another writer.
+    """
+
+    def __init__(
+        self,
+        board: BlackBoard,
+        bus: EventBus,
+        *,
+        name: str,
+        component: str,
+        place_of: Callable[[str], str] = lambda _skill_string: "",
+    ) -> None:
+        super().__init__(name)
+        self._board = board
+        self._log = bus.logger(component)
+        self._place_of = place_of
+        self._readers = ReaderWatch(board)
+        # the class of the interface is made from XML at run time, so it has no static type
+        self._interface: Any = board.open_for_writing(
+            "SkillerInterface", name, owner=component, listen=self._readers.listen
+        )
+        self._control = ExclusiveControl(self._interface, self._log)
+        self._enqueued = False
+        self._handlers = {
+            "AcquireControlMessage": self._control.acquire,
+            "ReleaseControlMessage": self._control.release,
+            "ExecSkillMessage": self._exec,
+            "StopExecMessage": self._stop,
+        }
+
+    @property
+    def running(self) -> bool:
+        """Whether a skill string is executed or a message is pending."""
+        return self.is_executing or not self._interface.msgq_empty()
+
+    @property
+    def skill_string(self) -> str:
+        """The skill string of the last ExecSkillMessage."""
+        return str(self._interface.skill_string)
+
+    @property
+    @abstractmethod
+    def is_executing(self) -> bool:
+        """Whether a skill string is executed."""
+
+    @abstractmethod
+    def start(self, skill_string: str) -> None:
+        """Begin to execute a skill string.
+
+        :raises SkillError: if it is invalid.
+        """
+
+    @abstractmethod
+    def drop(self) -> None:
+        """Stop executing, without a status."""
+
+    def handle_messages(self) -> None:
+        """Handle the messages since the last loop, and write the interface once if they changed it."""
+        self._enqueued = to_write = False
+        # first the closed readers: a message may ask for the control that such a reader still has
+        while (serial := self._readers.pop()) is not None:
+            to_write |= self._control.revoke(serial)
+        while (message := self._interface.msgq_first()) is not None:
+            to_write |= self._handle(message)
+            self._interface.msgq_pop()
+        if to_write:
+            self._interface.write()
+
+    def end(self, status: Status, error: str = "") -> None:
+        """Write the outcome of the skill string."""
+        self._interface.status = status
+        self._interface.error = error
+        self._interface.write()
+        self.drop()
+
+    def close(self) -> None:
+        """Stop executing and close the interface."""
+        self.drop()
+        self._readers.close()
+        self._board.close(self._interface)
+
+    def _handle(self, message: Any) -> bool:
+        """Handle a message; return whether to write the interface."""
+        handler = self._handlers.get(message.type)
+        if handler is None:
+            self._log.warn(f"Unhandled message of type {message.type} in skiller interface")
+            return False
+        return handler(message)
+
+    def _exec(self, message: Any) -> bool:
+        skill_string = message.skill_string
+        if not self._control.admit(message, again=self._enqueued, running=self.is_executing):
+            return False
+        if self.is_executing:
+            self.drop()
+        self._enqueued = True
+        self._interface.skill_string = skill_string
+        self._interface.msgid = message.id
+        # Fawkes keeps an earlier error until the status changes, so that clients may take it for a new one
+        self._interface.error = ""
+        self._interface.status = Status.S_RUNNING
+        try:
+            self.start(skill_string)
+        except SkillError as error:
+            self.drop()
+            place = self._place_of(skill_string)
+            mapped = f" (mapped at {place})" if place else ""
+            self._log.error(f"Failed to compile skill string: {skill_string}|{error.message}{mapped}")
+            self._interface.error = error.message
+            self._interface.status = Status.S_FAILED
+        return True
+
+    def _stop(self, message: Any) -> bool:
+        # unlike in Fawkes, a client may also stop a Skiller without a controller, as it may start it
+        if not self._control.may_execute(message):
+            self._log.debug(f"{sender_of(message)} sent stop without any exclusive controller")
+            return False
+        self._log.debug(f"Stopping execution of '{self.skill_string}' on request")
+        self.drop()
+        self._interface.skill_string = ""
+        self._interface.msgid = _NO_MESSAGE
+        self._interface.status = Status.S_INACTIVE
+        return True
