@@ -1,11 +1,9 @@
-"""Details of goals and plan-actions, such as parameters: when they are compared."""
+"""Details of goals and plan-actions, such as parameters: a comparison counts each detail where it changes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final, TypeAlias
-
-from msgspec.structs import replace
+from collections.abc import Mapping, Sequence
+from typing import Final, TypeAlias
 
 from cxbridge.events import Event, GoalTransition, PlanActionTransition
 from cxbridge.trace.compare.names import without_times, without_times_of_day
@@ -14,67 +12,48 @@ from cxbridge.trace.formats.base import Run
 DETAILED: Final = (GoalTransition, PlanActionTransition)
 """The types of events with details."""
 
-Missing: TypeAlias = Mapping[type[Event], frozenset[str]]
-"""The details that a run does not record, by type of event."""
+MissingDetails: TypeAlias = Mapping[type[Event], frozenset[str]]
+"""The details that at least one of the compared runs does not record, by type of event."""
 
 
-class DetailNews:
-    """Reports details only when they change, so that a differing detail is one difference."""
+class DetailChanges:
+    """Reports details only when they change, so that a differing detail is one difference.
 
-    def __init__(self) -> None:
+    :param missing: details that are always empty.
+    """
+
+    def __init__(self, missing: MissingDetails | None = None) -> None:
+        self._missing = missing or {}
+        # by subject: the recorded details, which are compared first, because replacing their times takes long
         self._last: dict[tuple[str, ...], tuple[tuple[str, ...], tuple[str, ...]]] = {}
 
     def of(self, event: Event) -> tuple[str, ...]:
-        """Return the details of an event with absolute times replaced.
-
-        Details that are equal to those of the subject's previous event are empty.
-        """
+        """Return the details of the next event with absolute times replaced; unchanged details are empty."""
         kind = event.KIND
-        given = tuple(getattr(event, name) for name in kind.details)
+        missing = self._missing.get(type(event), ())
+        recorded = tuple("" if name in missing else getattr(event, name) for name in kind.details)
         subject = (kind.name, *(getattr(event, name) for name in kind.subject))
-        before = self._last.get(subject)
-        if before is not None and before[0] == given:
-            return ("",) * len(given)
-        now = tuple(without_times(without_times_of_day(value, event.time_us)) for value in given)
-        self._last[subject] = (given, now)
-        if before is None:
-            return now
-        return tuple("" if new == old else new for new, old in zip(now, before[1], strict=True))
+        last = self._last.get(subject)
+        if last is not None and last[0] == recorded:
+            return ("",) * len(recorded)
+        details = tuple(without_times(without_times_of_day(value, event.time_us)) for value in recorded)
+        self._last[subject] = (recorded, details)
+        if last is None:
+            return details
+        return tuple("" if new == old else new for new, old in zip(details, last[1], strict=True))
 
 
-def with_common_details(runs: Sequence[Run]) -> list[Run]:
-    """Return the runs without details that one of them does not record."""
+def missing_details(runs: Sequence[Run]) -> MissingDetails:
+    """Return the details that the first event of each type lacks in at least one of the runs."""
     missing: dict[type[Event], frozenset[str]] = {}
     for run in runs:
-        for event_type, names in _missing(run).items():
-            missing[event_type] = missing.get(event_type, frozenset()) | names
-    return [_WithoutDetails(run, missing) for run in runs] if any(missing.values()) else list(runs)
-
-
-def _missing(run: Run) -> Missing:
-    """Return the details that the first event of each type lacks."""
-    found: dict[type[Event], frozenset[str]] = {}
-    for event in run.select(*DETAILED):
-        if type(event) not in found:
-            found[type(event)] = frozenset(name for name in event.KIND.details if not getattr(event, name))
-            if len(found) == len(DETAILED):
-                break
-    return found
-
-
-class _WithoutDetails(Run):
-    """A run without some details."""
-
-    def __init__(self, run: Run, missing: Missing) -> None:
-        super().__init__(run.path, run.registry)
-        self.format = run.format
-        self.notes = run.notes
-        self._run = run
-        self._blank: dict[type[Event], dict[str, Any]] = {
-            kind: dict.fromkeys(names, "") for kind, names in missing.items() if names
-        }
-
-    def __iter__(self) -> Iterator[Event]:
-        for event in self._run:
-            blank = self._blank.get(type(event))
-            yield event if blank is None else replace(event, **blank)
+        seen: set[type[Event]] = set()
+        for event in run.select(*DETAILED):
+            kind = type(event)
+            if kind not in seen:
+                seen.add(kind)
+                empty = frozenset(name for name in event.KIND.details if not getattr(event, name))
+                missing[kind] = missing.get(kind, frozenset()) | empty
+                if len(seen) == len(DETAILED):
+                    break
+    return missing

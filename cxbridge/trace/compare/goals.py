@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge.trace.compare.details import DetailNews
+from cxbridge.trace.compare.details import DetailChanges, MissingDetails
 from cxbridge.trace.compare.names import anonymous, anonymous_fact
 from cxbridge.trace.compare.sequences import State, Step, Steps, Streams, states_of
 
@@ -99,14 +99,15 @@ class GoalForest:
     """All goals of a run, and the statuses of its Skillers.
 
     :param events: read once, by the constructor.
+    :param missing: details that do not count.
     """
 
-    def __init__(self, events: Iterable[Event]) -> None:
+    def __init__(self, events: Iterable[Event], missing: MissingDetails | None = None) -> None:
         self.goals: dict[GoalKey, Goal] = {}
         self.skillers = Streams()
         self.count = 0
         self.start_us = 0
-        self._news = DetailNews()
+        self._detail_changes = DetailChanges(missing)
         for event in events:
             self.start_us = event.time_us if not self.count else self.start_us
             if isinstance(event, GoalTransition):
@@ -148,8 +149,8 @@ class GoalForest:
         self._take_details(goal.plan_details.setdefault(plan, []), event, (event.action_id, event.action))
 
     def _take_details(self, steps: list[Step], event: Event, subject: State) -> None:
-        news = zip(event.KIND.details, self._news.of(event), strict=True)
-        words = [f"{name}={anonymous_fact(value)}" for name, value in news if value]
+        changes = zip(event.KIND.details, self._detail_changes.of(event), strict=True)
+        words = [f"{name}={anonymous_fact(value)}" for name, value in changes if value]
         if words:
             steps.append(Step((*subject, *words), self.count, event.time_us))
 

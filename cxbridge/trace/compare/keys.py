@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Final, NamedTuple, TypeAlias
@@ -20,6 +20,7 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
+from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.names import MSGID, Namer, Names, interface_text, take_msgid, without_times_of_day
 from cxbridge.trace.compare.selection import Selection, with_kept
 from cxbridge.trace.formats.base import Run
@@ -27,7 +28,7 @@ from cxbridge.trace.formats.base import Run
 Key: TypeAlias = tuple[Any, ...]
 """The kind of an event, followed by the parts of its :class:`KeyForm`."""
 
-Said: TypeAlias = tuple[Key, Names]
+NamedKey: TypeAlias = tuple[Key, Names]
 """A key and its names as numbers that are equal in both runs."""
 
 MAX_CHANGED: Final = 3
@@ -175,16 +176,26 @@ class Token(NamedTuple):
 class Tokens:
     """Reads one run; can be iterated over once.
 
+    :param missing: details that do not count.
     :ivar start_us: the start of the run in microseconds, 0 before the first event.
     """
 
-    def __init__(self, run: Run, view: View, selection: Selection | None = None) -> None:
+    def __init__(
+        self,
+        run: Run,
+        view: View,
+        selection: Selection | None = None,
+        missing: MissingDetails | None = None,
+    ) -> None:
         self.count = 0
         self.start_us = 0
         self.namer = Namer()
         self._events = with_kept(run, view, selection)
         self._skillers = SkillerBacklog()
-        self._makers = {kind: _KeyMaker(form, self.namer) for kind, form in FORMS.items()}
+        self._makers = {
+            kind: _KeyMaker(form, self.namer, (missing or {}).get(kind, frozenset()))
+            for kind, form in FORMS.items()
+        }
 
     def __iter__(self) -> Iterator[Token]:
         for event, kept in self._events:
@@ -216,16 +227,19 @@ class _KeyMaker:
     """Makes the keys of one kind of event.
 
     :param namer: separates the names from the parts.
+    :param missing: details that do not count.
     """
 
-    def __init__(self, form: KeyForm, namer: Namer) -> None:
+    def __init__(self, form: KeyForm, namer: Namer, missing: Collection[str]) -> None:
         self._kind = form.kind
         self._values = attrgetter(*(attribute for _, attribute in (*form.parts, *form.details)))
         self._named = [at for at, (_, attribute) in enumerate(form.parts) if attribute in form.named]
-        self._details = range(len(form.parts), len(form.parts) + len(form.details))
+        first_detail = len(form.parts)
+        self._details = [
+            (at, attribute in missing) for at, (_, attribute) in enumerate(form.details, first_detail)
+        ]
         self._thread = form.thread - 1
-        self._split = namer.split
-        self._split_detail = namer.split_fact
+        self._namer = namer
 
     def make(self, event: Event) -> tuple[Key, Names, int]:
         """Return the key, its names, and the number of names in the thread."""
@@ -233,12 +247,13 @@ class _KeyMaker:
         names: Names = ()
         thread_names = 0
         for at in self._named:
-            values[at], found = self._split(values[at])
+            values[at], found = self._namer.split(values[at])
             names += found
             if at < self._thread:
                 thread_names = len(names)
-        for at in self._details:
-            values[at], found = self._split_detail(without_times_of_day(values[at], event.time_us))
+        for at, is_missing in self._details:
+            detail = "" if is_missing else without_times_of_day(values[at], event.time_us)
+            values[at], found = self._namer.split_fact(detail)
             names += found
         return (self._kind, *values), names, thread_names
 
@@ -307,7 +322,7 @@ def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
     return ["; ".join(parts)]
 
 
-def changed_parts(one: Said, other: Said) -> str:
+def changed_parts(one: NamedKey, other: NamedKey) -> str:
     """Return a text with the parts in which two events differ."""
     if one[0][0] != other[0][0]:
         return "another event"
@@ -319,7 +334,7 @@ def changed_parts(one: Said, other: Said) -> str:
     return "another " + " and ".join(differing)
 
 
-def detail_change(one: Said, other: Said) -> Key | None:
+def detail_change(one: NamedKey, other: NamedKey) -> Key | None:
     """Return the difference between two events if only details differ, else None.
 
     :returns: the parts that identify the goal or plan-action, and the details of both.

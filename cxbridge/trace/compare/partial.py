@@ -14,6 +14,7 @@ from typing import TypeAlias
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.trace.compare.checks import Tolerance
+from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.goal_matching import GoalMatch, match_goals
 from cxbridge.trace.compare.goals import Goal, GoalForest
 from cxbridge.trace.compare.keys import scenario_hints
@@ -26,17 +27,22 @@ Relation: TypeAlias = tuple[Goal, str]
 
 
 def compare_partial(
-    a: Iterable[Event], others: Sequence[Iterable[Event]], tolerance: Tolerance | None = None
+    a: Iterable[Event],
+    others: Sequence[Iterable[Event]],
+    tolerance: Tolerance | None = None,
+    missing: MissingDetails | None = None,
 ) -> Comparison:
     """Compare the transitions of a run with those of other runs, each read once.
 
     The run must have the same goals, plans and statuses as each of the other runs. Of the relations between a
     goal and its parent only those are compared on which all other runs agree.
+
+    :param missing: details that do not count.
     """
-    ours = GoalForest(a)
+    ours = GoalForest(a, missing)
     relations: dict[Relation, _AgreedRelation] = {}
     for number, run in enumerate(others):
-        theirs = GoalForest(run)
+        theirs = GoalForest(run, missing)
         comparison = Comparison(View.TRANSITIONS, Order.PARTIAL, ours.count, theirs.count, other=number)
         match = match_goals(ours, theirs)
         steps = chain(_step_pairs(match, (ours, theirs)), ours.skillers.pairs(theirs.skillers))

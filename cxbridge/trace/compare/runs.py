@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.trace.compare.checks import Tolerance
-from cxbridge.trace.compare.details import with_common_details
+from cxbridge.trace.compare.details import missing_details
 from cxbridge.trace.compare.model import Comparison, Order
 from cxbridge.trace.compare.partial import compare_counts, compare_partial
 from cxbridge.trace.compare.selection import Selection, compared
@@ -41,24 +41,22 @@ def compare_runs(
         )
     if selection:
         selection.check(view)
-    if view is View.TRANSITIONS:
-        a, *others = with_common_details([a, *others])
+    missing = missing_details([a, *others]) if view is View.TRANSITIONS else {}
     if view is View.TRANSITIONS and order is Order.PARTIAL:
-        comparison = compare_partial(
-            compared(a, view, selection), [compared(run, view, selection) for run in others], tolerance
-        )
+        events, *other_events = (compared(run, view, selection) for run in (a, *others))
+        comparison = compare_partial(events, other_events, tolerance, missing)
         _need_events(a, comparison.count_a, view)
         _need_events(others[comparison.other], comparison.count_b, view)
         return comparison
     for number, other in enumerate(others):
         if order is Order.TOTAL:
-            comparison = compare_total(a, other, view, selection, tolerance)
+            comparison = compare_total(a, other, view, selection, tolerance, missing)
         else:
-            events, other_events = compared(a, view, selection), compared(other, view, selection)
+            pair = compared(a, view, selection), compared(other, view, selection)
             if view in {View.SKILLS, View.BLACKBOARD}:
-                comparison = compare_streams(events, other_events, view, tolerance)
+                comparison = compare_streams(*pair, view, tolerance)
             else:
-                comparison = compare_counts(events, other_events, view)
+                comparison = compare_counts(*pair, view)
         comparison.other = number
         _need_events(a, comparison.count_a, view)
         _need_events(other, comparison.count_b, view)

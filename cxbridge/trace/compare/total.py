@@ -10,9 +10,10 @@ from cxbridge.event_kinds import View
 from cxbridge.trace.compare.align import NONE
 from cxbridge.trace.compare.checks import MessageIds, PartnerTimes, Tolerance, stream_of, time_words
 from cxbridge.trace.compare.context import event_line
+from cxbridge.trace.compare.details import MissingDetails
 from cxbridge.trace.compare.edits import Alignment, Edit
 from cxbridge.trace.compare.keys import (
-    Said,
+    NamedKey,
     Token,
     Tokens,
     changed_parts,
@@ -47,14 +48,21 @@ If several equal goals are new there, only later events show which ones are part
 
 
 def compare_total(
-    a: Run, b: Run, view: View, selection: Selection | None = None, tolerance: Tolerance | None = None
+    a: Run,
+    b: Run,
+    view: View,
+    selection: Selection | None = None,
+    tolerance: Tolerance | None = None,
+    missing: MissingDetails | None = None,
 ) -> Comparison:
     """Compare two runs event by event up to the first difference, with names by first appearance.
 
     The rest is aligned, so that only events without a partner count as different. For equal runs the memory
     stays constant.
+
+    :param missing: details that do not count.
     """
-    runs = (Tokens(a, view, selection), Tokens(b, view, selection))
+    runs = (Tokens(a, view, selection, missing), Tokens(b, view, selection, missing))
     checks = _PartnerChecks(tolerance)
     differences: list[Difference] = []
     window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW)
@@ -238,7 +246,7 @@ class Divergence:
             return None
         return detail_change(self._key_and_names(0, edit.at[0]), self._key_and_names(1, edit.at[1]))
 
-    def _key_and_names(self, run: int, at: int) -> Said:
+    def _key_and_names(self, run: int, at: int) -> NamedKey:
         """Return the key of an event and its names, equal for both runs."""
         token = self._tails[run][at]
         return token.key, self._labels(run, token.names)
