@@ -12,7 +12,6 @@ from cxbridge.events import EventBus
 from cxbridge.resources import shipped_dir
 from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.lua.engine import LuaEngine
-from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.lua.limits import Limits
 from cxbridge.skiller.lua.modulepath import ModuleWatch
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
@@ -21,6 +20,7 @@ from cxbridge.space.tf.listener import TransformListener
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.config import Configuration
     from cxbridge.space.navgraph import NavGraph
 
 FAWKES_LUA_DIR = Path("src/lua")
@@ -48,13 +48,13 @@ def skill_folders(
     return folders
 
 
-def skills_see_navgraph(config: ConfigReader) -> bool:
+def skills_see_navgraph(config: Configuration) -> bool:
     """Return whether ``/skiller/features/navgraph/enable`` is true."""
     enable = "/skiller/features/navgraph/enable"
     return config.exists(enable) and config.get_bool(enable)
 
 
-def load_configured_navgraph(config: ConfigReader, folder: Path) -> NavGraph:
+def load_configured_navgraph(config: Configuration, folder: Path) -> NavGraph:
     """Read the graph file ``/navgraph/graph_file``, relative to a folder.
 
     :raises CxbridgeError: if the file is not configured, unreadable or invalid.
@@ -72,7 +72,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     bus: EventBus,
     *,
     folders: Sequence[Path] | None = None,
-    config: ConfigReader | None = None,
+    config: Configuration | None = None,
     space: str | None = None,
     name: str = "Skiller",
     mode: Mode = "strict",

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import shutil
 import stat
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from cxbridge.errors import TraceError
@@ -26,17 +27,13 @@ class Mending:
     """The damage of a file and its repair.
 
     :param actions: the changes in the words of ``ffbblog repair``; empty for an intact file.
-    :param size: the number of bytes to keep.
-    :param patches: offsets with new bytes.
-    :param rewrite: writes the whole file to a path; size and patches are then unused.
+    :param write: writes the repaired file to a path.
     """
 
     path: Path
     format: str
-    actions: list[str] = field(default_factory=list)
-    size: int = 0
-    patches: tuple[tuple[int, bytes], ...] = ()
-    rewrite: Callable[[Path], object] | None = None
+    actions: list[str]
+    write: Callable[[Path], object]
 
     def write_copy(self, target: Path) -> None:
         """Write the repaired file to ``target`` atomically, replacing an existing file.
@@ -44,23 +41,8 @@ class Mending:
         :raises CxbridgeError: if it cannot be written.
         """
         with replacing(target) as fresh:
-            if self.rewrite is not None:
-                self.rewrite(fresh)
-            else:
-                shutil.copyfile(self.path, fresh)
-                self._patch(fresh)
+            self.write(fresh)
             fresh.chmod(self.path.stat().st_mode | stat.S_IWUSR)
-
-    def write_over(self) -> None:
-        """Repair the file itself, without a backup.
-
-        :raises TraceError: if it cannot be written.
-        """
-        if self.rewrite is not None:
-            self.write_copy(self.path)
-            return
-        with writing(self.path):
-            self._patch(self.path)
 
     def write_with_backup(self) -> Path:
         """Repair the file; return the path of the backup.
@@ -76,13 +58,6 @@ class Mending:
         self.write_copy(self.path)
         return backup
 
-    def _patch(self, path: Path) -> None:
-        with path.open("r+b") as file:
-            file.truncate(self.size)
-            for offset, data in self.patches:
-                file.seek(offset)
-                file.write(data)
-
 
 def examine(path: Path) -> Mending:
     """Return the damage of a recorded run without changing it.
@@ -97,8 +72,8 @@ def examine(path: Path) -> Mending:
     if run.format == "mcap":
         from cxbridge.trace.formats.mcap.repair import examine_mcap  # noqa: PLC0415 - costs time, only needed here
 
-        actions, rewrite = examine_mcap(path)
-        return Mending(path, run.format, actions, _size(path), rewrite=rewrite if actions else None)
+        actions, write = examine_mcap(path)
+        return Mending(path, run.format, actions, write if actions else partial(shutil.copyfile, path))
     return _text(run)
 
 
@@ -141,7 +116,22 @@ def _bblogger(run: BBLoggerFile) -> Mending:
     if header.count != count:
         actions.append(_count_action(run.path, header, count))
         patches.append((COUNT_OFFSET, pack_count(count & _UINT32)))
-    return Mending(run.path, run.format, actions, size - extra, tuple(patches))
+    write = partial(_copy_start, run.path, size - extra, patches)
+    return Mending(run.path, run.format, actions, write)
+
+
+def _copy_start(source: Path, size: int, patches: Sequence[tuple[int, bytes]], target: Path) -> None:
+    """Copy the start of a file.
+
+    :param size: the number of bytes to copy.
+    :param patches: offsets with the bytes that replace those of the source.
+    """
+    shutil.copyfile(source, target)
+    with target.open("r+b") as file:
+        file.truncate(size)
+        for offset, data in patches:
+            file.seek(offset)
+            file.write(data)
 
 
 def _truncated(extra: int) -> list[str]:
@@ -161,7 +151,7 @@ def _text(run: Run) -> Mending:
     actions = _truncated(size - end)
     if not end and size:
         raise TraceError("not one line of it is whole", file=run.path)
-    return Mending(run.path, run.format, actions, end)
+    return Mending(run.path, run.format, actions, partial(_copy_start, run.path, end, []))
 
 
 def _end_of_lines(path: Path, size: int) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard.errors import BlackBoardError, NoWriterError
+from cxbridge.skiller.board.delivery import Sender
 from cxbridge.skiller.board.master import Master, Timeouts
 from cxbridge.skiller.board.policy import BoardPolicy
 from cxbridge.skiller.board.protocol import (
@@ -19,7 +20,7 @@ from cxbridge.skiller.board.protocol import (
     encode_parameters,
     name_of,
 )
-from cxbridge.skiller.board.watch import ExecutorInfo, ExecutorWatch, Sender
+from cxbridge.skiller.board.watch import ExecutorInfo, ExecutorWatch
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard

@@ -1,4 +1,4 @@
-"""Delivery of messages to executors. Threads deliver to remote executors, which may block the sender."""
+"""Messages of a skill board to executors. Threads deliver to remote executors, which may block the sender."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard.errors import BlackBoardError
+from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, LABEL_BYTES, SkillCall, Ticket, cut
 
 if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
     from cxbridge.interfaces.instance import Interface, Message
+    from cxbridge.skiller.board.watch import ExecutorWatch
 
 THREADS: Final = 8
 """The number of blocking executors above which further executors wait."""
@@ -77,3 +80,97 @@ class MessageDelivery:
             pool, self._pool = self._pool, None
         if pool is not None:
             pool.shutdown(wait=True)
+
+
+class Sender:
+    """Makes the messages of a board's masters and delivers them to executors.
+
+    :param epoch: the board's epoch, in tickets.
+    :param at_once: deliver synchronously to all executors, as a virtual clock requires.
+    """
+
+    def __init__(
+        self, board: BlackBoard, watch: ExecutorWatch, *, name: str, epoch: int, owner: str, at_once: bool
+    ) -> None:
+        self.local: set[str] = set()
+        """Executors in this process, which get their messages synchronously."""
+        self._board = board
+        self._watch = watch
+        self._name = name
+        self._epoch = epoch
+        self._owner = owner
+        self._at_once = at_once
+        self._failures: deque[tuple[str, Any, BlackBoardError]] = deque()
+        self._delivery = MessageDelivery(lambda *failure: self._failures.append(failure))
+        self._instances: dict[str, Interface] = {}
+
+    def request(self, executor: str, number: int, call: SkillCall, parameters: str) -> None:
+        """Send REQUEST.
+
+        :param number: the number of the master.
+        :param parameters: those of the call as JSON.
+        """
+        label = cut(call.name, LABEL_BYTES)
+        self._send(
+            executor, "RequestMessage", self._ticket(number), call.agent, call.skill, parameters, label
+        )
+
+    def confirm(self, executor: str, number: int) -> None:
+        self._send(executor, "ConfirmMessage", self._ticket(number))
+
+    def reject(self, executor: str, number: int, epoch: int | None = None) -> None:
+        """Send REJECT.
+
+        :param epoch: an earlier epoch of the board; None: the present one.
+        """
+        self._send(executor, "RejectMessage", self._ticket(number, epoch))
+
+    def cancel(self, executor: str, number: int, epoch: int | None = None) -> None:
+        """Send CANCEL.
+
+        :param epoch: an earlier epoch of the board; None: the present one.
+        """
+        self._send(executor, "CancelMessage", self._ticket(number, epoch))
+
+    def failure(self) -> tuple[str, Any, BlackBoardError] | None:
+        """Return an undelivered message with executor and reason, or None."""
+        return self._failures.popleft() if self._failures else None
+
+    def forget(self, executor: str) -> None:
+        """Drop the messages for a lost executor."""
+        instance = self._instances.pop(executor, None)
+        if instance is not None:
+            instance.close()
+
+    def close(self) -> None:
+        """Deliver pending messages and release all resources."""
+        self._delivery.close()
+        for instance in self._instances.values():
+            instance.close()
+        self._instances.clear()
+
+    def _ticket(self, number: int, epoch: int | None = None) -> Ticket:
+        return Ticket(self._name, self._epoch if epoch is None else epoch, number)
+
+    def _send(self, executor: str, message_type: str, ticket: Ticket, *values: str) -> None:
+        """Send a message.
+
+        :param values: the fields after the ticket.
+        """
+        reader = self._watch.instance(executor)
+        if reader is None:
+            return  # reported by another event
+        message: Message = reader.create_message(message_type, *ticket, *values)
+        if self._at_once or executor in self.local:
+            self._delivery.send(reader, message)
+            return
+        try:
+            instance = self._instances.get(executor)
+            if instance is None:
+                # a separate instance, because the first one is read in this thread
+                instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner)
+                self._instances[executor] = instance
+        except BlackBoardError as error:
+            self._failures.append((executor, message, error))
+        else:
+            self._delivery.post(instance, message)

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError
 from cxbridge.skiller.board.protocol import MasterState, SkillCall, SkillOutcome
+
+if TYPE_CHECKING:
+    from cxbridge.skiller.board.delivery import Sender
 
 _NEVER = 2**63 - 1  # later than any time stamp
 
@@ -39,22 +42,10 @@ class Timeouts:
                 raise ConfigError(f"the time-out '{name}' of the skill board must be above 0 seconds")
 
 
-class Sending(Protocol):
-    """Sends a master's messages to executors."""
-
-    def request(self, executor: str, master: Master) -> None: ...
-
-    def confirm(self, executor: str, number: int) -> None: ...
-
-    def reject(self, executor: str, number: int) -> None: ...
-
-    def cancel(self, executor: str, number: int) -> None: ...
-
-
 class Master:
     """One action from its request to its end, in the board's thread.
 
-    :param sending: sends messages to executors.
+    :param sender: sends messages to executors.
     :param explain: returns why no executor has started.
     :param on_change: called after each change of state, progress or feedback.
     """
@@ -62,7 +53,7 @@ class Master:
     __slots__ = (
         "_explain",
         "_on_change",
-        "_sending",
+        "_sender",
         "_start_us",
         "_timeouts",
         "call",
@@ -81,7 +72,7 @@ class Master:
         number: int,
         call: SkillCall,
         parameters: str,
-        sending: Sending,
+        sender: Sender,
         timeouts: Timeouts,
         now_us: int,
         *,
@@ -101,7 +92,7 @@ class Master:
         """The last message of the executor."""
         self.error = ""
         """The reason of a failure."""
-        self._sending = sending
+        self._sender = sender
         self._timeouts = timeouts
         self._explain = explain
         self._on_change = on_change
@@ -130,7 +121,7 @@ class Master:
     def ask(self, executor: str) -> None:
         """Ask a suitable executor."""
         if self.state is MasterState.ASKING:
-            self._sending.request(executor, self)
+            self._sender.request(executor, self.number, self.call, self.parameters)
 
     def responded(self, executor: str, now_us: int) -> None:
         """Handle RESPONSE of an executor of this agent."""
@@ -138,14 +129,14 @@ class Master:
             self.executor = executor
             self.deadline_us = now_us + _us(self._timeouts.start)
             self._go(MasterState.CONFIRMED)
-            self._sending.confirm(executor, self.number)
+            self._sender.confirm(executor, self.number)
         elif executor != self.executor or self.is_over:
-            self._sending.reject(executor, self.number)
+            self._sender.reject(executor, self.number)
 
     def take_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
         """Handle FEEDBACK."""
         if executor != self.executor or not self.has_executor:
-            self._sending.cancel(executor, self.number)
+            self._sender.cancel(executor, self.number)
             return
         if self.state is MasterState.CANCELLING:
             return
@@ -193,7 +184,7 @@ class Master:
     def undelivered(self, executor: str, why: str) -> None:
         """Handle a CONFIRM that was probably not delivered."""
         if executor == self.executor and self.state is MasterState.CONFIRMED:
-            self._sending.cancel(executor, self.number)
+            self._sender.cancel(executor, self.number)
             self._fail(f"the executor {executor} does not take messages: {why}")
 
     def cancel(self, now_us: int) -> bool:
@@ -205,7 +196,7 @@ class Master:
         else:
             self.deadline_us = now_us + _us(self._timeouts.cancel)
             self._go(MasterState.CANCELLING)
-            self._sending.cancel(self.executor, self.number)
+            self._sender.cancel(self.executor, self.number)
         return True
 
     def expire(self) -> None:
@@ -219,7 +210,7 @@ class Master:
             began = self.state is MasterState.RUNNING
             seconds = self._timeouts.silence if began else self._timeouts.start
             word = "was silent" if began else "did not begin"
-            self._sending.cancel(self.executor, self.number)
+            self._sender.cancel(self.executor, self.number)
             self._fail(f"the executor {self.executor} {word} for {seconds:g} s")
 
     def give_up(self, why: str) -> None:

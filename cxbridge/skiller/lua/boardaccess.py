@@ -201,12 +201,11 @@ class BoardAccess:
         return self._make_table(dict(enumerate(items, start=1)))
 
     def _get(self, handle: int, name: str, index: float | None = None) -> Any:
-        value = self._interface_of(handle).get(name, None if index is None else int(index))
-        return (
-            self._list([_plain_value(item) for item in value])
-            if isinstance(value, tuple)
-            else _plain_value(value)
-        )
+        return self._to_lua(self._interface_of(handle).get(name, None if index is None else int(index)))
+
+    def _to_lua(self, value: Any) -> Any:
+        """Return the value of a field for Lua; an array becomes a table."""
+        return self._list([*map(_plain_value, value)]) if isinstance(value, tuple) else _plain_value(value)
 
     def _set(self, handle: int, name: str, value: Any, index: float | None = None) -> None:
         _assign(self._interface_of(handle), name, value, index)
@@ -226,13 +225,7 @@ class BoardAccess:
         message = self._interface_of(handle).msgq_first()
         if message is None:
             return None
-        values = {}
-        for name, value in message.as_dict().items():
-            values[name] = (
-                self._list([_plain_value(item) for item in value])
-                if isinstance(value, tuple)
-                else _plain_value(value)
-            )
+        values = {name: self._to_lua(value) for name, value in message.as_dict().items()}
         envelope = {
             "id": message.id,
             "sender_id": str(message.sender_id or ""),

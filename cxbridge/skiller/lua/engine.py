@@ -15,7 +15,7 @@ from cxbridge.errors import SkillError
 from cxbridge.events import Logger, SourceRead
 from cxbridge.lua_syntax import readable
 from cxbridge.skiller.lua.boardaccess import BoardAccess, InterfacePool, MakeTable
-from cxbridge.skiller.lua.host import ConfigReader, HostFunctions, from_lua, to_lua
+from cxbridge.skiller.lua.host import HostFunctions, from_lua, to_lua
 from cxbridge.skiller.lua.limits import Limits
 from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge.skiller.lua.placeaccess import PlaceAccess
@@ -25,6 +25,7 @@ from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.config import Configuration
     from cxbridge.space.navgraph import NavGraph
     from cxbridge.space.tf.buffer import TransformBuffer
 
@@ -60,7 +61,7 @@ class LuaEngine:
         folders: Sequence[Path],
         *,
         space: str = "test",
-        config: ConfigReader | None = None,
+        config: Configuration | None = None,
         limits: Limits | None = None,
         transforms: TransformBuffer | None = None,
         navgraph: NavGraph | None = None,

@@ -12,7 +12,7 @@ import functools
 import os
 import random
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import Clock
 from cxbridge.config.secrets import HIDDEN, is_secret, mask
@@ -21,21 +21,8 @@ from cxbridge.events import Level, Logger
 from cxbridge.lua_syntax import readable
 from cxbridge.skiller.lua.modulepath import ModulePath
 
-
-class ConfigReader(Protocol):
-    """The part of :class:`cxbridge.config.Configuration` for skills."""
-
-    def exists(self, path: str) -> bool: ...
-
-    def get_str(self, path: str) -> str: ...
-
-    def get_uint(self, path: str) -> int: ...
-
-    def get_int(self, path: str) -> int: ...
-
-    def get_float(self, path: str) -> float: ...
-
-    def get_bool(self, path: str) -> bool: ...
+if TYPE_CHECKING:
+    from cxbridge.config import Configuration
 
 
 def to_lua(text: str) -> str:
@@ -114,7 +101,7 @@ class HostFunctions:
     """
 
     def __init__(
-        self, logger: Logger, clock: Clock, modules: ModulePath, config: ConfigReader | None, seed: int
+        self, logger: Logger, clock: Clock, modules: ModulePath, config: Configuration | None, seed: int
     ) -> None:
         self._logger = logger
         self._clock = clock
@@ -175,7 +162,7 @@ def _readable(path: str, value: str) -> str:
     return masked
 
 
-_GETTERS: dict[str, Callable[[ConfigReader, str], Any]] = {
+_GETTERS: dict[str, Callable[[Configuration, str], Any]] = {
     "float": lambda config, path: config.get_float(path),
     "uint": lambda config, path: config.get_uint(path),
     "int": lambda config, path: config.get_int(path),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Generic, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Generic, Self, TypeVar
 
 from cxbridge.errors import SkillerError
 from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Outcome
@@ -45,7 +45,7 @@ class SkillPattern:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class SkillSelection:
     """The common settings of estimators.
 
@@ -59,7 +59,7 @@ class SkillSelection:
     priority: int = 0
 
     @classmethod
-    def from_config(cls, config: Configuration, prefix: str) -> SkillSelection:
+    def from_config(cls, config: Configuration, prefix: str) -> Self:
         """Read ``speed``, ``priority``, ``whitelist`` and ``blacklist`` below ``prefix``.
 
         :raises SkillerError: if a speed, a duration or an argument's pattern is invalid.
@@ -117,45 +117,30 @@ class EstimatorProperty(Generic[T]):
         return self.default if entry is None else self.own.get(entry.key, self.default)
 
 
-@dataclass(frozen=True, slots=True)
-class StaticEstimator(Decider):
-    """Durations from the configuration.
+@dataclass(frozen=True)
+class StaticEstimator(SkillSelection, Decider):
+    """Durations from the configuration: that of the first matching entry of the whitelist, else the default.
 
-    :param whitelist: the first matching entry gives the duration.
     :param seconds: the default duration; None: no default.
-    :param speed: divides durations.
     """
 
-    whitelist: Sequence[SkillPattern] = ()
-    blacklist: Sequence[SkillPattern] = ()
     seconds: float | None = None
-    speed: float = 1.0
-    priority: int = 0
 
     @classmethod
-    def from_config(cls, config: Configuration, prefix: str = STATIC_PREFIX) -> StaticEstimator:
+    def from_config(cls, config: Configuration, prefix: str = STATIC_PREFIX) -> Self:
         """Read ``exec-time`` and the settings of :class:`SkillSelection` below ``prefix``.
 
         :raises SkillerError: as :meth:`SkillSelection.from_config`.
         """
-        chosen = SkillSelection.from_config(config, prefix)
-        return cls(
-            whitelist=chosen.whitelist,
-            blacklist=chosen.blacklist,
-            seconds=_read_seconds(config, f"{prefix}/exec-time"),
-            speed=chosen.speed,
-            priority=chosen.priority,
+        return replace(
+            super().from_config(config, prefix), seconds=_read_seconds(config, f"{prefix}/exec-time")
         )
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Return the duration of the first matching entry, else the default."""
-        chosen = SkillSelection(self.whitelist, self.blacklist)
-        if chosen.refuses(call):
+        if self.refuses(call):
             return None
-        entry = chosen.entry(call)
-        seconds = self.seconds if entry is None else entry.seconds
-        if seconds is None:
-            seconds = self.seconds
+        entry = self.entry(call)
+        seconds = self.seconds if entry is None or entry.seconds is None else entry.seconds
         return None if seconds is None else Outcome(seconds / self.speed)
 
 

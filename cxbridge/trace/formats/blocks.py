@@ -20,9 +20,14 @@ _Convert: TypeAlias = Callable[[tuple[Any, ...]], Any]
 
 
 class BlockDecoder:
-    """Decodes the little endian blocks of an interface type."""
+    """Decodes the little endian blocks of an interface type.
 
-    def __init__(self, schema: InterfaceSchema) -> None:
+    :param decode_text: returns the value of a text field from its zero-padded bytes.
+    """
+
+    def __init__(
+        self, schema: InterfaceSchema, decode_text: Callable[[bytes], str | bytes] | None = None
+    ) -> None:
         self.schema = schema
         code = f"<{STAMP_SIZE}x"
         end, first = STAMP_SIZE, 0
@@ -31,13 +36,11 @@ class BlockDecoder:
             count = 1 if field.is_string else field.runtime_length
             element = f"{field.size}s" if field.is_string else f"{count}{field.storage.code}"
             code += f"{field.offset - end}x{element}"
-            self._fields.append((field.name, first, _converter(field, first, first + count)))
+            self._fields.append(
+                (field.name, first, _converter(field, first, first + count, decode_text or padded_text))
+            )
             end, first = field.offset + field.size, first + count
         self._unpack = struct.Struct(code).unpack_from
-
-    def raw(self, block: bytes | memoryview) -> tuple[Any, ...]:
-        """Return the numbers and zero-padded texts of a block, with arrays flattened."""
-        return self._unpack(block)
 
     def values(self, block: bytes | memoryview) -> dict[str, Any]:
         """Return the values by field: texts, numbers, names of enum items, lists."""
@@ -78,16 +81,13 @@ def padded_text(data: bytes) -> str:
     return data.split(b"\0", 1)[0].decode("utf-8", "backslashreplace")
 
 
-def item_names(field: FieldSchema) -> dict[int, str]:
-    """Return the names of an enum's items by value, empty for other fields."""
-    return {item.value: item.name for item in field.enum.items} if field.enum else {}
-
-
-def _converter(field: FieldSchema, start: int, end: int) -> _Convert | None:
+def _converter(
+    field: FieldSchema, start: int, end: int, decode_text: Callable[[bytes], str | bytes]
+) -> _Convert | None:
     """Return a function for the value of a field from its elements, or None if it is the element itself."""
     if field.is_string:
-        return lambda raw: padded_text(raw[start])
-    names = item_names(field)
+        return lambda raw: decode_text(raw[start])
+    names = {item.value: item.name for item in field.enum.items} if field.enum else {}
     if field.length is None:
         return (lambda raw: names.get(raw[start], raw[start])) if field.is_enum else None
     if field.is_enum:

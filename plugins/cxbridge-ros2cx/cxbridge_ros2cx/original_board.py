@@ -47,7 +47,7 @@ class OriginalMaster(Master):
         """Confirm each executor; only the last one counts."""
         if self.is_over:
             return
-        self._sending.confirm(executor, self.number)
+        self._sender.confirm(executor, self.number)
         self.executor = executor
         self._go(MasterState.CONFIRMED)
 
@@ -74,7 +74,7 @@ class OriginalMaster(Master):
         """Send CANCEL to the executor; without a response so far, do nothing."""
         if not self.has_executor:
             return False
-        self._sending.cancel(self.executor, self.number)
+        self._sender.cancel(self.executor, self.number)
         self._go(MasterState.CANCELLING)
         return True
 

@@ -100,7 +100,7 @@ def _write(mending: Mending, output: Path | None, *, in_place: bool) -> tuple[Pa
     if not mending.actions:
         return None, None
     if in_place:
-        mending.write_over()
+        mending.write_copy(mending.path)
         return mending.path, None
     return mending.path, mending.write_with_backup()
 

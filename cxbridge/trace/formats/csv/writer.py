@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from pathlib import Path, PurePath
 from typing import IO, Any, Final
 
@@ -14,11 +15,11 @@ from cxbridge.events import Event, InterfaceWrite
 from cxbridge.interfaces.accessors import fit_text
 from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
+from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.base import Run, RunWriter
 from cxbridge.trace.formats.bblogger.header import file_name
 from cxbridge.trace.formats.bblogger.reader import BBLoggerFile, BBLoggerFolder
-from cxbridge.trace.formats.blocks import BlockDecoder, item_names
+from cxbridge.trace.formats.blocks import BlockDecoder
 from cxbridge.trace.formats.csv import TITLE
 from cxbridge.trace.formats.files import writing
 
@@ -112,9 +113,9 @@ class CsvWriter(RunWriter):
         if self._single:
             if self._files:
                 raise _several(self._path)
-            return _CsvFile(self._path, schema.fields, heading(schema))
+            return _CsvFile(self._path, schema)
         name = Path(file_name(self._scenario, uid, self._start_us or 0)).with_suffix(_SUFFIX)
-        return _CsvFile(self._path / name, schema.fields, heading(schema))
+        return _CsvFile(self._path / name, schema)
 
     def flush(self) -> None:
         for file in self._files.values():
@@ -128,30 +129,34 @@ class CsvWriter(RunWriter):
 class _CsvFile:
     """The file of one interface."""
 
-    def __init__(self, path: Path, fields: Sequence[FieldSchema], title: str) -> None:
+    def __init__(self, path: Path, schema: InterfaceSchema) -> None:
         self._path = path
-        self._fields = [
+        self._columns = [
             (field.name, None if field.is_string else formatter(field.runtime_type), field.is_array)
-            for field in fields
+            for field in schema.fields
         ]
         self._file = _open(path)
-        self._write_line(title.encode())
+        self._write_line(heading(schema).encode())
 
     def write(self, since_us: int, values: Mapping[str, Any]) -> None:
-        """Write a row."""
+        """Write a row.
+
+        :param values: the values by field; a text may be bytes, which are written unchanged.
+        """
         cells = [_time(since_us)]
-        for name, write, is_array in self._fields:
+        for name, format_element, is_array in self._columns:
             value = values.get(name, "")
-            if write is None:
-                cells.append(str(value).encode("utf-8", "backslashreplace"))
+            if isinstance(value, bytes):
+                cells.append(value)
                 continue
             try:
-                texts = [write(each) for each in (value if is_array else [value])]
+                elements = value if is_array else [value]
+                text = ", ".join(map(format_element, elements)) if format_element else str(value)
             except (TypeError, ValueError):
                 raise TraceError(
                     f"the recording has {value!r:.40} as the field '{name}'", file=self._path
                 ) from None
-            cells.append(", ".join(texts).encode("utf-8", "backslashreplace"))
+            cells.append(text.encode("utf-8", "backslashreplace"))
         self._write_line(b";".join(cells))
 
     def _write_line(self, line: bytes) -> None:
@@ -173,37 +178,15 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
         raise TraceError(header.problem, file=run.path, hint="without a definition there are no columns")
     if header.problem:
         run.note(header.problem)
-    raw = BlockDecoder(header.schema).raw
-    cells = [_cell(field, first) for field, first in _elements(header.schema.fields)]
-    with writing(path), path.open("wb") as file:
-        file.write(f"{heading(header.schema)}\n".encode())
+    values = BlockDecoder(header.schema, _text_bytes).values
+    with closing(_CsvFile(path, header.schema)) as file:
         for since_us, block in run.entries():
-            values = raw(block)
-            file.write(b";".join([_time(since_us), *(cell(values) for cell in cells)]) + b"\n")
+            file.write(since_us, values(block))
 
 
-def _elements(fields: Sequence[FieldSchema]) -> list[tuple[FieldSchema, int]]:
-    """Return the fields with the index of their first element in the tuple of :meth:`BlockDecoder.raw`."""
-    found = []
-    first = 0
-    for field in fields:
-        found.append((field, first))
-        first += 1 if field.is_string else field.runtime_length
-    return found
-
-
-def _cell(field: FieldSchema, first: int) -> Callable[[tuple[Any, ...]], bytes]:
-    # a string ends at the first zero, but a single char is written in any case, as in ffbblog
-    if field.is_string:
-        if field.length == 1:
-            return lambda raw: bytes(raw[first])
-        return lambda raw: raw[first].split(b"\0", 1)[0]
-    end = first + field.runtime_length
-    write = formatter(field.runtime_type)
-    if field.is_enum:
-        names = item_names(field)
-        return lambda raw: ", ".join([write(names.get(value)) for value in raw[first:end]]).encode()
-    return lambda raw: ", ".join(map(write, raw[first:end])).encode()
+def _text_bytes(field: bytes) -> bytes:
+    # as in ffbblog a text ends at its first zero, but a single char is written in any case
+    return field if len(field) == 1 else field.split(b"\0", 1)[0]
 
 
 def _time(since_us: int) -> bytes:
