@@ -212,11 +212,11 @@ class Tokens:
         """Return the key of an event, its names, the number of names in the thread, and the message id."""
         if isinstance(event, FactChange):
             bare, msgid = take_msgid(event.text)
-            text, names = self.namer.split_fact(bare)
+            text, names = self.namer.split(bare, is_fact=True)
             direction = "asserted" if event.asserted else "retracted"
             return ("fact", event.env, event.template, direction, text), names, 0, msgid
         if isinstance(event, InterfaceWrite):
-            text, names = self.namer.split_fact(interface_text(event.values))
+            text, names = self.namer.split(interface_text(event.values), is_fact=True)
             msgid = event.values.get(MSGID)
             return ("interface", event.uid, text), names, 0, msgid if isinstance(msgid, int) else None
         msgid = event.msgid if isinstance(event, SkillStatus) else None
@@ -253,7 +253,7 @@ class _KeyMaker:
                 thread_names = len(names)
         for at, is_missing in self._details:
             detail = "" if is_missing else without_times_of_day(values[at], event.time_us)
-            values[at], found = self._namer.split_fact(detail)
+            values[at], found = self._namer.split(detail, is_fact=True)
             names += found
         return (self._kind, *values), names, thread_names
 

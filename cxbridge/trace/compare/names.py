@@ -7,7 +7,7 @@ are in docs/comparing.md, section "Names".
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Final, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
@@ -38,12 +38,12 @@ Names: TypeAlias = tuple[int, ...]
 
 def anonymous(text: str) -> str:
     """Replace all gensym ids in a text by one name, and all UUIDs by another."""
-    return _split(text, None)
+    return _split(text, [])
 
 
 def anonymous_fact(text: str) -> str:
     """Replace gensym ids, UUIDs, fact indices, message ids and times in a text by one name each."""
-    return _MSGID.sub("(msgid #)", _split(without_times(text), None, indices=True))
+    return _MSGID.sub("(msgid #)", _split(without_times(text), [], indices=True))
 
 
 def interface_text(values: Mapping[str, Any]) -> str:
@@ -78,39 +78,38 @@ def without_times_of_day(text: str, now_us: int) -> str:
     return _PAIR.sub(name, text)
 
 
-def _split(text: str, found: Callable[[str], object] | None, *, indices: bool = False) -> str:
-    """Replace all names of a kind in a text by one name.
+def _split(text: str, names: list[str], *, indices: bool = False) -> str:
+    """Replace the names in a text by one name for each kind, and append the names to a list.
 
-    :param found: called with the names: first gensym ids, then UUIDs, then fact indices.
+    The names are in this order: gensym ids, UUIDs, fact indices.
+
+    :param indices: whether fact indices are names.
     """
-    note = found or _ignore
 
     def gensym(match: re.Match[str]) -> str:
         start = match.start()
+        # `oxygen5` is a word
         if start and match.string[start - 1].isalnum() and match.string[start - 1].isascii():
             return match.group()
-        note(match.group())
+        names.append(match.group())
         return "gen#"
 
     def uuid(match: re.Match[str]) -> str:
-        note(match.group())
+        names.append(match.group())
         return "uuid#"
 
     def index(match: re.Match[str]) -> str:
-        note(f"f-{match.group()}")
+        names.append(f"f-{match.group()}")
         return "fact#"
 
+    # most texts have no names, which these searches find out faster than the expressions
     if "gen" in text:
         text = _GENSYM.sub(gensym, text)
     if _UUID_WITHIN.search(text) is not None:
         text = _UUID.sub(uuid, text)
-    if indices and any(within in text for within in _INDEX_WITHIN):
+    if indices and any(part in text for part in _INDEX_WITHIN):
         text = _INDEX.sub(index, text)
     return text
-
-
-def _ignore(_name: str) -> None:
-    """Do nothing with a name."""
 
 
 class Namer:
@@ -118,36 +117,25 @@ class Namer:
 
     def __init__(self) -> None:
         self._numbers: dict[str, int] = {}
-        self._split: dict[str, tuple[str, Names]] = {}
-        self._split_fact: dict[str, tuple[str, Names]] = {}
+        self._cache: dict[tuple[str, bool], tuple[str, Names]] = {}
 
     def __len__(self) -> int:
         """Return the number of names so far."""
         return len(self._numbers)
 
-    def split(self, text: str) -> tuple[str, Names]:
-        """Return a text with gensym ids and UUIDs replaced, and the numbers of the names."""
-        found = self._split.get(text)
-        if found is None:
-            found = self._remember(self._split, text, text, indices=False)
-        return found
+    def split(self, text: str, *, is_fact: bool = False) -> tuple[str, Names]:
+        """Return a text with its names replaced, and the numbers of the names.
 
-    def split_fact(self, text: str) -> tuple[str, Names]:
-        """Return a text with ids, fact indices and times replaced, and the numbers of the names."""
-        found = self._split_fact.get(text)
-        if found is None:
-            found = self._remember(self._split_fact, text, without_times(text), indices=True)
-        return found
-
-    def _remember(
-        self, cache: dict[str, tuple[str, Names]], text: str, bare: str, *, indices: bool
-    ) -> tuple[str, Names]:
-        if len(cache) >= MAX_CACHED:
-            cache.clear()
-        found: list[int] = []
-        numbers = self._numbers
-        template = _split(
-            bare, lambda name: found.append(numbers.setdefault(name, len(numbers))), indices=indices
-        )
-        split = cache[text] = (template, tuple(found))
-        return split
+        :param is_fact: whether fact indices are names, and absolute times are replaced.
+        """
+        key = (text, is_fact)
+        result = self._cache.get(key)
+        if result is None:
+            if len(self._cache) >= MAX_CACHED:
+                self._cache.clear()
+            names: list[str] = []
+            template = _split(without_times(text) if is_fact else text, names, indices=is_fact)
+            numbers = self._numbers
+            result = template, tuple(numbers.setdefault(name, len(numbers)) for name in names)
+            self._cache[key] = result
+        return result

@@ -206,17 +206,17 @@ def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Compar
     Their order is not compared, because without goals their dependencies are unknown.
     """
     runs = _EventCounts(a), _EventCounts(b)
-    found = []
+    differences = []
     for text in runs[0].counts | runs[1].counts:
         counts = [run.counts[text] for run in runs]
         if counts[0] != counts[1]:
-            ours, theirs = (Side(run.last.get(text), f"{run.counts[text]} times") for run in runs)
-            apart = abs(counts[0] - counts[1])
-            found.append(
-                Difference("another number of times", text, ours, theirs, DifferenceKind.COUNT, apart)
+            sides = (Side(run.last_position.get(text), f"{run.counts[text]} times") for run in runs)
+            surplus = abs(counts[0] - counts[1])
+            differences.append(
+                Difference("another number of times", text, *sides, DifferenceKind.COUNT, surplus)
             )
     comparison = Comparison(view, Order.PARTIAL, runs[0].counts.total(), runs[1].counts.total())
-    comparison.keep(sorted(found, key=lambda difference: difference.position))
+    comparison.keep(sorted(differences, key=lambda difference: difference.position))
     comparison.hints = scenario_hints(runs[0].scopes, runs[1].scopes)
     return comparison
 
@@ -226,17 +226,16 @@ class _EventCounts:
 
     def __init__(self, events: Iterable[Event]) -> None:
         self.counts: Counter[str] = Counter()
-        self.last: dict[str, int] = {}
+        self.last_position: dict[str, int] = {}
         self.scopes: set[str] = set()
-        for number, event in enumerate(events):
+        for position, event in enumerate(events):
             if isinstance(event, RuleFired):
                 text = f"{event.env}: {event.rule}"
                 self.scopes.add(f"rule {event.rule}")
-            elif isinstance(event, FactChange):
+            else:
+                assert isinstance(event, FactChange)
                 arrow = "==>" if event.asserted else "<=="
                 text = f"{event.env}: {arrow} {anonymous_fact(event.text)}"
                 self.scopes.add(f"template {event.template}")
-            else:
-                continue
             self.counts[text] += 1
-            self.last[text] = number
+            self.last_position[text] = position
