@@ -210,10 +210,10 @@ def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Compar
     for text in runs[0].counts | runs[1].counts:
         counts = [run.counts[text] for run in runs]
         if counts[0] != counts[1]:
-            sides = (Side(run.last_position.get(text), f"{run.counts[text]} times") for run in runs)
+            ours, theirs = (Side(run.last_position.get(text), f"{run.counts[text]} times") for run in runs)
             surplus = abs(counts[0] - counts[1])
             differences.append(
-                Difference("another number of times", text, *sides, DifferenceKind.COUNT, surplus)
+                Difference("another number of times", text, ours, theirs, DifferenceKind.COUNT, surplus)
             )
     comparison = Comparison(view, Order.PARTIAL, runs[0].counts.total(), runs[1].counts.total())
     comparison.keep(sorted(differences, key=lambda difference: difference.position))
