@@ -1,4 +1,4 @@
-"""Options of commands for the connection to a blackboard."""
+"""Options and arguments that several commands have: the connection to a blackboard, and recorded runs."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from cxbridge.resources import DAEMON_URL
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
+    from cxbridge.interfaces.registry import InterfaceRegistry
 
 TIMED_OUT = 3
 """The exit status if an awaited event does not occur in time."""
 
-# seconds in which a daemon must reply
+# Seconds in which a daemon must reply: it may load the files of an agent before.
 ANSWER_S: Final = 30.0
 
 DEFAULT_URL = DAEMON_URL
@@ -30,6 +31,13 @@ Globs = Annotated[
     list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with the shell patterns *, ?, [].")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
+RunPath = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="a recorded run: mcap, text log of Fawkes, transitions text, bblogger files, a bag of ROS 2",
+    ),
+]
 
 
 def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
@@ -73,3 +81,18 @@ def ask_daemon(url: str, verb: str, **arguments: Any) -> Any:
 
     with connect(url, None) as board:
         return request(board, verb, ANSWER_S, **arguments)
+
+
+def definitions(interface_dirs: list[Path] | None) -> InterfaceRegistry | None:
+    """Return a registry of the given folders, or None for the default."""
+    if not interface_dirs:
+        return None
+    from cxbridge.interfaces.registry import InterfaceRegistry
+
+    return InterfaceRegistry(interface_dirs)
+
+
+def print_notes(notes: list[str], file: Path) -> None:
+    """Print the warnings about a readable file to stderr."""
+    for note in notes:
+        say(f"{file}: {note}", err=True)

@@ -12,17 +12,19 @@ import json
 import re
 import sys
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
+
+import typer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.printing import VisibleStream, indented, one_line, terminal_of, visible
 
-# So often the same line is printed at one moment.
-_MOST_ALIKE: Final = 3
-
-# This many lines of one moment are printed that differ in their numbers only.
+# Rules without end print a hundred thousand lines at one moment of a virtual clock. At one moment, the same
+# line is printed so often, and so many lines that differ in their numbers only.
+_MOST_EQUAL: Final = 3
 _MOST_SIMILAR: Final = 1000
 
 _NUMBER: Final = re.compile(r"\d+")
@@ -30,7 +32,7 @@ _NUMBER: Final = re.compile(r"\d+")
 # Microseconds of the run's clock: less than a loop, so that lines of two loops are not taken together.
 _MOMENT_US: Final = 10_000
 
-# Different lines of one moment that are remembered.
+# Different lines of one moment that are remembered, which bounds the memory.
 _MOST_COUNTED: Final = 10_000
 
 _COLOURS = {Level.DEBUG: "2", Level.INFO: "0", Level.WARN: "33", Level.ERROR: "31"}
@@ -87,7 +89,7 @@ def name_stdout() -> None:
     if not isinstance(out, io.TextIOWrapper):
         return
     if not isinstance(getattr(out.buffer, "raw", out.buffer), io.FileIO):
-        return
+        return  # a test's or another program's stream
     raw = _NamedStdout(out.fileno(), "w", closefd=False)
     buffered = isinstance(out.buffer, io.BufferedWriter)  # unbuffered with PYTHONUNBUFFERED
     sys.stdout = io.TextIOWrapper(
@@ -109,12 +111,11 @@ class ConsoleLog:
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False, info: bool = False) -> None:
         self._quiet = quiet
-        shown = {Level.ERROR}
+        self._levels = {Level.ERROR}
         if not quiet:
-            shown |= {Level.WARN, Level.INFO} if info else {Level.WARN}
+            self._levels |= {Level.WARN, Level.INFO} if info else {Level.WARN}
         if verbose:
-            shown |= {Level.INFO, Level.DEBUG}
-        self._shown = shown
+            self._levels |= {Level.INFO, Level.DEBUG}
         self._colour = sys.stderr.isatty()
         self._counts: Counter[tuple[Level, str, str]] = Counter()
         self._similar: Counter[tuple[Level, str, str]] = Counter()
@@ -122,7 +123,7 @@ class ConsoleLog:
 
     def __call__(self, event: Event) -> None:
         """Print a log line if its level is shown; equal and similar lines at one moment are limited."""
-        if not isinstance(event, LogLine) or event.level not in self._shown:
+        if not isinstance(event, LogLine) or event.level not in self._levels:
             return
         if (
             event.time_us - self._time_us > _MOMENT_US
@@ -137,31 +138,47 @@ class ConsoleLog:
             if self._similar[similar] > _MOST_SIMILAR:
                 return
         self._counts[line] += 1
-        if self._counts[line] <= _MOST_ALIKE:
+        if self._counts[line] <= _MOST_EQUAL:
             self._print(*line)
 
     def show_info(self) -> None:
         """Include lines of the level INFO, unless quiet."""
         if not self._quiet:
-            self._shown.add(Level.INFO)
+            self._levels.add(Level.INFO)
 
     def finish(self) -> None:
         """Print the numbers of omitted lines, and forget the counts."""
         for (level, component, text), count in self._counts.items():
-            if count > _MOST_ALIKE:
-                self._print(level, component, f"{text} ... repeated {count - _MOST_ALIKE:,} times")
+            if count > _MOST_EQUAL:
+                self._print(level, component, f"{text} ... repeated {count - _MOST_EQUAL:,} times")
         for (level, component, text), count in self._similar.items():
             if count > _MOST_SIMILAR:
-                more = f"{count - _MOST_SIMILAR:,} more lines with other numbers"
-                self._print(level, component, f"{text} ... {more}")
+                self._print(
+                    level, component, f"{text} ... {count - _MOST_SIMILAR:,} more lines with other numbers"
+                )
         self._counts.clear()
         self._similar.clear()
 
-    def _print(self, level: Level, component: str, said: str) -> None:
-        text = f"{level.value} {one_line(component)}: {indented(said)}"
+    def _print(self, level: Level, component: str, text: str) -> None:
+        line = f"{level.value} {one_line(component)}: {indented(text)}"
         if self._colour:
-            text = f"\x1b[{_COLOURS[level]}m{text}\x1b[0m"
-        terminal_of(sys.stderr).write(f"{text}\n")
+            line = f"\x1b[{_COLOURS[level]}m{line}\x1b[0m"
+        terminal_of(sys.stderr).write(f"{line}\n")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConsoleOptions:
+    """The options of commands for the amount of log output on stderr."""
+
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False
+
+    def log(self, *, info: bool = False) -> ConsoleLog:
+        """Return a printer of log lines.
+
+        :param info: print also general messages by default, as for services.
+        """
+        return ConsoleLog(quiet=self.quiet, verbose=self.verbose, info=info)
 
 
 def check_folders(*files: Path | None) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from collections import UserDict
+from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 from typing import Any, Final
 
@@ -31,61 +32,45 @@ def top_rows() -> list[Row]:
 def rows_of_group(group: str, package: ModuleType | None = None) -> list[Row]:
     """Return the commands of a group: modules of its package, and rows of plug-ins."""
     prefix = f"{group} "
-    rows = [row for row in COMMANDS.rows if row.name.startswith(prefix)]
-    own = () if package is None else rows_of_modules(package)
-    return [*own, *(replace(row, name=row.name.removeprefix(prefix)) for row in rows)]
+    of_modules = () if package is None else rows_of_modules(package)
+    of_plugins = [row for row in COMMANDS.rows if row.name.startswith(prefix)]
+    return [*of_modules, *(replace(row, name=row.name.removeprefix(prefix)) for row in of_plugins)]
 
 
-class CommandModules(MutableMapping[str, Any]):
-    """The commands of a table by name, imported when they are used.
+class CommandModules(UserDict[str, Any]):
+    """The commands of a table by name: a row until the command is used, then the imported command.
 
     :param rows: the commands; an object is a function, a group, or a module with either.
-    :param order: the names that come first.
+    :param order: the names that come first in the help.
     :param commands: further existing commands.
     """
 
-    def __init__(self, rows: Sequence[Row], order: Sequence[str], commands: MutableMapping[str, Any]) -> None:
-        self._made = dict(commands)
-        self._rows = {row.name: row for row in rows}
-        self._names = [name for name in order if name in self._rows]
-        self._names += sorted(self._rows.keys() - {*self._names})
+    def __init__(self, rows: Sequence[Row], order: Sequence[str], commands: Mapping[str, Any]) -> None:
+        by_name = {row.name: row for row in rows}
+        first = [name for name in order if name in by_name]
+        super().__init__({name: by_name[name] for name in (*first, *sorted(by_name.keys() - {*first}))})
+        self.data.update(commands)
 
     def __getitem__(self, name: str) -> Any:
-        """Return a command, importing its module."""
-        if name not in self._made:
-            if name not in self._names:
-                raise KeyError(name)
-            self._made[name] = self._load(name)
-        return self._made[name]
+        """Return a command, importing its module on first use."""
+        command = self.data[name]
+        if isinstance(command, Row):
+            command = self.data[name] = _load(command)
+        return command
 
-    def _load(self, name: str) -> Any:
-        loaded = COMMANDS.load(self._rows[name])
-        if isinstance(loaded, ModuleType):
-            loaded = getattr(loaded, "app", None) or getattr(loaded, name.replace("-", "_"))
-        # typer then treats a function as in its other groups
-        parent = typer.Typer(add_completion=False, rich_markup_mode=None)
-        if isinstance(loaded, typer.Typer):
-            parent.add_typer(loaded, name=name)
-        else:
-            parent.command(name, cls=StyledCommand)(loaded)
-        return style(typer.main.get_group(parent).commands[name])
 
-    def __setitem__(self, name: str, command: Any) -> None:
-        self._made[name] = command
-
-    def __delitem__(self, name: str) -> None:
-        if name in self._names:
-            self._names.remove(name)
-        self._made.pop(name, None)
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names in the order of the help, without imports."""
-        yield from self._names
-        yield from (name for name in self._made if name not in self._names)
-
-    def __len__(self) -> int:
-        """Return the number of commands."""
-        return sum(1 for _ in self)
+def _load(row: Row) -> Any:
+    """Import the command of a row."""
+    name, loaded = row.name, COMMANDS.load(row)
+    if isinstance(loaded, ModuleType):
+        loaded = getattr(loaded, "app", None) or getattr(loaded, name.replace("-", "_"))
+    # typer then treats a function as in its other groups
+    parent = typer.Typer(add_completion=False, rich_markup_mode=None)
+    if isinstance(loaded, typer.Typer):
+        parent.add_typer(loaded, name=name)
+    else:
+        parent.command(name, cls=StyledCommand)(loaded)
+    return style(typer.main.get_group(parent).commands[name])
 
 
 def in_sections(rows: Sequence[Row], sections: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
@@ -93,13 +78,15 @@ def in_sections(rows: Sequence[Row], sections: Mapping[str, Sequence[str]]) -> d
 
     :param sections: names by heading, in order; rows of the table may name further headings.
     """
-    known = {row.name for row in rows}
-    found = {title: [name for name in names if name in known] for title, names in sections.items()}
-    placed = {name for names in found.values() for name in names}
+    names_of_rows = {row.name for row in rows}
+    by_section = {
+        title: [name for name in names if name in names_of_rows] for title, names in sections.items()
+    }
+    named = {name for names in by_section.values() for name in names}
     for row in sorted(rows, key=lambda row: row.name):
-        if row.name not in placed:
-            found.setdefault(row.section or "Others", []).append(row.name)
-    return found
+        if row.name not in named:
+            by_section.setdefault(row.section or "Others", []).append(row.name)
+    return by_section
 
 
 def group_of_commands(

@@ -1,34 +1,61 @@
-"""The entry point of the program, which prepares the handling of signals first."""
+"""The entry point of the program, and the signals that end a command.
+
+Signals are handled from the first import on: a KeyboardInterrupt within an import would be a traceback, or
+would be raised where Python drops exceptions.
+"""
 
 from __future__ import annotations
 
+import functools
 import gc
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Final
+from typing import Final, ParamSpec, TypeVar
 
 # Objects made before Python looks for garbage: at its own 700 it looks 80 times while modules are loaded.
 _GARBAGE_THRESHOLD: Final = 10_000
 
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
 
 @contextmanager
 def plain_interrupt() -> Iterator[None]:
-    """Let Ctrl-C end the process immediately, as in C programs.
-
-    During imports, a KeyboardInterrupt would at best be a traceback. At worst it is raised where Python drops
-    exceptions, and the signal has no effect.
-    """
-    before = signal.getsignal(signal.SIGINT)
-    ours = before is signal.default_int_handler and threading.current_thread() is threading.main_thread()
-    if ours:
+    """Let Ctrl-C end the process immediately, as in C programs."""
+    handler = signal.getsignal(signal.SIGINT)
+    # a program that calls the command line from a thread, or has its own handler, keeps the handler
+    replaced = handler is signal.default_int_handler and threading.current_thread() is threading.main_thread()
+    if replaced:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         yield
     finally:
-        if ours:
-            signal.signal(signal.SIGINT, before)
+        if replaced:
+            signal.signal(signal.SIGINT, handler)
+
+
+def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
+    """Make a command handle SIGINT, SIGTERM and SIGHUP from before its imports until its end.
+
+    Instances of :class:`cxbridge.interrupt.Interrupt` within the command take over the signals.
+
+    :param service: whether the command serves clients until a signal stops it.
+    """
+
+    def decorate(command: Callable[_P, _T]) -> Callable[_P, _T]:
+        @functools.wraps(command)
+        def run(*args: _P.args, **kwargs: _P.kwargs) -> _T:
+            with plain_interrupt():
+                from cxbridge.interrupt import Interrupt
+
+                with Interrupt(service=service):
+                    return command(*args, **kwargs)
+
+        return run
+
+    return decorate
 
 
 def main() -> None:

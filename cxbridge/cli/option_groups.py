@@ -81,13 +81,6 @@ DECLARED: Final[Mapping[str, Any]] = {
 """
 
 
-@dataclasses.dataclass(frozen=True)
-class Before:
-    """Annotates an option that the help lists before another one of a group."""
-
-    name: str
-
-
 def option_groups(command: Callable[..., T]) -> Callable[..., T]:
     """Replace the dataclass parameters of a command by options."""
     hints = get_type_hints(command, include_extras=True)
@@ -100,12 +93,12 @@ def option_groups(command: Callable[..., T]) -> Callable[..., T]:
             parameters.append(parameter.replace(annotation=hints[name], kind=Parameter.KEYWORD_ONLY))
 
     @functools.wraps(command)
-    def expanded(**given: Any) -> T:
-        taken = {name: group.take(given) for name, group in groups.items()}
-        return command(**given, **taken)
+    def expanded(**values: Any) -> T:
+        options = {name: group.take(values) for name, group in groups.items()}
+        return command(**values, **options)
 
-    # typer reads both
-    vars(expanded)["__signature__"] = inspect.Signature(_in_order(parameters))
+    # typer reads the parameters from the one and their types from the other
+    vars(expanded)["__signature__"] = inspect.Signature(parameters)
     expanded.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return expanded
 
@@ -118,7 +111,7 @@ class _Group:
         self._make = group
         self._repeated = {name for name, hint in hints.items() if _item(hint) is not None}
         fields = {field.name: field for field in dataclasses.fields(group)}
-        self.parameters = [
+        self._own = [
             Parameter(
                 name,
                 Parameter.KEYWORD_ONLY,
@@ -129,19 +122,21 @@ class _Group:
             if get_origin(hints[name]) is Annotated
         ]
         self._added = [_Group(added) for added in getattr(group, "added_groups", list)()]
-        self._own = len(self.parameters)
-        self.parameters += [parameter for added in self._added for parameter in added.parameters]
+        self.parameters: list[Parameter] = [
+            *self._own,
+            *(parameter for added in self._added for parameter in added.parameters),
+        ]
 
-    def take(self, given: dict[str, Any]) -> Any:
-        """Remove the values of the fields from ``given`` and return them as the dataclass."""
-        own = self.parameters[: self._own]
-        values = {parameter.name: given.pop(parameter.name) for parameter in own}
-        taken = {
-            name: tuple(value or ()) if name in self._repeated else value for name, value in values.items()
-        }
-        added = [group.take(given) for group in self._added]
-        more = tuple(group for group in added if group != type(group)())
-        return self._make(**taken, **({"more": more} if more else {}))
+    def take(self, values: dict[str, Any]) -> Any:
+        """Remove the values of the fields from ``values`` and return them as the dataclass."""
+        options = {parameter.name: values.pop(parameter.name) for parameter in self._own}
+        for name in options.keys() & self._repeated:
+            options[name] = tuple(options[name] or ())
+        added = [group.take(values) for group in self._added]
+        # only the groups with a given option: others must not change the run
+        if changed := tuple(group for group in added if group != type(group)()):
+            options["more"] = changed
+        return self._make(**options)
 
 
 def _names(group: type) -> Iterator[str]:
@@ -154,24 +149,21 @@ def _names(group: type) -> Iterator[str]:
 
 def _declared(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
     """Return the hint of a field with typer's parameter instead of the description."""
-    meta = next((each for each in hint.__metadata__ if isinstance(each, Meta)), None)
+    meta = next((metadata for metadata in hint.__metadata__ if isinstance(metadata, Meta)), None)
     if meta is None:
         return hint
     kind, *_ = get_args(hint)
     definer = next(base for base in group.__mro__ if field.name in vars(base).get("__annotations__", {}))
-    given = DECLARED.get(f"{definer.__name__}.{field.name}", {})
-    if not isinstance(given, Mapping):
-        return Annotated[kind, given]
-    more = dict(given)
-    if meta.ge is not None:
-        more["min"] = meta.ge
-    if meta.le is not None:
-        more["max"] = meta.le
+    declared = DECLARED.get(f"{definer.__name__}.{field.name}", {})
+    if not isinstance(declared, Mapping):
+        return Annotated[kind, declared]
+    keywords = {"min": meta.ge, "max": meta.le, "help": meta.description, **declared}
     if field.default in (None, ""):
-        more["show_default"] = False
-    make = typer.Argument if more.pop("is_argument", False) else typer.Option
-    flags = more.pop("flags", _flags(field, kind))
-    return Annotated[kind, make(*(flags if make is typer.Option else ()), help=meta.description, **more)]
+        keywords["show_default"] = False
+    flags = keywords.pop("flags", _flags(field, kind))
+    if keywords.pop("is_argument", False):
+        return Annotated[kind, typer.Argument(**keywords)]
+    return Annotated[kind, typer.Option(*flags, **keywords)]
 
 
 def _flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
@@ -202,21 +194,3 @@ def _default(field: dataclasses.Field[Any]) -> Any:
     if field.default is dataclasses.MISSING:
         return Parameter.empty
     return None if field.default == () else field.default
-
-
-def _in_order(parameters: list[Parameter]) -> list[Parameter]:
-    """Return the parameters ordered by their `Before` annotations."""
-    ordered = [parameter for parameter in parameters if _place(parameter) is None]
-    for parameter in parameters:
-        if (place := _place(parameter)) is not None:
-            names = [other.name for other in ordered]
-            if place not in names:
-                raise ValueError(f"'{parameter.name}' cannot precede '{place}': there is no such option")
-            ordered.insert(names.index(place), parameter)
-    return ordered
-
-
-def _place(parameter: Parameter) -> str | None:
-    """Return the parameter before which a parameter is to be listed, or None."""
-    notes = getattr(parameter.annotation, "__metadata__", ())
-    return next((note.name for note in notes if isinstance(note, Before)), None)

@@ -14,6 +14,7 @@ EXAMPLE: Final = "\n\nExample: "
 # Preserves the line breaks of a paragraph of a help text.
 _UNMARKED: Final = "\b"
 
+# Metavars by the names of parameters, so that the same word means the same in all commands.
 _DIRECTORY: Final = re.compile(r"(?:dir|bblog|clients|checkout|ros2cx)s?$")
 _SECONDS: Final = re.compile(r"(?:timeout|duration|hold|seconds)$")
 _NAMES: Final = {
@@ -55,27 +56,28 @@ class StyledCommand(TyperCommand):
 def _filled(arguments: Sequence[str], options: Sequence[str]) -> list[str]:
     """Return the arguments with ``--web`` as ``--web=``, and ``--web 80`` as ``--web=80``."""
     filled: list[str] = []
-    rest = list(arguments)
-    while rest and rest[0] != "--":
-        argument = rest.pop(0)
+    remaining = list(arguments)
+    while remaining and remaining[0] != "--":
+        argument = remaining.pop(0)
         if argument in options:
-            number = rest.pop(0) if rest and rest[0].isdecimal() else ""
+            number = remaining.pop(0) if remaining and remaining[0].isdecimal() else ""
             argument = f"{argument}={number}"
         filled.append(argument)
-    return filled + rest
+    return filled + remaining
 
 
 def style(command: Any) -> Any:
     """Give the help of a command and its subcommands the common style; return the command."""
-    text, mark, example = (command.help or "").partition(EXAMPLE)
-    if mark:
+    # an epilog, because a paragraph of the help would be refilled, and the lines of the example be joined
+    text, has_example, example = (command.help or "").partition(EXAMPLE)
+    if has_example:
         command.help = text
         lines = "\n".join(f"  {line.strip()}" for line in example.strip().splitlines())
         command.epilog = f"{_UNMARKED}\nExample:\n{lines}"
     for parameter in command.params:
         _style_parameter(parameter)
-    for below in getattr(command, "commands", {}).values():
-        style(below)
+    for subcommand in getattr(command, "commands", {}).values():
+        style(subcommand)
     return command
 
 
@@ -89,8 +91,8 @@ def _style_parameter(parameter: Any) -> None:
 
 def _sentence(text: str, values: Sequence[str]) -> str:
     """Return a text as a sentence; a leading value of the command line keeps its case."""
-    first = text.split(maxsplit=1)[0]
-    if first.isalpha() and first.islower() and first not in values:
+    word = text.split(maxsplit=1)[0]
+    if word.isalpha() and word.islower() and word not in values:
         text = text[0].upper() + text[1:]
     return text if text.endswith((".", ")", "]")) else f"{text}."
 

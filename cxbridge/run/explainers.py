@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final, NoReturn, Protocol
 
+from cxbridge.errors import BrokenAgentError
 from cxbridge.plugins import PluginError, Table, is_module, package_hint
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from cxbridge.errors import BrokenAgentError
     from cxbridge.run.options import RunOptions
     from cxbridge.trace.formats.base import Run
 
@@ -97,6 +98,15 @@ def explainer(run: Run, at_s: float | None = None, env: str | None = None) -> Ex
 
 def _refuse(*_arguments: object) -> NoReturn:
     raise PluginError("no installed package explains runs", hint=package_hint("why"))
+
+
+@contextmanager
+def explained(options: RunOptions) -> Iterator[None]:
+    """Extend a :class:`BrokenAgentError` of the block by the findings of the explainers."""
+    try:
+        yield
+    except BrokenAgentError as error:
+        raise with_explanations(error, options) from None
 
 
 def with_explanations(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:

@@ -11,7 +11,7 @@ import typer
 from msgspec import Meta
 from typer.testing import CliRunner
 
-from cxbridge.cli.option_groups import DECLARED, Before, option_groups
+from cxbridge.cli.option_groups import DECLARED, option_groups
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.services.options import ExecutorOptions, RecordOptions, ReplayOptions
 from cxbridge.run.options import RunOptions
@@ -47,7 +47,7 @@ app = typer.Typer(rich_markup_mode=None)
 def paint(
     given: Painting,
     rooms: Annotated[int, typer.Option(min=1)],
-    brush: Annotated[str, typer.Option(), Before("fast")] = "broad",
+    brush: Annotated[str, typer.Option()] = "broad",
 ) -> int:
     """Paint rooms."""
     seen[:] = [given, rooms, brush]
@@ -71,7 +71,7 @@ def test_what_is_not_given_has_the_default_of_its_field():
 
 def test_options_stand_in_the_order_of_the_groups():
     help_text = CliRunner().invoke(app, ["--help"]).output
-    names = ["--colour", "--layer", "--coats", "--brush", "--fast", "--name", "--rooms"]
+    names = ["--colour", "--layer", "--coats", "--fast", "--name", "--rooms", "--brush"]
     places = [help_text.index(name) for name in names]
     assert places == sorted(places)
     assert "Of the paint." in help_text
@@ -92,13 +92,6 @@ def test_options_stand_in_the_order_of_the_groups():
 )
 def test_usage_is_checked(wrong):
     assert CliRunner().invoke(app, wrong).exit_code == 2
-
-
-def test_an_option_before_one_that_is_not_there():
-    def wall(given: How, brush: Annotated[str, typer.Option(), Before("slow")] = "") -> None: ...
-
-    with pytest.raises(ValueError, match="'brush' cannot precede 'slow'"):
-        option_groups(wall)
 
 
 def test_what_is_declared_is_a_field():

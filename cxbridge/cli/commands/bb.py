@@ -129,16 +129,16 @@ def watch(
 
     deadline, printed = Deadline(timeout), 0
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
-        known: dict[str, dict[str, Any]] = {}
+        last_values: dict[str, dict[str, Any]] = {}
         say_unmatched(board, globs)
         for type_glob, id_glob in map(split_glob, globs):
             for instance in feed.follow(type_glob, id_glob):
-                known[instance.uid] = feed.now(instance).values
+                last_values[instance.uid] = feed.now(instance).values
         while count is None or printed < count:
-            news = feed.next(deadline)
-            if news is None:
+            change = feed.next(deadline)
+            if change is None:
                 return 0 if count is None else TIMED_OUT
-            printed += _print_news(news, known, as_json=as_json)
+            printed += _print_change(change, last_values, as_json=as_json)
     return 0
 
 
@@ -205,9 +205,8 @@ def send(
             raise BlackBoardError(
                 f"{info.type} has no field msgid to wait for", hint="leave --wait, and look with 'bb watch'"
             )
-        known = instance.MESSAGES
-        full = message if message in known or message.endswith("Message") else f"{message}Message"
-        outgoing = instance.create_message(full)
+        is_full_name = message in instance.MESSAGES or message.endswith("Message")
+        outgoing = instance.create_message(message if is_full_name else f"{message}Message")
         assign(outgoing, assignments or ())
         before = feed.now(instance)
         msgid = instance.msgq_enqueue(outgoing)
@@ -220,11 +219,11 @@ def send(
 
 def _answered(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) -> bool:
     """Wait for the reply to a message and print it; return whether it came."""
-    while (news := feed.next(deadline)) is not None:
+    while (change := feed.next(deadline)) is not None:
         # a listener may get the write before the message once more
-        stale = news.values == before.values and news.time_us <= before.time_us
-        if news.kind == "data" and not stale and news.values["msgid"] == msgid:
-            _print_fields(news.values)
+        stale = change.values == before.values and change.time_us <= before.time_us
+        if change.kind == "data" and not stale and change.values["msgid"] == msgid:
+            _print_fields(change.values)
             return True
     return False
 
@@ -281,27 +280,30 @@ def _print_interface(info: InterfaceInfo, instance: Interface) -> None:
 def _print_fields(values: Mapping[str, Any]) -> None:
     from cxbridge.interfaces.assignments import shown
 
-    width = max((len(name) for name in values), default=0)
+    width = max(map(len, values), default=0)
     for name, value in values.items():
         say(f"  {name.ljust(width)}  {shown(value)}")
 
 
-def _print_news(news: InterfaceChange, known: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
-    """Print a line for a change, if fields changed; return whether it was printed."""
+def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
+    """Print a line for a change, unless it is a write of equal values; return whether it was printed.
+
+    :param last_values: the printed values by interface, updated.
+    """
     from cxbridge.interfaces.assignments import shown_fields
 
-    changed: Iterable[str] = ()
-    if news.kind == "data":
-        before = known.get(news.uid)
-        known[news.uid] = news.values
-        changed = [name for name, value in news.values.items() if before is None or before[name] != value]
-        if not changed:
+    fields: Iterable[str] = ()
+    if change.kind == "data":
+        before = last_values.get(change.uid)
+        last_values[change.uid] = change.values
+        fields = [name for name, value in change.values.items() if before is None or before[name] != value]
+        if not fields:
             return False
     if as_json:
-        values = _plain_values({name: news.values[name] for name in changed})
-        row = {"time_us": news.time_us, "uid": news.uid, "what": news.kind, "fields": values}
+        values = _plain_values({name: change.values[name] for name in fields})
+        row = {"time_us": change.time_us, "uid": change.uid, "what": change.kind, "fields": values}
         say_json(row, flush=True)
     else:
-        text = shown_fields(news.values, changed) if news.kind == "data" else news.kind
-        say(f"{local_time(news.time_us)}  {news.uid}  {text}", flush=True)
+        text = shown_fields(change.values, fields) if change.kind == "data" else change.kind
+        say(f"{local_time(change.time_us)}  {change.uid}  {text}", flush=True)
     return True

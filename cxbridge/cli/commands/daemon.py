@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, ask_daemon, connect
-from cxbridge.cli.console import local_time, say, say_json
-from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.console import ConsoleOptions, local_time, say, say_json
 from cxbridge.cli.discovery import group_of_commands, rows_of_group
+from cxbridge.cli.entry import orderly
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.orderly import in_words_of_check, orderly
 from cxbridge.cli.styling import StyledCommand
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.plugins import package_hint
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
     from cxbridge.blackboard import BlackBoard
 
 _COMMAND_S = 30.0  # a reset loads all files of an agent, which takes seconds
@@ -30,23 +31,23 @@ class _StartByDefault(group_of_commands(lambda: rows_of_group("daemon"), {})):  
     """Passes arguments without a command to ``start``: ``daemon CONFIG`` means ``daemon start CONFIG``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        named = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
-        word = args[0] if args and not named and not args[0].startswith("-") else ""
+        has_command = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
+        word = args[0] if args and not has_command and not args[0].startswith("-") else ""
+        # a command of a plug-in that is not installed is no CONFIG
         if (hint := package_hint(word)) and not Path(word).exists():
             raise CxbridgeError(f"there is no command 'daemon {word}'", hint=hint)
-        if not named and (args or not ctx.resilient_parsing):  # a completion has no complete word yet
+        if not has_command and (args or not ctx.resilient_parsing):  # a completion has no complete word yet
             args = ["start", *args]
         parsed: list[str] = super().parse_args(ctx, args)
         return parsed
 
     def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
-        found: list[Any] = super().shell_complete(ctx, incomplete)
+        items: list[Any] = super().shell_complete(ctx, incomplete)
+        words = {item.value for item in items}
         start = self.commands["start"]
-        with start.make_context("start", [], parent=ctx, resilient_parsing=True) as within:
-            known = {item.value for item in found}
-            return found + [
-                item for item in start.shell_complete(within, incomplete) if item.value not in known
-            ]
+        with start.make_context("start", [], parent=ctx, resilient_parsing=True) as start_ctx:
+            of_start = start.shell_complete(start_ctx, incomplete)
+        return items + [item for item in of_start if item.value not in words]
 
 
 app = typer.Typer(name="daemon", cls=_StartByDefault)
@@ -71,9 +72,10 @@ def start(options: DaemonOptions, console: ConsoleOptions) -> int:
     Example: cxbridge daemon start scenarios/test-scenario --web
     """
     from cxbridge.daemon.daemon import Daemon
+    from cxbridge.run.explainers import explained
 
     daemon = Daemon(options, console.log(info=True))
-    with in_words_of_check(daemon.options):
+    with explained(daemon.options):
         return daemon.run()
 
 
@@ -149,13 +151,10 @@ def _command(url: str, verb: str) -> int:
     from cxbridge.daemon.client import command
 
     with connect(url, None) as board:
-        return _exit_status(board, verb, command(board, verb, _COMMAND_S))
-
-
-def _exit_status(_board: BlackBoard, verb: str, done: bool) -> int:
-    if not done:
-        say(f"the daemon did not {verb.lower()} within {_COMMAND_S:g} s", err=True)
-    return 0 if done else TIMED_OUT
+        if command(board, verb, _COMMAND_S):
+            return 0
+    say(f"the daemon did not {verb.lower()} within {_COMMAND_S:g} s", err=True)
+    return TIMED_OUT
 
 
 def _where(board: BlackBoard) -> dict[str, Any] | None:
@@ -170,7 +169,6 @@ def _where(board: BlackBoard) -> dict[str, Any] | None:
 
 
 def _print_status(row: dict[str, Any]) -> None:
-
     say(
         f"cxbridge {row['version']} is {row['state'].lower()}, pid {row['pid']}, "
         f"started {local_time(row['started_us'])}, clock {row['clock']}"
@@ -183,10 +181,15 @@ def _print_status(row: dict[str, Any]) -> None:
     if (stop := row["stop"]) is not None:
         number = f"breakpoint {stop['breakpoint']}; " if stop["breakpoint"] else ""
         say(f"  {number}fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
-    names = [len(component["name"]) for component in row["components"]]
-    for component in row["components"]:
-        name = component["name"].ljust(max(names))
-        say(f"  {name}  {component['state'].lower():12}  {component['reason']}".rstrip())
+    for line in _component_lines(row["components"]):
+        say(f"  {line}")
+
+
+def _component_lines(components: Sequence[Mapping[str, str]]) -> Iterator[str]:
+    width = max((len(component["name"]) for component in components), default=0)
+    for component in components:
+        state, reason = component["state"].lower(), component["reason"]
+        yield f"{component['name']:{width}}  {state:12}  {reason}".rstrip()
 
 
 @app.command()
@@ -208,15 +211,14 @@ def component(
     """
     if transition:
         ask_daemon(url, "component-change", component=name, transition=transition)
-    every = ask_daemon(url, "component-list")
-    found = [row for row in every if row["name"] == name] if name else every
-    if not found:
-        known = ", ".join(row["name"] for row in every)
-        raise CxbridgeError(f"there is no component '{name}'", hint=f"there are: {known}")
+    components = ask_daemon(url, "component-list")
+    chosen = [row for row in components if row["name"] == name] if name else components
+    if not chosen:
+        names = ", ".join(row["name"] for row in components)
+        raise CxbridgeError(f"there is no component '{name}'", hint=f"there are: {names}")
     if as_json:
-        say_json(found, indent=2)
-        return 0
-    width = max(len(row["name"]) for row in found)
-    for row in found:
-        say(f"{row['name']:{width}}  {row['state'].lower():12}  {row['reason']}".rstrip())
+        say_json(chosen, indent=2)
+    else:
+        for line in _component_lines(chosen):
+            say(line)
     return 0

@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.connect import InterfaceDirs
-from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.console import ConsoleOptions
+from cxbridge.cli.entry import orderly
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.orderly import orderly
 
 _Url = Annotated[
     str,

@@ -97,25 +97,17 @@ def check(
     for file in files:
         result = check_file(file)
         wrong = wrong or bool(result.errors)
-        found = [("error", error) for error in result.errors] + [
-            ("warning", warning) for warning in result.warnings
+        mistakes = [
+            *(("error", error) for error in result.errors),
+            *(("warning", warning) for warning in result.warnings),
         ]
-        found.sort(key=lambda one: (one[1].line or 0, one[1].column or 0))
-        for severity, one in found:
-            findings.append(
-                {
-                    "severity": severity,
-                    "file": one.file,
-                    "line": one.line,
-                    "column": one.column,
-                    "message": one.message,
-                    "hint": one.hint,
-                }
-            )
+        for severity, mistake in sorted(mistakes, key=lambda row: (row[1].line or 0, row[1].column or 0)):
+            fields = ("file", "line", "column", "message", "hint")
+            findings.append({"severity": severity, **{name: getattr(mistake, name) for name in fields}})
             if not as_json:
-                hint = f"\n  hint: {one.hint}" if one.hint else ""
-                say_text(indented(f"{one.location}: {severity}: {one.message}{hint}"))
-        if not found and not as_json:
+                hint = f"\n  hint: {mistake.hint}" if mistake.hint else ""
+                say_text(indented(f"{mistake.location}: {severity}: {mistake.message}{hint}"))
+        if not mistakes and not as_json:
             say(f"{file}: correct")
     if as_json:
         say_json(findings, indent=2)

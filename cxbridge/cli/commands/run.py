@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import select
 import sys
 from contextlib import redirect_stdout
 from dataclasses import dataclass
@@ -9,22 +10,24 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.console import say_json
-from cxbridge.cli.console_options import ConsoleOptions
-from cxbridge.cli.option_groups import Before, option_groups
-from cxbridge.cli.orderly import in_words_of_check, orderly
-from cxbridge.cli.staying import stay_after
+from cxbridge.cli.console import say, say_json
+from cxbridge.cli.entry import orderly
+from cxbridge.cli.option_groups import option_groups
 from cxbridge.run.options import RunOptions
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from cxbridge.run.agent import Run
     from cxbridge.run.result import RunResult
+    from cxbridge.run.servers import RunServer
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Console(ConsoleOptions):
+class _OutputOptions:
     """The output of a run."""
 
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the result and errors only.")] = False
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Print the log, too: all that rules and skills print.")
@@ -33,13 +36,7 @@ class _Console(ConsoleOptions):
 
 @option_groups
 @orderly()
-def run(
-    options: RunOptions,
-    console: _Console,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the result as JSON."), Before("quiet")
-    ] = False,
-) -> int:
+def run(options: RunOptions, output: _OutputOptions) -> int:
     """Run a scenario to its end; with --web, watch it in the browser.
 
     Exit status: 0 every root goal ended COMPLETED or maintains; 1 some ended FAILED or REJECTED; 2 bad input;
@@ -49,34 +46,50 @@ def run(
     Example: cxbridge run test-scenario --trace out/run.mcap
     """
     from cxbridge.cli.story import RunLog, RunStory
+    from cxbridge.run.explainers import explained
     from cxbridge.run.run import run_scenario
 
-    shown, story = RunLog(quiet=console.quiet, verbose=console.verbose), None
-    followers = [shown.attach]
-    if not as_json:
-        story = RunStory(quiet=console.quiet)
-        followers.append(story.attach)
+    log = RunLog(quiet=output.quiet, verbose=output.verbose)
+    story = None if output.as_json else RunStory(quiet=output.quiet)
 
-    def attach(assembly: Run) -> None:
-        for follow in followers:
-            follow(assembly)
+    def attach(agent: Run) -> None:
+        log.attach(agent)
+        if story is not None:
+            story.attach(agent)
 
     stdout = sys.stdout
-    results: list[RunResult] = []
 
     def show(result: RunResult) -> None:
-        if results:
-            return
-        results.append(result)
-        shown.finish()
+        log.finish()
         if story is None:
             with redirect_stdout(stdout):
                 say_json(result.as_dict(), indent=2)
         else:
             story.finish(result)
 
+    shown = False
+
+    def stay(result: RunResult, servers: Sequence[RunServer]) -> Callable[[], bool]:
+        """Show the result at the end of the run, while the servers continue, and how to end them."""
+        nonlocal shown
+        shown = True
+        show(result)
+        names = " and ".join(server.stays for server in servers if server.stays)
+        end = "Enter or Ctrl-C" if sys.stdin.isatty() else "Ctrl-C"
+        say(f"Serving {names} until {end}", err=True, flush=True)
+        return _has_pressed_enter
+
     # with --json, stdout is only for the result, not for the output of a prompt
-    with in_words_of_check(options), redirect_stdout(sys.stderr if as_json else stdout):
-        result = run_scenario(options, shown, attach, stay=stay_after(show))
-    show(result)
+    with explained(options), redirect_stdout(sys.stderr if output.as_json else stdout):
+        result = run_scenario(options, log, attach, stay=stay)
+    if not shown:
+        show(result)
     return result.status
+
+
+def _has_pressed_enter() -> bool:
+    """Return whether a user at the terminal has pressed Enter."""
+    if not sys.stdin.isatty():
+        return False
+    ready, _, _ = select.select([sys.stdin], [], [], 0)
+    return bool(ready) and sys.stdin.readline() is not None

@@ -17,8 +17,8 @@ from cxbridge.cli.connect import (
 )
 from cxbridge.cli.console import ConsoleLog, say, say_json
 from cxbridge.cli.discovery import group_of_commands, rows_of_group
+from cxbridge.cli.entry import orderly
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.orderly import orderly
 from cxbridge.daemon.services.options import ExecutorOptions
 from cxbridge.printing import one_line, terminal_of
 

@@ -6,9 +6,8 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.connect import InterfaceDirs
+from cxbridge.cli.connect import InterfaceDirs, RunPath, definitions, print_notes
 from cxbridge.cli.console import say
-from cxbridge.cli.recordings import RunPath, definitions, print_notes
 
 
 def cat(

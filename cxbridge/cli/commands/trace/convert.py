@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.connect import InterfaceDirs
-from cxbridge.cli.recordings import RunPath, definitions, print_notes
+from cxbridge.cli.connect import InterfaceDirs, RunPath, definitions, print_notes
 from cxbridge.errors import CxbridgeError
 from cxbridge.plugins import package_hint
 

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.console import complain, say, say_json
-from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.console import ConsoleOptions, complain, say, say_json
+from cxbridge.cli.entry import orderly
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.orderly import orderly
 from cxbridge.daemon.services.options import RecordOptions
 from cxbridge.printing import terminal_of
 

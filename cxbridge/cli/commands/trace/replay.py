@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.command_lines import StepKeys
-from cxbridge.cli.console import complain, say, say_json
-from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.console import ConsoleOptions, complain, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ReplayOptions
 from cxbridge.printing import terminal_of

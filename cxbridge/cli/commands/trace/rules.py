@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from cxbridge.cli.connect import RunPath, print_notes
 from cxbridge.cli.console import say
-from cxbridge.cli.recordings import RunPath, print_notes
 
 
 def rules(file: RunPath) -> None:

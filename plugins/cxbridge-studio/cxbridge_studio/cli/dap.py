@@ -6,7 +6,7 @@ import os
 import sys
 
 from cxbridge.cli.console import complain
-from cxbridge.cli.orderly import orderly
+from cxbridge.cli.entry import orderly
 
 
 @orderly()

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.console import say
-from cxbridge.cli.orderly import orderly
+from cxbridge.cli.entry import orderly
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs, connect
-from cxbridge.cli.orderly import orderly
+from cxbridge.cli.entry import orderly
 
 if TYPE_CHECKING:
     from cxbridge_studio.monitor.snapshot import MonitorSource

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
+from cxbridge.cli.connect import RunPath, print_notes
 from cxbridge.cli.console import say
-from cxbridge.cli.recordings import RunPath, print_notes
 
 
 def planning(

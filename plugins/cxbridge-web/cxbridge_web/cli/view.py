@@ -8,9 +8,9 @@ from typing import Annotated, Final
 
 import typer
 
-from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.console import ConsoleOptions
+from cxbridge.cli.entry import orderly
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.cli.orderly import orderly
 from cxbridge_web.options import BrowserOptions
 
 _REST_S: Final = 0.1  # seconds between two looks for Ctrl-C

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import check_folders, complain, say_json
-from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.console import ConsoleOptions, check_folders, complain, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.story import RunLog
 from cxbridge.errors import CxbridgeError
