@@ -38,7 +38,7 @@ def explainer(run: Run, at_s: float | None, env: str | None) -> Explainer:
 
 def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
     """Return the error with the findings of the check."""
-    from cxbridge_studio.check.broken import with_findings  # noqa: PLC0415 - as above
+    from cxbridge_studio.check.start_errors import with_findings  # noqa: PLC0415 - as above
 
     return with_findings(error, options)
 

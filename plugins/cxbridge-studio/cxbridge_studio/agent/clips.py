@@ -8,7 +8,7 @@ from typing import Final
 from cxbridge.clipstext.condition import CE, GroupCE, TestCE, elements, sides
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
-from cxbridge_studio.agent.parts import Part, parts
+from cxbridge_studio.agent.top_level import Part, parts
 
 # Conditional elements that contain patterns.
 CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 from cxbridge.clipstext.syntax import PARENTHESIS, TOKEN, blank
-from cxbridge_studio.agent.parts import parts
+from cxbridge_studio.agent.top_level import parts
 
 _STEP: Final = 2  # columns per level
 _BLANKS: Final = frozenset(" \t\n\r\f\v")

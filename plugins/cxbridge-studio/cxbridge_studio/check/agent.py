@@ -35,7 +35,7 @@ from cxbridge.run.specs import STAGES
 from cxbridge_studio.agent.model import AgentModel, read_source
 from cxbridge_studio.agent.names import NameKind, SourceFile
 from cxbridge_studio.check.findings import SourcePlace
-from cxbridge_studio.check.looking import LookEnvironment
+from cxbridge_studio.check.stubbed_environment import LookEnvironment
 from cxbridge_studio.check.usage import Construct, Usage, constructs_of
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
 from cxbridge_studio.check.agent import MOST_FOLDERS, Agent, agents, folders_around, has_commands
 from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.looking import LookEnvironment
 from cxbridge_studio.check.pddl_files import SUFFIX, findings_of
 from cxbridge_studio.check.silence import without_silenced
+from cxbridge_studio.check.stubbed_environment import LookEnvironment
 from cxbridge_studio.check.table import findings
 
 

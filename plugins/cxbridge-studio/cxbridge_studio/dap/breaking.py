@@ -9,7 +9,7 @@ from typing import Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
-from cxbridge_studio.dap.places import FileLines
+from cxbridge_studio.dap.breakpoint_lines import FileLines
 from cxbridge_studio.dap.stops import Sources
 from cxbridge_studio.dap.target import Target
 from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hits, parse_breakpoint

@@ -26,7 +26,7 @@ from cxbridge.events import (
 from cxbridge.history.exchange import agent_of, is_exchanged
 from cxbridge.history.orders import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
-from cxbridge_studio.explain.action_look import ActionLook, look_at_action
+from cxbridge_studio.explain.action_diagnosis import ActionLook, look_at_action
 from cxbridge_studio.explain.preconditions import FactsOf
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 

@@ -11,7 +11,7 @@ from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.history.model import GoalRecord, PlanActionRecord
 from cxbridge.suggestions import nearest, or_similar
 from cxbridge_studio.agent.rule import parse_rule
-from cxbridge_studio.explain.action_look import ActionLook, look_at_action
+from cxbridge_studio.explain.action_diagnosis import ActionLook, look_at_action
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_rules import lost_rule_for, misspelt_for
 from cxbridge_studio.explain.goals import Goals

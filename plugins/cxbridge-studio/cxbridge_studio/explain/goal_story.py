@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.history.forest import NO_PARENT
 from cxbridge.history.model import DONE_STATES, ActionChange, GoalChange, GoalRecord, PlanActionRecord
 from cxbridge.history.outcome import ENDED_MODES
-from cxbridge_studio.explain.action_look import LOOK_TEMPLATES
+from cxbridge_studio.explain.action_diagnosis import LOOK_TEMPLATES
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_causes import RootCauses
 from cxbridge_studio.explain.goal_rules import rules_for

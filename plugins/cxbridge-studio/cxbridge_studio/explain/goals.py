@@ -19,7 +19,7 @@ from cxbridge.history.model import (
     goals_named,
 )
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.explain.action_look import ActionLook
+from cxbridge_studio.explain.action_diagnosis import ActionLook
 from cxbridge_studio.explain.evidence import History
 
 

@@ -29,7 +29,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import building_steps
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.evidence import Evidence, History, NoFactsError
-from cxbridge_studio.explain.recorded_mistakes import Refusals, agent_folders
+from cxbridge_studio.explain.recorded_diagnostics import Refusals, agent_folders
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.recorded_facts import rows_of
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot

@@ -9,7 +9,7 @@ from msgspec import Struct
 from cxbridge.clipstext.syntax import HIDDEN, blank
 from cxbridge_studio.agent.clips import CONDITIONS
 from cxbridge_studio.agent.names import SourceFile
-from cxbridge_studio.agent.parts import open_lists
+from cxbridge_studio.agent.top_level import open_lists
 
 _HEAD = re.compile(r"\(\s*([^\s()\";&|~]*)")
 _WORD = re.compile(r"[^\s()\"&|~]*\Z")

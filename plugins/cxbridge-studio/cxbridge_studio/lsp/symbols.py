@@ -10,7 +10,7 @@ from msgspec import Struct
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
 from cxbridge_studio.agent.model import Found
 from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
-from cxbridge_studio.agent.parts import open_lists
+from cxbridge_studio.agent.top_level import open_lists
 from cxbridge_studio.lsp.session import Session
 
 _PARTS: Final = frozenset(

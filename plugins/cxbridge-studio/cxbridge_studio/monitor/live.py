@@ -16,7 +16,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.client import NoAnswerError, ask_why, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, shown
-from cxbridge_studio.monitor.choosing import duration_text, page
+from cxbridge_studio.monitor.filtering import duration_text, page
 from cxbridge_studio.monitor.snapshot import (
     MOST_LINES,
     MOST_ROWS,

@@ -17,7 +17,7 @@ from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
-from cxbridge_studio.monitor.choosing import choose_goals, duration_text, page
+from cxbridge_studio.monitor.filtering import choose_goals, duration_text, page
 from cxbridge_studio.monitor.scrubbing import Scrubber
 from cxbridge_studio.monitor.snapshot import (
     MOST_LINES,

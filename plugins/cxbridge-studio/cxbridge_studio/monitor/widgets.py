@@ -18,7 +18,7 @@ from textual.widgets.tree import TreeNode
 from cxbridge.history.outcome import OutcomeKind, action_outcome, skill_outcome
 from cxbridge.history.tree import goal_line, goal_title
 from cxbridge.printing import indented, one_line
-from cxbridge_studio.monitor.choosing import goal_forest
+from cxbridge_studio.monitor.filtering import goal_forest
 from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
 
 _COLOURS: Final = {

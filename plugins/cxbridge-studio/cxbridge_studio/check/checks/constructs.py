@@ -12,11 +12,11 @@ from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, read, wit
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
-from cxbridge_studio.agent.parts import parts
+from cxbridge_studio.agent.top_level import parts
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.lost import Losses
+from cxbridge_studio.check.losses import Losses
 
 UNCLOSED: Final = Code(
     "CX201",

@@ -16,7 +16,7 @@ from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.check.agent import Agent, ClipsFile, place_of
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.planned import planned_actions
+from cxbridge_studio.check.plan_actions import planned_actions
 from cxbridge_studio.check.usage import Construct, Usage
 
 DOMAIN: Final = Code(

@@ -15,7 +15,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.planned import WrittenAction, count, planned_actions
+from cxbridge_studio.check.plan_actions import WrittenAction, count, planned_actions
 from cxbridge_studio.check.usage import Construct
 
 PREDICATE: Final = Code(

@@ -17,7 +17,7 @@ from cxbridge_studio.agent.lua import read_lua
 from cxbridge_studio.agent.names import NameKind
 from cxbridge_studio.check.agent import Agent, place_of
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.skillspace import written_space
+from cxbridge_studio.check.skill_spaces import written_space
 
 BROKEN: Final = Code(
     "CX411",

@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.clipstext.syntax import is_declaration
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.lost import Losses
+from cxbridge_studio.check.losses import Losses
 from cxbridge_studio.check.usage import Construct
 
 TWICE: Final = Code(

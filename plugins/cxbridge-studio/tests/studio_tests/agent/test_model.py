@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, Use
-from cxbridge_studio.agent.parts import open_lists, parts
+from cxbridge_studio.agent.top_level import open_lists, parts
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
 
 CLIPS = """\

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
 from cxbridge.run import RunOptions
-from cxbridge_studio.agent.parts import Part, open_lists, parts
+from cxbridge_studio.agent.top_level import Part, open_lists, parts
 from cxbridge_studio.agent.unclosed import unclosed_lists
 from cxbridge_studio.check.agent import Agent, agents
 from tests.support import ROOT

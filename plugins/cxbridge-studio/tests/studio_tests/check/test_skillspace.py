@@ -13,7 +13,7 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.skiller.make import make_lua_skiller
-from cxbridge_studio.check.skillspace import written_space
+from cxbridge_studio.check.skill_spaces import written_space
 from tests.support import ROOT
 
 SKILL = """module(..., skillenv.module_init)

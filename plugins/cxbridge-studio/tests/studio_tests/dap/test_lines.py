@@ -9,7 +9,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.dap.actions import rules_of
-from cxbridge_studio.dap.places import FileLines
+from cxbridge_studio.dap.breakpoint_lines import FileLines
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.debugger.debugger import Debugger
 from tests.support import FAWKES_DIR, ROOT

@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from cxbridge_studio.monitor.choosing import choose_goals
+from cxbridge_studio.monitor.filtering import choose_goals
 from cxbridge_studio.monitor.snapshot import GoalRow
 from tests.history.runs import ListRun
 from tests.history.test_forest import SHAPES, events

@@ -28,7 +28,7 @@ from cxbridge.events import EventBus
 from cxbridge.executive.host.capi import EXTRA, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.plugins import GROUP
-from cxbridge_studio.check.looking import ENDLESS, LOOKING, LookEnvironment
+from cxbridge_studio.check.stubbed_environment import ENDLESS, LOOKING, LookEnvironment
 from tests.cli.test_help import COMMANDS
 from tests.support import module_files, needs_all_plugins, short_path
 

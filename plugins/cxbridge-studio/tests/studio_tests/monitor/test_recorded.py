@@ -9,7 +9,7 @@ import pytest
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import FactChange, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
 from cxbridge.trace.formats.mcap.writer import McapWriter
-from cxbridge_studio.monitor.choosing import duration_text
+from cxbridge_studio.monitor.filtering import duration_text
 from cxbridge_studio.monitor.recorded import RecordedSource, value_text
 from cxbridge_studio.monitor.snapshot import MOST_ROWS, ViewQuery
 from tests.support import needs_shared
