@@ -1,4 +1,7 @@
-"""The studio's row in the table of explainers; see docs/plugins.md."""
+"""The studio's module in the table of explainers (docs/plugins.md).
+
+The core calls these functions when a run fails, so each function imports its part of the studio by itself.
+"""
 
 from __future__ import annotations
 
@@ -26,13 +29,13 @@ def explainer(run: Run, at_s: float | None, env: str | None) -> Explainer:
     from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
 
     evidence = RecordedEvidence(run, at_s, env)
+    notes_of_source = [*evidence.notes]
 
     def answer(kind: str, name: str) -> Mapping[str, Any]:
-        evidence.notes = [*notes]
+        evidence.notes = [*notes_of_source]  # without the notes of earlier questions
         explanation = explain(evidence, name, kind)
         return {"lines": explanation.lines, "data": explanation.plain}
 
-    notes = [*evidence.notes]
     return answer
 
 
@@ -44,6 +47,6 @@ def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
 
 
 def places(files: Sequence[Path]) -> Places:
-    from cxbridge_studio.explain.places import WrittenPlaces  # noqa: PLC0415 - as above
+    from cxbridge_studio.explain.places import SourcePlaces  # noqa: PLC0415 - as above
 
-    return WrittenPlaces(files)
+    return SourcePlaces(files)

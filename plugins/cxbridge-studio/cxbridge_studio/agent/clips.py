@@ -8,7 +8,7 @@ from typing import Final
 from cxbridge.clipstext.condition import CE, GroupCE, TestCE, elements, sides
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
-from cxbridge_studio.agent.top_level import Part, parts
+from cxbridge_studio.agent.top_level import TopLevelList, top_level_lists
 
 # Conditional elements that contain patterns.
 CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
@@ -103,11 +103,13 @@ def read_clips(path: str, text: str, previous: SourceFile | None = None) -> Sour
     """
     known = {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
     return SourceFile(
-        path, text, tuple(PlacedPiece(part.start, _piece(part, known.get(part.text))) for part in parts(text))
+        path,
+        text,
+        tuple(PlacedPiece(part.start, _piece(part, known.get(part.text))) for part in top_level_lists(text)),
     )
 
 
-def _piece(part: Part, known: Piece | None) -> Piece:
+def _piece(part: TopLevelList, known: Piece | None) -> Piece:
     # The same text may be closed in one version of the file and cut by a new construct in the other.
     if known is not None and known.closed is part.closed:
         return known

@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import Final
 
 from cxbridge.clipstext.syntax import PARENTHESIS, TOKEN, blank
-from cxbridge_studio.agent.top_level import parts
+from cxbridge_studio.agent.top_level import top_level_lists
 
 _STEP: Final = 2  # columns per level
 _BLANKS: Final = frozenset(" \t\n\r\f\v")
-_MOST_LINE_ENDS: Final = 3  # three line ends in a row: two empty lines
+_MAX_LINE_ENDS: Final = 3  # three line ends in a row: two empty lines
 
 # Lists whose content is indented by two blanks. The content of other lists is aligned with the first
 # argument.
@@ -30,7 +30,7 @@ _WORDS_OF_IF: Final = frozenset({"then", "else"})
 
 def is_balanced(text: str) -> bool:
     """Return whether all parentheses and strings of a text are closed, with no ``)`` too many."""
-    if any(not part.closed for part in parts(text)):
+    if any(not part.closed for part in top_level_lists(text)):
         return False
     depth = 0
     for match in PARENTHESIS.finditer(blank(text)):
@@ -96,7 +96,7 @@ class _Writer:
             self._write(token)  # CLIPS treats Unicode blanks as text
         elif "\n" in token:
             if self._parts:
-                self._write("\n" * min(token.count("\n"), _MOST_LINE_ENDS))
+                self._write("\n" * min(token.count("\n"), _MAX_LINE_ENDS))
             self._begins_line = True
         elif not self._begins_line:
             self._write(token.replace("\t", " "))

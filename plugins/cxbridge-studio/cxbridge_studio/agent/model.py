@@ -39,7 +39,7 @@ def read_source(path: str, text: str, previous: SourceFile | None = None) -> Sou
     return None if reader is None else reader(path, text)
 
 
-class Found(NamedTuple):
+class FileMention(NamedTuple):
     """A mention, with offsets in its file."""
 
     file: SourceFile
@@ -86,7 +86,7 @@ class AgentModel:
         """Remove a file; unknown paths are ignored."""
         self._files.pop(path, None)
 
-    def mentions(self, name: Name, *uses: Use) -> Iterator[Found]:
+    def mentions(self, name: Name, *uses: Use) -> Iterator[FileMention]:
         """Yield the mentions of a name in all its spellings (see :func:`same_as`), in the order of the files.
 
         :param uses: the uses to include; without uses, all mentions.
@@ -98,24 +98,24 @@ class AgentModel:
                 positions.sort(key=_start_of_piece)
             for start, mention in positions:
                 if not uses or mention.use in uses:
-                    yield Found(file, mention.moved(start))
+                    yield FileMention(file, mention.moved(start))
 
-    def calls(self, function: str) -> Iterator[Found]:
+    def calls(self, function: str) -> Iterator[FileMention]:
         """Yield the calls of a function. In ordered facts, a call looks like a slot and is included."""
         yield from self.mentions(Name(NameKind.FUNCTION, function), Use.CALLED)
         for file in self._files.values():
             for start, piece in file.pieces:
                 for mention in piece.asserted_slots.get(function, ()):
                     if not self.is_defined(Name(NameKind.TEMPLATE, mention.name.owner)):
-                        yield Found(file, mention.moved(start))
+                        yield FileMention(file, mention.moved(start))
 
-    def definitions(self, name: Name) -> list[Found]:
+    def definitions(self, name: Name) -> list[FileMention]:
         return list(self.mentions(name, Use.DEFINED))
 
     def is_defined(self, name: Name) -> bool:
         return next(self.mentions(name, Use.DEFINED), None) is not None
 
-    def defined(self, kind: NameKind, owner: str | None = None) -> Iterator[Found]:
+    def defined(self, kind: NameKind, owner: str | None = None) -> Iterator[FileMention]:
         """Yield the definitions of all names of a kind.
 
         :param owner: the owner of the names; None includes all owners.
@@ -124,7 +124,7 @@ class AgentModel:
             for start, piece in file.pieces:
                 for mention in piece.defined:
                     if mention.name.kind is kind and owner in (None, mention.name.owner):
-                        yield Found(file, mention.moved(start))
+                        yield FileMention(file, mention.moved(start))
 
     def names(self, kind: NameKind, *uses: Use, owner: str | None = None) -> set[str]:
         """Return the names of a kind that have one of the uses; without uses, all names of the kind."""

@@ -19,7 +19,7 @@ _BEGIN: Final = re.compile(
 )
 
 
-class Part(Struct, frozen=True):
+class TopLevelList(Struct, frozen=True):
     """A top-level list of a text.
 
     :param start: offset of its first character.
@@ -32,19 +32,19 @@ class Part(Struct, frozen=True):
     closed: bool
 
 
-def parts(text: str) -> tuple[Part, ...]:
+def top_level_lists(text: str) -> tuple[TopLevelList, ...]:
     """Return the top-level lists of a text, in order.
 
     In text with unbalanced parentheses or quotes, each line that begins a construct begins a part.
     """
     code = blank(text)
-    found = [Part(start, text[start:end], end is not None) for start, end in top_level(code)]
+    found = [TopLevelList(start, text[start:end], end is not None) for start, end in top_level(code)]
     if _is_clean(text, code, found):
         return tuple(found)
     return tuple(_cut(text))
 
 
-def _is_clean(text: str, code: str, found: list[Part]) -> bool:
+def _is_clean(text: str, code: str, found: list[TopLevelList]) -> bool:
     """Return whether all lists are closed and no construct begins inside another."""
     if any(not part.closed for part in found) or code.count("(") != code.count(")"):
         return False
@@ -54,18 +54,18 @@ def _is_clean(text: str, code: str, found: list[Part]) -> bool:
     return not any(match["unclosed"] for match in HIDDEN.finditer(text))
 
 
-def _cut(text: str) -> Iterator[Part]:
+def _cut(text: str) -> Iterator[TopLevelList]:
     begins = [match.start(1) for match in _BEGIN.finditer(text)]
     edges = [0, *begins, len(text)]
     for begin, end in pairwise(edges):
         yield from _parts_of(text, begin, end)
 
 
-def _parts_of(text: str, begin: int, end: int) -> Iterator[Part]:
+def _parts_of(text: str, begin: int, end: int) -> Iterator[TopLevelList]:
     code = blank(text[begin:end])
     for start, stop in top_level(code):
         last = len(code.rstrip()) if stop is None else stop
-        yield Part(begin + start, text[begin + start : begin + last], stop is not None)
+        yield TopLevelList(begin + start, text[begin + start : begin + last], stop is not None)
 
 
 def open_lists(part: str) -> list[int]:

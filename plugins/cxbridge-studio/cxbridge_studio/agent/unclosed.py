@@ -18,8 +18,8 @@ from cxbridge.clipstext.syntax import HIDDEN, TOKEN, Lines, read
 
 _TAB: Final = 2  # Fawkes' files count a tab as two columns
 # In longer constructs, only positions at line ends are tried, to bound the time.
-_MOST_TRIED: Final = 1500
-_MOST_MISSING: Final = 3
+_MAX_TRIED: Final = 1500
+_MAX_MISSING: Final = 3
 
 # Costs of oddities, from certain mistakes to mere style.
 _HARD: Final = 3.0
@@ -92,7 +92,7 @@ def unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None = None
     missing = sum((token.text == "(") - (token.text == ")") for token in tokens)
     names = _Names(slots or {})
     starts: list[int] = []
-    for _ in range(min(missing, _MOST_MISSING)):
+    for _ in range(min(missing, _MAX_MISSING)):
         index, opened = _best(tokens, names)
         starts.append(opened.start)
         last = tokens[index - 1]
@@ -142,7 +142,7 @@ def _places(tokens: list[_Token]) -> list[int]:
     """Return the token indices where a ``)`` may be missing: never between two closing parentheses."""
     ends = range(2, len(tokens) + 1)
     indices = [index for index in ends if index == len(tokens) or tokens[index].text != ")"]
-    if len(indices) > _MOST_TRIED:
+    if len(indices) > _MAX_TRIED:
         indices = [index for index in indices if index == len(tokens) or tokens[index].is_first]
     return indices
 

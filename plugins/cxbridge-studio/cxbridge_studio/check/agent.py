@@ -35,7 +35,7 @@ from cxbridge.run.specs import STAGES
 from cxbridge_studio.agent.model import AgentModel, read_source
 from cxbridge_studio.agent.names import NameKind, SourceFile
 from cxbridge_studio.check.findings import SourcePlace
-from cxbridge_studio.check.stubbed_environment import LookEnvironment
+from cxbridge_studio.check.stubbed_environment import StubbedEnvironment
 from cxbridge_studio.check.usage import Construct, Usage, constructs_of
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ _FIRST_FILES: Final = "BATCH|blackboard-init.clp"
 _FROM_CORE: Final = "the core"
 _MAIN: Final = Symbol("MAIN")
 # The number of parent folders of a CLIPS file to search for its scenario and its loaded files.
-MOST_FOLDERS: Final = 4
+MAX_FOLDERS: Final = 4
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def _file_of_core(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) ->
 
 
 @dataclass(frozen=True, slots=True)
-class AskedFile:
+class RequestedFile:
     """A file that the agent loads.
 
     :param place: the position of the load command or configuration entry.
@@ -132,8 +132,8 @@ class Agent(Closing):
     options: RunOptions
     sources: Sink | None = None
     files: list[ClipsFile] = field(default_factory=list, init=False)
-    asked: list[AskedFile] = field(default_factory=list, init=False)
-    missing: list[AskedFile] = field(default_factory=list, init=False)
+    asked: list[RequestedFile] = field(default_factory=list, init=False)
+    missing: list[RequestedFile] = field(default_factory=list, init=False)
     _requested: set[str] = field(default_factory=set, init=False)
     _allowed: dict[tuple[str, str], frozenset[str]] = field(default_factory=dict, init=False)
     _full_names: dict[str, str] = field(default_factory=dict, init=False)
@@ -146,8 +146,8 @@ class Agent(Closing):
         self.context = context = Run(options, base, is_look=True)
         context.memory = _VolatileMemory(context.config, context.clock, context.bus, context.board)
         try:
-            self.manager, self.executive = make_executive(context, LookEnvironment)
-            assert isinstance(self.env, LookEnvironment)
+            self.manager, self.executive = make_executive(context, StubbedEnvironment)
+            assert isinstance(self.env, StubbedEnvironment)
             self.env.folders = self._around = folders_around(options.scenario)
             try:
                 self.executive.load_core()
@@ -313,7 +313,7 @@ class Agent(Closing):
         if loaded_files is not None:
             for each in loaded_files:
                 place = SourcePlace(each.mark.file, each.mark.line, each.mark.column)
-                self.asked.append(AskedFile(str(each.path), place))
+                self.asked.append(RequestedFile(str(each.path), place))
                 self._load_found(each.path, batch=each.is_batch)
             return
         for name in ("saliences.clp", "init.clp"):
@@ -366,7 +366,7 @@ class Agent(Closing):
         """Load a file and its loaded files, each once."""
         loader_prefix, _, bare = name.rpartition("|")
         path = self.find(bare)
-        asked_file = AskedFile(bare, place)
+        asked_file = RequestedFile(bare, place)
         if place.file != _FROM_CORE:
             self.asked.append(asked_file)
         if path is None:
@@ -445,7 +445,7 @@ def place_of(value: ConfigValue) -> SourcePlace:
 def folders_around(program: Path | None) -> tuple[Path, ...]:
     """Return the folders to search for files that a CLIPS program loads; empty for an agent."""
     is_program = program is not None and program.suffix == CLIPS_SUFFIX and program.is_file()
-    return tuple(program.resolve().parents[:MOST_FOLDERS]) if program is not None and is_program else ()
+    return tuple(program.resolve().parents[:MAX_FOLDERS]) if program is not None and is_program else ()
 
 
 def has_commands(file: Path) -> bool:

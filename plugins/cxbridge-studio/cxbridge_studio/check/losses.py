@@ -19,7 +19,7 @@ _MAKES: Final = (Use.ASSERTED, Use.NAMED)
 
 
 @dataclass
-class Lost:
+class Losses:
     """The losses caused by dropped constructs.
 
     :param constructs: further constructs that depend on them.
@@ -51,7 +51,7 @@ def _some(names: list[str], prefix: str) -> str:
     return ", ".join(f"{prefix}{name}" for name in names[:_LISTED]) + more
 
 
-class Losses:
+class LossFinder:
     """Finder of the losses caused by dropped constructs.
 
     :param is_of_core: returns whether a file belongs to the core, whose constructs are never lost.
@@ -62,7 +62,7 @@ class Losses:
         self._own = [each for each in usage.constructs if not is_of_core(each.file.path)]
         self._classes = usage.model.names(NameKind.GOAL_CLASS, Use.MATCHED)
 
-    def swallowed(self, file: str, start: int) -> Lost:
+    def swallowed(self, file: str, start: int) -> Losses:
         """Return the losses of an unclosed construct, including all constructs after it."""
         dropped = [
             each for each in self._usage.constructs if each.file.path == file and each.placed.start >= start
@@ -71,12 +71,12 @@ class Losses:
         lost.constructs[:0] = [each.name for each in dropped[1:] if each.name]
         return lost
 
-    def of(self, dropped: Iterable[Construct]) -> Lost:
+    def of(self, dropped: Iterable[Construct]) -> Losses:
         first = list(dropped)
         dead = {id(each): each for each in first}
         goals: dict[str, None] = {}
         grows = True
-        # Losses cause further losses: repeat until nothing is added.
+        # LossFinder cause further losses: repeat until nothing is added.
         while grows:
             previous_sizes = len(dead), len(goals)
             goals |= dict.fromkeys(self._goals_of(dead))
@@ -89,7 +89,7 @@ class Losses:
         anonymous_constructs = [
             each for each in self._usage.constructs if id(each) in dead and id(each) not in names
         ]
-        return Lost([each.name for each in anonymous_constructs], list(goals), self._actions_of(dead))
+        return Losses([each.name for each in anonymous_constructs], list(goals), self._actions_of(dead))
 
     def _dies(
         self, construct: Construct, names: set[tuple[NameKind, str]], facts: set[str], goals: dict[str, None]

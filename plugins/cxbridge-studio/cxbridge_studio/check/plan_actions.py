@@ -15,7 +15,7 @@ Values = tuple[SyntaxNode, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenAction:
+class SourceAction:
     """A plan-action in the source text.
 
     :param name: the node with the action's name.
@@ -55,7 +55,7 @@ class _Builder:
         return written(call.arguments[number : number + 1])
 
 
-def planned_actions(files: Iterable[ClipsFile]) -> Iterator[WrittenAction]:
+def source_actions(files: Iterable[ClipsFile]) -> Iterator[SourceAction]:
     """Yield the actions with literal names."""
     files = list(files)
     builders = dict(pair for file in files for pair in _builders(file))
@@ -67,7 +67,7 @@ def planned_actions(files: Iterable[ClipsFile]) -> Iterator[WrittenAction]:
         for call in file.calls(*builders):
             builder = builders[call.head]
             if len(call.arguments) > builder.action and literal(call.arguments[builder.action]):
-                yield WrittenAction(
+                yield SourceAction(
                     file,
                     call.arguments[builder.action],
                     call,
@@ -77,12 +77,12 @@ def planned_actions(files: Iterable[ClipsFile]) -> Iterator[WrittenAction]:
                 )
 
 
-def _of_fact(file: ClipsFile, fact: SyntaxNode) -> Iterator[WrittenAction]:
+def _of_fact(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceAction]:
     slots = {item.head: item.arguments for item in fact.arguments if item.head}
     name = slots.get("action-name", ())
     if len(name) == 1 and literal(name[0]):
         names, values = slots.get("param-names"), slots.get("param-values")
-        yield WrittenAction(
+        yield SourceAction(
             file,
             name[0],
             fact,

@@ -12,11 +12,11 @@ from cxbridge.events import EventBus
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
-from cxbridge_studio.check.agent import MOST_FOLDERS, Agent, agents, folders_around, has_commands
+from cxbridge_studio.check.agent import MAX_FOLDERS, Agent, agents, folders_around, has_commands
 from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
 from cxbridge_studio.check.pddl_files import SUFFIX, findings_of
 from cxbridge_studio.check.silence import without_silenced
-from cxbridge_studio.check.stubbed_environment import LookEnvironment
+from cxbridge_studio.check.stubbed_environment import StubbedEnvironment
 from cxbridge_studio.check.table import findings
 
 
@@ -51,7 +51,7 @@ def _found(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Fi
 
 def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
     """Return the mistakes in a CLIPS file, as part of the surrounding agent or as an agent alone."""
-    for folder in file.parents[:MOST_FOLDERS]:
+    for folder in file.parents[:MAX_FOLDERS]:
         scenario = folder / SCENARIO_FILE
         if scenario.is_file():
             around = replace(options, scenario=folder)
@@ -72,7 +72,7 @@ def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bo
 
 def _is_program(file: Path) -> bool:
     """Return whether CLIPS loads a file without the executive's core."""
-    env = LookEnvironment("program", EventBus(VirtualClock()))
+    env = StubbedEnvironment("program", EventBus(VirtualClock()))
     try:
         env.folders = folders_around(file)
         (env.loader.batch if has_commands(file) else env.loader.load)(str(file))

@@ -23,7 +23,7 @@ _USE_EACH: Final = re.compile(
 _TEXT: Final = re.compile(r"""["']([^"'\\]*)["']""")
 
 
-def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
+def skills_of_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
     """Return the file of each skill in a skill space; None if the space computes its list."""
     try:
         return _Space(ModulePath(folders), compiler).skills(f"skills.{space}")

@@ -14,12 +14,11 @@ from cxbridge.run.options import RunOptions
 from cxbridge.trace.sourcing import emit_configuration
 from cxbridge_studio.check.agent import Agent, agents
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
-from cxbridge_studio.explain.rules.environment import rulebook, take
-from cxbridge_studio.explain.rules.rewritten import as_written
+from cxbridge_studio.explain.rules.environment import rulebook, source_form, take
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
-class WrittenRules:
+class ScenarioRules:
     """The rules of a scenario's files.
 
     :param env: the environment that has loaded the files.
@@ -36,7 +35,7 @@ class WrittenRules:
 
     def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a snapshot of a rule, without facts."""
-        rule_snapshot = take(self._env, rule, most_facts=0)
+        rule_snapshot = take(self._env, rule, max_facts=0)
         return replace(
             rule_snapshot,
             env=env,
@@ -52,11 +51,11 @@ class WrittenRules:
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return the text of all defrules by name."""
-        return as_written(rule_texts(self._env))
+        return source_form(rule_texts(self._env))
 
 
 @contextmanager
-def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[WrittenRules]:
+def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[ScenarioRules]:
     """Load a scenario without running it and yield its rules.
 
     :param env: the agent, if the scenario has several.
@@ -65,7 +64,7 @@ def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[Writ
     if env is not None and options.agent is None and env in agents(options):
         options = replace(options, agent=env)
     with Agent(options) as agent:
-        yield WrittenRules(agent.env, agent.context.paths.clips_dirs)
+        yield ScenarioRules(agent.env, agent.context.paths.clips_dirs)
 
 
 def scenario_sources(options: RunOptions) -> list[SourceRead]:

@@ -2,8 +2,8 @@
 
 CLIPS evaluates parts of constructs while reading them: values of globals, default values, saliences, tests.
 Therefore each function is replaced by a stub that returns a value of the function's type, unless
-:data:`LOOKING` has a reason to keep it. New functions of CLIPS, features or plug-ins become stubs, too,
-because the functions are listed from CLIPS' own table.
+:data:`KEPT_FUNCTIONS` has a reason to keep the function. New functions of CLIPS, features or plug-ins become
+stubs, too, because the functions are listed from CLIPS' own table.
 
 The stub replaces the pointer in that table, so earlier constructs call it, too. CLIPS still parses calls, and
 checks number and types of arguments.
@@ -43,10 +43,12 @@ _BY_REASON: Final = {
 }
 
 # The functions that keep working, with their reasons.
-LOOKING: Final = ALLOWED | {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
+KEPT_FUNCTIONS: Final = ALLOWED | {
+    name: reason for reason, names in _BY_REASON.items() for name in names.split()
+}
 
 # The maximum number of loop iterations and function calls, after which evaluations end.
-MOST_STEPS: Final = 200_000
+MAX_STEPS: Final = 200_000
 
 ENDLESS: Final = "ENDLESS"  # code of an aborted evaluation
 
@@ -65,8 +67,8 @@ _VALUES: Final[tuple[tuple[int, Value], ...]] = (
 )
 
 
-class LookEnvironment(ClipsEnvironment):
-    """An environment where only the functions of :data:`LOOKING` work. No rule fires.
+class StubbedEnvironment(ClipsEnvironment):
+    """An environment where only the functions of :data:`KEPT_FUNCTIONS` work. No rule fires.
 
     :ivar folders: search path of ``load`` and ``batch`` after the working directory.
     """
@@ -97,7 +99,7 @@ class LookEnvironment(ClipsEnvironment):
         maximum: int | None = None,
         types: str = "*",
     ) -> None:
-        """Define a Python function, as a stub unless :data:`LOOKING` keeps it."""
+        """Define a Python function, as a stub unless :data:`KEPT_FUNCTIONS` keeps it."""
         super().define(name, function, minimum, maximum, types)
         if self._is_made:
             self._stub(name)
@@ -119,8 +121,8 @@ class LookEnvironment(ClipsEnvironment):
         return 0
 
     def _stub(self, name: str) -> None:
-        """Replace a function by a stub unless :data:`LOOKING` keeps it."""
-        if name in LOOKING:
+        """Replace a function by a stub unless :data:`KEPT_FUNCTIONS` keeps it."""
+        if name in KEPT_FUNCTIONS:
             return
         record = ffi.cast("intptr_t *", EXTRA.FindFunction(self.env, encode(name)))
         types = int(ffi.cast("unsigned *", record + _TYPES)[0])
@@ -133,9 +135,9 @@ class LookEnvironment(ClipsEnvironment):
     def _counted(self, _env: CData, _context: CData) -> None:
         """Abort an evaluation that may be endless."""
         self._steps += 1
-        if self._steps > MOST_STEPS:
+        if self._steps > MAX_STEPS:
             self.api.halt()
-        if self._steps == MOST_STEPS + 1:
+        if self._steps == MAX_STEPS + 1:
             text = "a value, a default or a salience is computed without end: what follows it has none"
             self.loader.report(Diagnostic(self.loader.within, None, "", ENDLESS, text))
 

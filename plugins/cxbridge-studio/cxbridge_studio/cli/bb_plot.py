@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 
 _FRAME_S: Final = 0.1  # seconds between two drawings
-_MOST_POINTS: Final = 100_000  # points kept per field; the oldest are dropped
+_MAX_POINTS: Final = 100_000  # points kept per field; the oldest are dropped
 _FIELD: Final = re.compile(r"(\w+)(?:\[(\d+)\])?\Z")
 _BEGIN: Final = "\x1b[?1049h\x1b[?25l"
 _END: Final = "\x1b[?25h\x1b[?1049l"
@@ -141,7 +141,7 @@ def _draw(
     count: int | None,
 ) -> int:
     """Draw plots, one below the other; returns how many writes there were."""
-    points: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_MOST_POINTS) for name in fields}
+    points: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_MAX_POINTS) for name in fields}
     out, drawn_count, drawn_s = terminal_of(sys.stdout), 0, -_FRAME_S
     out.write(_BEGIN)
     try:

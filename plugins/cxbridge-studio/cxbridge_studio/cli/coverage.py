@@ -127,13 +127,12 @@ def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[
 def _write(outputs: _CoverageOutputs, result: Coverage, agent: AgentSources, *, firings_known: bool) -> None:
     """Print the result and write the requested files."""
     from cxbridge_studio.explain.coverage import report
-    from cxbridge_studio.explain.coverage.page import write_page
 
     if outputs.lcov is not None:
         text = "".join(f"{line}\n" for line in report.lcov(result))
         write_file(outputs.lcov, text.encode("utf-8", "surrogateescape"))
     if outputs.page is not None:
-        write_page(outputs.page, result, agent.texts, firings_known=firings_known)
+        report.write_page(outputs.page, result, agent.texts, firings_known=firings_known)
     if outputs.as_json:
         say_json(report.plain(result), indent=2)
     else:

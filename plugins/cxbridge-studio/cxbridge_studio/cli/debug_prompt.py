@@ -26,7 +26,7 @@ from cxbridge_studio.debugger.names import MetNames, Mistakes
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.evidence import History
 from cxbridge_studio.explain.rules.environment import fact_slots, rulebook
-from cxbridge_studio.explain.rules.locations import why_missing
+from cxbridge_studio.explain.rules.missing import why_missing
 from cxbridge_studio.explain.scenario import EnvironmentEvidence
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
 
-_MOST_SHOWN: Final = 200  # rows of a listing
+_MAX_SHOWN: Final = 200  # rows of a listing
 
 HELP: Final = """\
 c                               go on
@@ -229,17 +229,17 @@ class _Agent:
             self._ask("break-remove", numbers=[_number(word)])
 
     def _facts(self, template: str) -> None:
-        fact_rows = self._ask("facts", template=template, limit=_MOST_SHOWN + 1)
+        fact_rows = self._ask("facts", template=template, limit=_MAX_SHOWN + 1)
         self._list([f"f-{index} {text}" for index, text in fact_rows])
 
     def _agenda(self) -> None:
-        activations = self._ask("agenda", limit=_MOST_SHOWN + 1)
+        activations = self._ask("agenda", limit=_MAX_SHOWN + 1)
         self._list([f"{salience:6} {rule}: {basis}" for salience, rule, basis in activations])
 
     def _list(self, lines: Sequence[str]) -> None:
-        self._say(*lines[:_MOST_SHOWN])
-        if len(lines) > _MOST_SHOWN:
-            self._say(f"... more than {_MOST_SHOWN}")
+        self._say(*lines[:_MAX_SHOWN])
+        if len(lines) > _MAX_SHOWN:
+            self._say(f"... more than {_MAX_SHOWN}")
 
     def _goals(self) -> None:
         goals = self.assembly.executive.goals.open.values()

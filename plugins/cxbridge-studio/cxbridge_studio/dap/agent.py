@@ -130,7 +130,7 @@ class LiveMoment(StoppedEnvironment):
         return self._agent.place(rule)
 
     def rule_without_facts(self, rule: str) -> Snapshot:
-        return take(self._env, rule, most_facts=0)
+        return take(self._env, rule, max_facts=0)
 
     def templates(self) -> Mapping[str, int]:
         counts: dict[str, int] = {}

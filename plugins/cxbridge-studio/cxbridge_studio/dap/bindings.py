@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 _FACT: Final = "cx-dap-fact-"
-_MOST_BRANCHES: Final = 64  # alternatives of nested (or ...) multiply
-_MOST_WAYS: Final = 1000  # matches of a rule that are compared with the firing
+_MAX_BRANCHES: Final = 64  # alternatives of nested (or ...) multiply
+_MAX_WAYS: Final = 1000  # matches of a rule that are compared with the firing
 
 
 def facts_of(basis: str) -> list[int]:
@@ -47,7 +47,7 @@ def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None
     templates, rows = rows_of(known, {name: each for name, each in bare.templates.items() if name in names})
     with Matcher(replace(bare, templates=templates, facts=tuple(rows), all_facts=False)) as matcher:
         failure = ClipsError("the facts do not match the condition any more")
-        for ces in islice(_branches(condition.ces), _MOST_BRANCHES):
+        for ces in islice(_branches(condition.ces), _MAX_BRANCHES):
             fact_patterns = [ce for ce in ces if isinstance(ce, PatternCE)]
             if len(fact_patterns) != len(indices):
                 continue
@@ -69,10 +69,10 @@ def _branches(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
         if not isinstance(ce, GroupCE):
             choices.append([[ce]])
         elif ce.kind == "and":
-            choices.append(list(islice(_branches(ce.items), _MOST_BRANCHES)))
+            choices.append(list(islice(_branches(ce.items), _MAX_BRANCHES)))
         elif ce.kind == "or":
             each = (way for branch in ce.items for way in _branches((branch,)))
-            choices.append(list(islice(each, _MOST_BRANCHES)))
+            choices.append(list(islice(each, _MAX_BRANCHES)))
     for ways in product(*choices):
         yield [ce for way in ways for ce in way]
 
@@ -102,7 +102,7 @@ def _bound(
     if not fact_patterns:
         return {}
     fact_refs = [FactRef(index) for index in indices]
-    for values in matcher.note(texts, list(names), _MOST_WAYS):
+    for values in matcher.note(texts, list(names), _MAX_WAYS):
         bound_values = dict(zip(names, values, strict=True))
         if [bound_values[variable] for variable in facts] == fact_refs:
             return {name: value for name, value in bound_values.items() if not name.startswith(_FACT)}

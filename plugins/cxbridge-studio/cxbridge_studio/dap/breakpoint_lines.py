@@ -11,7 +11,7 @@ from cxbridge_studio.debugger.breakpoints import Breakpoint
 
 
 @dataclass(frozen=True, slots=True)
-class LinePlace:
+class RulePosition:
     """The position of a breakpoint on a line.
 
     :param line: the line, moved to the next possible position.
@@ -38,7 +38,7 @@ class FileLines:
         self._firsts = [rule.first for rule in self._rules]
         self._actions = actions
 
-    def at(self, line: int) -> LinePlace | None:
+    def at(self, line: int) -> RulePosition | None:
         """Return the position for a line; outside a rule, that of the next rule; None after the last rule."""
         number = bisect_right(self._firsts, line) - 1
         if number < 0 or line > self._rules[number].last:
@@ -48,8 +48,8 @@ class FileLines:
         rule = self._rules[number]
         lines = [action.line for action in rule.actions] if self._actions else []
         if lines and line >= min(lines):
-            return LinePlace(rule.name, max(each for each in lines if each <= line), action=True)
-        return LinePlace(rule.name, rule.first, action=False)
+            return RulePosition(rule.name, max(each for each in lines if each <= line), action=True)
+        return RulePosition(rule.name, rule.first, action=False)
 
     def between(self, first: int, last: int) -> list[int]:
         """Return the possible lines in a range."""

@@ -13,7 +13,7 @@ from cxbridge.run.run import run_scenario
 from cxbridge_studio.dap.agent import DebuggedAgent, LiveMoment
 from cxbridge_studio.dap.target import DebugClient, Stopped, Target
 from cxbridge_studio.explain.rules.environment import rulebook
-from cxbridge_studio.explain.rules.locations import why_missing
+from cxbridge_studio.explain.rules.missing import why_missing
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run

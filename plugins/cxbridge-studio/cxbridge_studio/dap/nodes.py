@@ -15,7 +15,7 @@ from cxbridge_studio.dap.expressions import variables_of
 from cxbridge_studio.dap.frames import ACTION, GOAL, CallFrame, slots_of
 from cxbridge_studio.dap.target import StoppedEnvironment
 
-MOST_ROWS: Final = 1000  # limit of shown activations, and of shown facts of a deftemplate
+MAX_ROWS: Final = 1000  # limit of shown activations, and of shown facts of a deftemplate
 
 _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRING", Symbol: "SYMBOL"}
 
@@ -160,7 +160,7 @@ def _agenda(moment: StoppedEnvironment) -> list[VariableNode]:
     rows = moment.agenda() or ()
     return [
         VariableNode(f"{number}", f"{salience} {rule}: {basis}", "activation")
-        for number, (salience, rule, basis) in enumerate(rows[:MOST_ROWS], start=1)
+        for number, (salience, rule, basis) in enumerate(rows[:MAX_ROWS], start=1)
     ]
 
 
@@ -179,9 +179,9 @@ def _templates(moment: StoppedEnvironment) -> list[VariableNode]:
 
 def _facts(moment: StoppedEnvironment, template: str) -> list[VariableNode]:
     facts = moment.facts(template)
-    shown = [fact_node(moment, fact) for fact in facts[:MOST_ROWS]]
-    if len(facts) > MOST_ROWS:
+    shown = [fact_node(moment, fact) for fact in facts[:MAX_ROWS]]
+    if len(facts) > MAX_ROWS:
         shown.append(
-            VariableNode("...", f"{len(facts) - MOST_ROWS} more; a pattern in the console finds some")
+            VariableNode("...", f"{len(facts) - MAX_ROWS} more; a pattern in the console finds some")
         )
     return shown

@@ -55,7 +55,7 @@ class _Sources:
 
     def place(self, rule: str) -> FileLine | None:
         """Return the position of a rule, with the recorded text if the file has changed since."""
-        name, line = self.constructs.rulebook().places.get(rule, ("", 0))
+        name, line = self.constructs.rulebook().positions.get(rule, ("", 0))
         if not name:
             return None
         text, path = self.texts[name], Path(name)

@@ -13,7 +13,7 @@ from cxbridge_studio.dap.protocol import Event, Request, Response
 
 LONGEST: Final = 16 * 1024 * 1024  # limit of a message, in bytes
 
-_MOST_HEADERS: Final = 32  # headers of a message
+_MAX_HEADERS: Final = 32  # headers of a message
 _LONGEST_LINE: Final = 4096  # bytes of a header
 _LENGTH: Final = b"content-length"
 
@@ -66,7 +66,7 @@ class Wire:
     def _length(self) -> int | None:
         """Read a header and return the length of the message, or None at the end of the stream."""
         length = None
-        for _ in range(_MOST_HEADERS):
+        for _ in range(_MAX_HEADERS):
             line = self._source.readline(_LONGEST_LINE)
             if not line:
                 return None

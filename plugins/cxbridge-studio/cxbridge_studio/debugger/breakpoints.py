@@ -37,7 +37,7 @@ _COMPARED: Final[Mapping[str, Callable[[int, int], bool]]] = {
 _KINDS: Final = {"rule": "before", "before": "before", "after": "after"} | {
     kind: kind for kind in ("goal", "action", "skill")
 }
-_MOST_PARTS: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}
+_MAX_PARTS: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}
 _FORMS: Final = "rule:NAME, after:NAME, goal:NAME[:MODE[:OUTCOME]], action:NAME[:STATE], skill:SKILL[:STATUS]"
 
 
@@ -156,7 +156,7 @@ def parse_breakpoint(spec: str) -> Breakpoint:
         parts = list(match.groups()) if match else [rest]
     else:
         parts = rest.split(":")
-        if len(parts) > _MOST_PARTS[known]:
+        if len(parts) > _MAX_PARTS[known]:
             raise ExecutiveError(
                 f"'{spec}' has too many parts for a breakpoint", hint=f"use one of: {_FORMS}"
             )

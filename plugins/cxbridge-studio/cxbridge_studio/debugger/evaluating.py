@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # The maximum duration of an evaluation in seconds. It blocks the rules and the loop.
 LIMIT_S: Final = 1.0
 
-MOST_LINES: Final = 1000  # maximum number of output lines
+MAX_LINES: Final = 1000  # maximum number of output lines
 
 
 class Evaluation(Struct, frozen=True):
@@ -44,7 +44,7 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
         env.api.halt()  # sets a flag that CLIPS checks, as a signal handler does
 
     def keep(_level: Level, line: str) -> None:
-        if len(lines) < MOST_LINES:
+        if len(lines) < MAX_LINES:
             lines.append(line)
 
     timer = threading.Timer(limit_s, end)

@@ -31,7 +31,7 @@ _LOADERS: Final = frozenset(
 _COLON_STATUS: Final = re.compile(r".*:(\w+)", re.DOTALL)
 _LITERAL: Final = re.compile(r"[^*?\[{(]*")
 _WILD: Final = "*?["
-_MOST_NAMES: Final = 10_000  # names kept per kind for suggestions
+_MAX_NAMES: Final = 10_000  # names kept per kind for suggestions
 
 
 # Unreachable breakpoints, with the reasons.
@@ -165,7 +165,7 @@ class MetNames:
         """Add the names of a transition."""
         if isinstance(event, GoalTransition):
             self._add("goal", event.goal_class)
-            if len(self._ids) < _MOST_NAMES:
+            if len(self._ids) < _MAX_NAMES:
                 self._ids.add(event.goal)
         elif isinstance(event, PlanActionTransition):
             self._add("action", event.action)
@@ -173,7 +173,7 @@ class MetNames:
             self._add("skill", skill_name(event.skill_string))
 
     def _add(self, kind: str, name: str) -> None:
-        if name and len(self._names[kind]) < _MOST_NAMES:
+        if name and len(self._names[kind]) < _MAX_NAMES:
             self._names[kind].add(name)
 
     def lacks(self, item: Breakpoint) -> str:
@@ -183,7 +183,7 @@ class MetNames:
             return ""
         name = skill_name(item.name) if item.kind == "skill" else item.name
         met = (*known, *self._ids) if item.kind == "goal" else known
-        if len(met) >= _MOST_NAMES or any(fnmatchcase(each, name) for each in met):
+        if len(met) >= _MAX_NAMES or any(fnmatchcase(each, name) for each in met):
             return ""
         return f"there was no {item.kind} '{name}'{or_similar(_plain(name), known)}"
 

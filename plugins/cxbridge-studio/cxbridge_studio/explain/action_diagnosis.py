@@ -1,4 +1,4 @@
-"""The facts about a plan-action at one moment: why it is not executed, or why it has failed."""
+"""Diagnoses a plan-action from the facts of one moment: why it is not executed, or why it has failed."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from cxbridge.history.transitions import unquote
 from cxbridge.suggestions import or_similar
 from cxbridge_studio.explain.preconditions import FactsOf, Preconditions, atom_text, fields
 
+FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
+
 # The templates whose facts are inspected.
-LOOK_TEMPLATES: Final = (
+ACTION_TEMPLATES: Final = (
     PLAN_ACTION,
     "plan",
     "domain-operator",
@@ -26,33 +28,33 @@ LOOK_TEMPLATES: Final = (
     "skiller-control",
 )
 
-_NO_NAMES: Final = ("", "nil")
+_NO_NAMES: Final = ("", "nil")  # values of the slot `skiller` of an action that any Skiller may execute
 
 
 @dataclass(frozen=True, slots=True)
-class ActionLook:
-    """The state of an action.
+class ActionDiagnosis:
+    """The diagnosis of an action.
 
     :param name: the name of its operator.
     :param plan_type: the type of its plan, such as ``SEQUENTIAL``; empty if unknown.
-    :param wrong: the certain reason why the action waits or has failed; may be empty.
+    :param problem: the certain reason why the action waits or has failed; may be empty.
     :param mappings: the names of the actions mapped to skills.
     :param operators: the names of the domain's operators.
-    :param held_up: why the Skiller cannot execute the action; may be empty.
+    :param skiller_problem: why the Skiller cannot execute the action; may be empty.
     :param error: the slot ``error-msg``; may be empty.
     """
 
     name: str
     plan_type: str
-    wrong: str
+    problem: str
     mappings: tuple[str, ...]
     operators: tuple[str, ...]
-    held_up: str
+    skiller_problem: str
     error: str
 
 
-def look_at_action(facts_of: FactsOf, key: ActionKey) -> ActionLook | None:
-    """Return the state of an action, or None if the action has no fact.
+def diagnose_action(facts_of: FactsOf, key: ActionKey) -> ActionDiagnosis | None:
+    """Return the diagnosis of an action, or None if the action has no fact.
 
     :param key: ids of goal, plan and action.
     """
@@ -60,27 +62,26 @@ def look_at_action(facts_of: FactsOf, key: ActionKey) -> ActionLook | None:
     if not action:
         return None
     plan = _find(facts_of("plan"), **{"id": key[1], "goal-id": key[0]})
-    wrong = (
+    # The order of an action's life: each reason hides the later ones.
+    problem = (
         _failed_skill(facts_of, action, key)
-        or _bad_operator(facts_of, action)
+        or _operator_mismatch(facts_of, action)
         or _missing_effect(facts_of, action, key)
     )
-    return ActionLook(
+    return ActionDiagnosis(
         action.get("action-name", ""),
         plan.get("type", ""),
-        wrong,
+        problem,
         tuple(slots.get("name", "") for slots in facts_of("skill-action-mapping")),
         tuple(slots.get("name", "") for slots in facts_of("domain-operator")),
-        _held_up(facts_of, action, key),
+        _skiller_problem(facts_of, action, key),
         unquote(action.get("error-msg", "")),
     )
 
 
-def _find(facts: Iterable[Mapping[str, str]], **wanted: str) -> Mapping[str, str]:
-    for slots in facts:
-        if all(slots.get(name) == value for name, value in wanted.items()):
-            return slots
-    return {}
+def _find(facts: Iterable[Mapping[str, str]], **values: str) -> Mapping[str, str]:
+    """Return the slots of the first fact with these values; empty if there is none."""
+    return next((slots for slots in facts if values.items() <= slots.items()), {})
 
 
 def _failed_skill(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
@@ -97,8 +98,8 @@ def _failed_skill(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) 
     return ": ".join(filter(None, (f"skill {text} failed" if text else "", error)))
 
 
-def _bad_operator(facts_of: FactsOf, action: Mapping[str, str]) -> str:
-    """Return the mismatch between an action and its operator."""
+def _operator_mismatch(facts_of: FactsOf, action: Mapping[str, str]) -> str:
+    """Return the mismatch of an action's operator, parameters or precondition."""
     operators = {slots.get("name", ""): slots for slots in facts_of("domain-operator")}
     name = action.get("action-name", "")
     if name not in operators:
@@ -112,6 +113,7 @@ def _bad_operator(facts_of: FactsOf, action: Mapping[str, str]) -> str:
     names = names or expected
     if len(names) != len(values):
         return f"it has {len(values)} values for the {len(names)} parameters ({' '.join(names)})"
+    # The effects of an action that has run may make its own precondition false.
     if action.get("state") == "SENSED-EFFECTS-WAIT" or action.get("executable") == "TRUE":
         return ""
     blame = Preconditions(facts_of).blame(name, dict(zip(names, values, strict=True)))
@@ -131,22 +133,23 @@ def _missing_effect(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey
     return f"it waits for the sensed effect {', '.join(atoms)}, which no rule has asserted" if atoms else ""
 
 
-def _held_up(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
+def _skiller_problem(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
     """Return why the Skiller of an action does not execute the action."""
     skiller = unquote(action.get("skiller", ""))
     if skiller in _NO_NAMES:
         return ""
     for call in facts_of("skill-action-execinfo"):
         if unquote(call.get("skiller", "")) == skiller:
-            other = call.get("goal-id", ""), call.get("plan-id", ""), call.get("action-id", "")
-            if other != key:
-                busy = f"action {other[2]} {call.get('skill-name', '')} of goal {other[0]}"
-                return f"the Skiller {skiller} executes {busy}"
-            return ""
+            goal, plan, action_id = (call.get(slot, "") for slot in ("goal-id", "plan-id", "action-id"))
+            if (goal, plan, action_id) == key:
+                return ""
+            skill = call.get("skill-name", "")
+            return f"the Skiller {skiller} executes action {action_id} {skill} of goal {goal}"
+    # A Skiller takes skills only from the program that has its exclusive control.
     controls = facts_of("skiller-control")
-    skiller_controls = [slots for slots in controls if unquote(slots.get("skiller", "")) == skiller]
-    if not skiller_controls:
+    control = next((slots for slots in controls if unquote(slots.get("skiller", "")) == skiller), None)
+    if control is None:
         return f'no fact (skiller-control (skiller "{skiller}")) asks for the control of its Skiller'
-    if skiller_controls[0].get("acquired") != "TRUE":
+    if control.get("acquired") != "TRUE":
         return f"the executive has not got the control of the Skiller {skiller}"
     return ""

@@ -1,4 +1,4 @@
-"""Explains a rule, a goal, a plan-action or a fact by its name, or the whole run."""
+"""Explains a rule, a goal, a plan-action or a fact by its name, or the whole run: the entry to `explain`."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from cxbridge_studio.explain import facts, goal_report, run_story
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_rules import makers
 from cxbridge_studio.explain.rules import report as rule_report
-from cxbridge_studio.explain.rules.lost import refused, unloaded
+from cxbridge_studio.explain.rules.missing import refused, unloaded
 
-# The kinds of things that can be explained; `run` has no name.
+# The kinds of subjects of an explanation; `run` has no name.
 KINDS: Final = ("rule", "goal", "action", "fact", "run")
 
+# The start of the message of :meth:`Goals.find`; other errors, such as an ambiguous name, are not hidden.
 _NO_GOAL: Final = "there is no goal"
 
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """A report.
+    """A report about one subject.
 
     :param lines: the report as text.
     :param plain: the report as JSON values.
@@ -31,7 +32,7 @@ class Explanation:
 
 
 def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Explanation:
-    """Explain something of a run.
+    """Explain a subject of a run.
 
     :param kind: one of :data:`KINDS`, or empty to try in order: an existing rule, a goal, a missing rule.
     :param rules: the number of rules to list before each step of a goal.
@@ -45,20 +46,22 @@ def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Ex
         case "action":
             return _action(evidence, name)
         case "fact":
-            return _fact(evidence, name)
+            fact_story = facts.explain_fact(evidence, name)
+            return Explanation(tuple(facts.lines(fact_story)), facts.plain(fact_story))
         case "run":
-            return _run(evidence)
+            story = run_story.tell_run(evidence)
+            return Explanation(tuple(run_story.lines(story)), run_story.plain(story))
         case _:
-            return _of_any_kind(evidence, name, rules)
+            return _rule_or_goal(evidence, name, rules)
 
 
-def _of_any_kind(evidence: Evidence, name: str, rules: int) -> Explanation:
-    """Explain a rule, or else a goal."""
+def _rule_or_goal(evidence: Evidence, name: str, rules: int) -> Explanation:
+    """Explain an existing rule, or else a goal, or else why a rule is missing."""
     try:
-        known = name in evidence.rulebook().rules
+        is_rule = name in evidence.rulebook().rules
     except CxbridgeError as no_rules:
         return _goal_without_rules(evidence, name, rules, no_rules)
-    if known:
+    if is_rule:
         return _rule(evidence, name)
     try:
         return _goal(evidence, name, rules)
@@ -67,7 +70,10 @@ def _of_any_kind(evidence: Evidence, name: str, rules: int) -> Explanation:
     try:
         return _rule(evidence, name)
     except CxbridgeError as no_rule:
-        raise _neither(name, no_rule, no_goal) from None
+        if not no_goal.message.startswith(_NO_GOAL):
+            raise no_goal from None
+        hint = no_rule.hint or no_goal.hint
+        raise CxbridgeError(f"there is neither a rule nor a goal '{name}'", hint=hint) from None
 
 
 def _goal_without_rules(evidence: Evidence, name: str, rules: int, no_rules: CxbridgeError) -> Explanation:
@@ -93,10 +99,10 @@ def _goal(evidence: Evidence, name: str, rules: int) -> Explanation:
     try:
         stories = goal_report.explain_goals(evidence, name)
     except CxbridgeError as no_goal:
-        never = _never_formulated(evidence, name) if no_goal.message.startswith(_NO_GOAL) else None
-        if never is None:
+        explanation = _never_formulated(evidence, name) if no_goal.message.startswith(_NO_GOAL) else None
+        if explanation is None:
             raise
-        return never
+        return explanation
     return Explanation(
         tuple(goal_report.lines(stories, evidence, rules)), goal_report.plain(stories, evidence)
     )
@@ -109,43 +115,25 @@ def _action(evidence: Evidence, name: str) -> Explanation:
     )
 
 
-def _fact(evidence: Evidence, name: str) -> Explanation:
-    story = facts.explain_fact(evidence, name)
-    return Explanation(tuple(facts.lines(story)), facts.plain(story))
-
-
-def _run(evidence: Evidence) -> Explanation:
-    story = run_story.tell_run(evidence)
-    return Explanation(tuple(run_story.lines(story)), run_story.plain(story))
-
-
 def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:
     """Explain why the formulating rule of a goal class has not fired; None without such a rule."""
     try:
         book, texts = evidence.rulebook(), evidence.rule_texts()
     except CxbridgeError:
         return None
-    top = f"no goal {name} has been formulated"
-    lost = [*refused(book).values(), *unloaded(book)]
-    maker_rules = makers({rule.name: rule.text for rule in lost}, name)
-    if maker_rules:
-        rule = next(rule for rule in lost if rule.name == maker_rules[0])
-        headline, lines = f"{top}: rule {rule.name}, which makes it, {rule.why}", []
-    else:
-        maker_rules = makers(texts, name)
-        if not maker_rules:
-            return None
-        story = rule_report.explain_rule(evidence, maker_rules[0])
-        headline = f"{top}: {rule_report.headline(story)}"
+    headline = f"no goal {name} has been formulated: "
+    missing = {rule.name: rule for rule in (*refused(book).values(), *unloaded(book))}
+    lines: list[str] = []
+    if missing_makers := makers({rule.name: rule.text for rule in missing.values()}, name):
+        rule = missing[missing_makers[0]]
+        headline += f"rule {rule.name}, which makes it, {rule.why}"
+    elif loaded_makers := makers(texts, name):
+        story = rule_report.explain_rule(evidence, loaded_makers[0])
+        headline += rule_report.headline(story)
         lines = list(rule_report.lines(story))[1:]
+    else:
+        return None
     return Explanation(
         (headline, *lines),
         {"headline": headline, "where": evidence.where, "goals": [], "notes": evidence.notes},
     )
-
-
-def _neither(name: str, no_rule: CxbridgeError, no_goal: CxbridgeError) -> CxbridgeError:
-    if not no_goal.message.startswith(_NO_GOAL):
-        return no_goal
-    hints = [error.hint for error in (no_rule, no_goal) if error.hint]
-    return CxbridgeError(f"there is neither a rule nor a goal '{name}'", hint=hints[0] if hints else None)

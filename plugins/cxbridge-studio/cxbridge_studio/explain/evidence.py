@@ -1,4 +1,8 @@
-"""The evidence about a run at one moment, from a scenario, a recording or a daemon."""
+"""The evidence for explanations: the events, rules and facts of a run, up to one moment.
+
+A scenario, a recording and a daemon each have a subclass of :class:`Evidence`. All of them fill a
+:class:`History` from the event bus or from the file.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +30,7 @@ from cxbridge.events import (
 from cxbridge.history.exchange import agent_of, is_exchanged
 from cxbridge.history.orders import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
-from cxbridge_studio.explain.action_diagnosis import ActionLook, look_at_action
+from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
 from cxbridge_studio.explain.preconditions import FactsOf
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
@@ -41,21 +45,18 @@ STORY_TYPES: Final = (
     InterfaceMessage,
 )
 
-MOST_FIRINGS: Final = 200_000  # number of latest firings to keep
+# The limits keep the memory of a long run bounded; the oldest entries are dropped.
+MAX_FIRINGS: Final = 200_000
+MAX_STEPS: Final = 500_000
+MAX_LIVES: Final = 200_000
 
-MOST_STEPS: Final = 500_000  # number of latest transitions to keep
+RULES_BEFORE: Final = 3  # number of firings to keep before each transition: `why --rules` shows up to 3
 
-RULES_BEFORE: Final = 3  # number of firings to keep before each transition
-
-# The limit of looks at failed actions: each look searches the facts of the domain.
-MOST_LOOKS: Final = 100
-
-# The number of latest facts to keep, with the rules that asserted and retracted them.
-MOST_LIVES: Final = 200_000
+# Each diagnosis of a failed action searches all facts of the domain.
+MAX_ACTION_DIAGNOSES: Final = 100
 
 _SKILLER = "SkillerInterface"
 _FEEDBACK = "FeedbackMessage"
-_FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
 
 class NoFactsError(TraceError):
@@ -66,13 +67,13 @@ class NoFactsError(TraceError):
 class EvidenceStep:
     """A transition, a planner call, the fact of a plan-action, or a new error of a Skiller.
 
-    :param rules: the rules that fired just before; the last one caused the step.
-    :param look: for a failed plan-action, its state at that time, since the facts may be retracted later.
+    :param rules: the rules that fired just before; the last rule caused the step.
+    :param diagnosis: of a failed plan-action at that time, since its facts may be retracted later.
     """
 
     event: Event
     rules: tuple[str, ...]
-    look: ActionLook | None = None
+    diagnosis: ActionDiagnosis | None = None
 
 
 @dataclass(slots=True)
@@ -107,13 +108,13 @@ class History:
     def __init__(
         self,
         env: str,
-        most_steps: int = MOST_STEPS,
-        most_firings: int = MOST_FIRINGS,
+        most_steps: int = MAX_STEPS,
+        most_firings: int = MAX_FIRINGS,
         facts_of: FactsOf | None = None,
     ) -> None:
         self.env = env
         self._failed: set[ActionKey] = set()
-        self._looks_left = MOST_LOOKS
+        self._diagnoses_left = MAX_ACTION_DIAGNOSES
         self._facts_of = facts_of
         self.steps: deque[EvidenceStep] = deque(maxlen=most_steps)
         self.firings: deque[RuleFired] = deque(maxlen=most_firings)
@@ -143,47 +144,44 @@ class History:
             self._rules.append(event.rule)
             self._retracted = None
         elif isinstance(event, FactChange):
-            self._live(event)
+            self._record_life(event)
+            # A Fawkes log has no writes of interfaces: there, the errors of skills are in the facts.
             if event.template == _SKILLER and event.asserted:
                 with suppress(FactSyntaxError):
                     _, slots = parse_fact(event.text)
                     error, skiller = unquote(slots.get("error", "")), unquote(slots.get("id", ""))
                     self._skill_error(event, skiller, error)
             elif event.template == PLAN_ACTION and event.asserted:
-                self.steps.append(
-                    EvidenceStep(event, ())
-                )  # The fact has the Skiller and the arguments of the action.
+                self.steps.append(EvidenceStep(event, ()))  # names the Skiller and the arguments
         else:
-            look = self._look(event) if isinstance(event, PlanActionTransition) else None
-            self.steps.append(EvidenceStep(event, tuple(self._rules), look))
+            diagnosis = self._diagnose(event) if isinstance(event, PlanActionTransition) else None
+            self.steps.append(EvidenceStep(event, tuple(self._rules), diagnosis))
 
-    def _live(self, event: FactChange) -> None:
-        """Remember which rule asserted or retracted a fact."""
+    def _record_life(self, event: FactChange) -> None:
+        """Record which rule asserted or retracted a fact."""
         rule = self._rules[-1] if self._rules else ""
         if event.asserted:
-            retracted_before = self._retracted
-            replaced = (
-                retracted_before.index
-                if retracted_before is not None and retracted_before.template == event.template
-                else -1
-            )
+            retracted = self._retracted
+            # CLIPS' modify retracts the fact and asserts the changed one, in the same firing.
+            is_modified = retracted is not None and retracted.template == event.template
+            replaced = retracted.index if retracted is not None and is_modified else -1
             self.lives[event.index] = FactLife(
                 event.index, event.template, event.text, event.time_us, rule, replaced
             )
-            if len(self.lives) > MOST_LIVES:
+            if len(self.lives) > MAX_LIVES:
                 del self.lives[next(iter(self.lives))]
         elif (life := self.lives.get(event.index)) is not None:
             life.end_us, life.end_rule, self._retracted = event.time_us, rule, life
 
-    def _look(self, event: PlanActionTransition) -> ActionLook | None:
-        """Look at an action when it fails first: later changes are consequences."""
+    def _diagnose(self, event: PlanActionTransition) -> ActionDiagnosis | None:
+        """Diagnose an action when it fails first: later changes are consequences."""
         key = event.goal, event.plan, event.action_id
-        if event.state not in _FAILED_STATES:
+        if event.state not in FAILED_STATES:
             self._failed.discard(key)
-        elif key not in self._failed and self._facts_of is not None and self._looks_left > 0:
-            self._looks_left -= 1
+        elif key not in self._failed and self._facts_of is not None and self._diagnoses_left > 0:
+            self._diagnoses_left -= 1
             self._failed.add(key)
-            return look_at_action(self._facts_of, key)
+            return diagnose_action(self._facts_of, key)
         return None
 
     def _skill_error(self, event: Event, skiller: str, text: str) -> None:

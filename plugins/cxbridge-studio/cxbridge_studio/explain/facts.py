@@ -1,4 +1,4 @@
-"""Explains where a fact comes from: the rules that fired just before it was asserted, and retracted."""
+"""Explains the origin of a fact: the rules that fired just before the fact was asserted, and retracted."""
 
 from __future__ import annotations
 
@@ -18,37 +18,41 @@ _RECORD: Final = "record with --trace-level facts"
 class FactStory:
     """The report about a fact.
 
-    :param before: the fact that the same rule firing retracted, of the same template: ``modify`` does so.
+    :param previous: the fact of the same template that the same firing retracted, as ``modify`` does.
     """
 
     where: str
     life: FactLife
-    before: FactLife | None
+    previous: FactLife | None
     begin_s: float
     end_s: float | None
 
     @property
     def headline(self) -> str:
         """Return in one line which rule the fact comes from."""
-        changed = f", instead of f-{self.before.index}" if self.before is not None else ""
-        return f"f-{self.life.index} was asserted at {self.begin_s:.3f} s{changed}: {_by(self.life.rule)}"
+        changed = f", instead of f-{self.previous.index}" if self.previous is not None else ""
+        rule = _last_firing(self.life.rule)
+        return f"f-{self.life.index} was asserted at {self.begin_s:.3f} s{changed}: {rule}"
 
-    @property
-    def ending(self) -> str:
-        """Return in one line how the fact ended."""
+    def details(self) -> Iterator[str]:
+        """Yield the fact, its previous version and its end."""
+        yield self.life.text
+        if self.previous is not None:
+            yield f"instead of f-{self.previous.index} {self.previous.text}"
         if self.end_s is None:
-            return "it is still there"
-        return f"it was retracted at {self.end_s:.3f} s: {_by(self.life.end_rule)}"
+            yield "it is still there"
+        else:
+            yield f"it was retracted at {self.end_s:.3f} s: {_last_firing(self.life.end_rule)}"
 
 
-def _by(rule: str) -> str:
+def _last_firing(rule: str) -> str:
     return f"rule {rule} fired just before" if rule else "no rule is known to have fired before"
 
 
 def explain_fact(evidence: Evidence, name: str) -> FactStory:
-    """Report a fact by its index: ``f-12``.
+    """Return the report about a fact, named by its index: ``f-12``.
 
-    :raises CxbridgeError: when it is not known, with what to record.
+    :raises CxbridgeError: if the fact is unknown; the hint says what to record.
     """
     match = _INDEX.fullmatch(name)
     if match is None:
@@ -62,35 +66,27 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
     if life is None:
         hint = f"those from f-{min(history.lives)} to f-{max(history.lives)} are known"
         raise CxbridgeError(f"there is no fact f-{match[1]} up to here", hint=hint)
-    previous_life = history.lives.get(life.instead_of)
+    previous = history.lives.get(life.instead_of)
     end_s = None if life.end_us is None else evidence.seconds(life.end_us)
-    return FactStory(evidence.where, life, previous_life, evidence.seconds(life.begin_us), end_s)
+    return FactStory(evidence.where, life, previous, evidence.seconds(life.begin_us), end_s)
 
 
 def plain(story: FactStory) -> dict[str, Any]:
-    """Return a story as values that JSON knows."""
-    rules = [rule for rule in (story.life.rule, story.life.end_rule) if rule]
-    because = [{"text": text, "because": []} for text in _details(story)]
+    """Return a story as JSON values, in the form of the stories of goals: the page shows both alike."""
+    because = [{"text": text, "because": []} for text in story.details()]
     return {
         "headline": story.headline,
         "where": story.where,
         "cause": {"text": story.headline, "because": because},
-        "rules": rules,
+        "rules": [rule for rule in (story.life.rule, story.life.end_rule) if rule],
         "moments": [],
         "notes": [],
     }
 
 
-def _details(story: FactStory) -> Iterator[str]:
-    yield story.life.text
-    if story.before is not None:
-        yield f"instead of f-{story.before.index} {story.before.text}"
-    yield story.ending
-
-
 def lines(story: FactStory) -> Iterator[str]:
-    """Yield the report for people."""
+    """Yield the text of the report."""
     yield story.headline
     yield f"in {story.where}"
     yield ""
-    yield from _details(story)
+    yield from story.details()

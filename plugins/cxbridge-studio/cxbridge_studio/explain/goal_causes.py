@@ -1,9 +1,15 @@
-"""Root causes of goals that wait or have failed: planners, lost rules, unmet needs of actions."""
+"""Finds the root causes of goals that wait or have failed: planners, missing rules, preconditions of actions.
+
+A root cause is the place to change. The rules' texts tell which rule would have moved a goal or an action to
+its next state, and whether that rule is absent, refused or misspelt.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from functools import cached_property
 from typing import Final
 
 from cxbridge.clipstext.condition import patterns
@@ -11,21 +17,22 @@ from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.history.model import GoalRecord, PlanActionRecord
 from cxbridge.suggestions import nearest, or_similar
 from cxbridge_studio.agent.rule import parse_rule
-from cxbridge_studio.explain.action_diagnosis import ActionLook, look_at_action
+from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_rules import lost_rule_for, misspelt_for
+from cxbridge_studio.explain.goal_rules import missing_rule_for, misspelt_for
 from cxbridge_studio.explain.goals import Goals
-from cxbridge_studio.explain.rules.lost import LostRule, refused, unloaded
+from cxbridge_studio.explain.rules.missing import MissingRule, refused, unloaded
 from cxbridge_studio.explain.rules.snapshot import Rulebook
 
-_FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 _NO_PLAN: Final = ("none", "failed", "cancelled", "timeout")
+
+# What the right-hand sides of the core's rules and of executors write, by the change of an action's state.
 _SELECTS: Final = re.compile(r"\(state\s+PENDING\s*\)")
 _EXECUTES: Final = re.compile(r"\(state\s+(?:WAITING|RUNNING|EXECUTION-SUCCEEDED)\s*\)")
 _ASSERTS: Final = re.compile(r"\(assert\s")
 _MAPPING: Final = "skill-action-mapping"
 _ACTION: Final = "plan-action"
-_LOCKS: Final = re.compile(r"\(acquired-resources\s")
+_ACQUIRES: Final = re.compile(r"\(acquired-resources\s")
 
 
 class RootCauses:
@@ -41,20 +48,29 @@ class RootCauses:
         self._goals = goals
         self._facts = facts
         self._classes = frozenset(goal.goal_class for goal in goals.all)
-        self._read: tuple[Rulebook, Mapping[str, str]] | None = None
-        self._unloaded: list[LostRule] | None = None
 
-    # --- goals --------------------------------------------------------------------------------------------
+    @cached_property
+    def _rules(self) -> tuple[Rulebook, Mapping[str, str]]:
+        """The rules and their texts; empty if the source knows none."""
+        try:
+            return self._evidence.rulebook(), self._evidence.rule_texts()
+        except CxbridgeError:
+            return Rulebook(frozenset(), ()), {}
+
+    @cached_property
+    def _unloaded(self) -> list[MissingRule]:
+        return list(unloaded(self._rules[0]))
+
+    # --- goals
 
     def of_waiting(self, goal: GoalRecord) -> Iterator[str]:
         """Yield the reasons why a goal stays in its mode, the most certain first."""
         if goal.mode == "SELECTED":
             yield from self.of_planner(goal)
-        book, texts = self._rules()
+        book, texts = self._rules
         slots = {"class": goal.goal_class, "mode": goal.mode}
-        lost = lost_rule_for(refused(book).values(), slots)
-        if lost is not None:
-            yield f"rule {lost.name} {lost.why}"
+        if (rule := missing_rule_for(refused(book).values(), slots)) is not None:
+            yield f"rule {rule.name} {rule.why}"
         misspelt = misspelt_for(texts, slots, self._classes)
         if misspelt is not None:
             yield (
@@ -63,17 +79,16 @@ class RootCauses:
             )
         if goal.mode == "COMMITTED":
             yield from self._resources(goal)
-        lost = lost_rule_for(self._not_loaded(book), slots)
-        if lost is not None:
-            yield f"rule {lost.name} {lost.why}"
+        # The least certain: many agents keep rules in files that this spec does not load on purpose.
+        if (rule := missing_rule_for(self._unloaded, slots)) is not None:
+            yield f"rule {rule.name} {rule.why}"
 
     def of_planner(self, goal: GoalRecord) -> Iterator[str]:
-        """Yield the reason why the planner found no plan for a goal."""
-        for last in list(self._goals.planner_calls(goal))[-1:]:
-            if last.status not in _NO_PLAN:
-                continue
-            reason = " ".join(last.reason.split())
-            yield f"the planner has no plan for {last.problem}: {reason or last.status}"
+        """Yield the reason why the last planner call found no plan for a goal."""
+        calls = list(self._goals.planner_calls(goal))
+        if calls and calls[-1].status in _NO_PLAN:
+            reason = " ".join(calls[-1].reason.split()) or calls[-1].status
+            yield f"the planner has no plan for {calls[-1].problem}: {reason}"
 
     def _resources(self, goal: GoalRecord) -> Iterator[str]:
         """Yield the resources that a goal still needs, with their holders."""
@@ -84,10 +99,11 @@ class RootCauses:
         )
         for resource in sorted(set(needed) - set(acquired)):
             holders = [
-                other
-                for other, slots in facts.items()
-                if other != goal.id and resource in slots.get("acquired-resources", "").split()
+                goal_id
+                for goal_id, slots in facts.items()
+                if goal_id != goal.id and resource in slots.get("acquired-resources", "").split()
             ]
+            # The core locks the mutex `resource-NAME` of a resource, also for agents on other robots.
             locks = [
                 slots.get("locked-by", "")
                 for slots in self._facts_of("mutex")
@@ -102,101 +118,86 @@ class RootCauses:
 
     def _no_holder(self) -> str:
         """Return why no goal holds a resource."""
-        _, texts = self._rules()
-        if not texts or any(_LOCKS.search(text.partition("=>")[2]) for text in texts.values()):
+        _, texts = self._rules
+        if not texts or any(_ACQUIRES.search(text.partition("=>")[2]) for text in texts.values()):
             return ", whose holder is unknown"
         return ": no rule acquires resources: add resource-locks.clp to the files of the spec"
 
-    # --- actions ------------------------------------------------------------------------------------------
+    # --- actions
 
     def of_action(self, goal: GoalRecord, action: PlanActionRecord) -> str:
         """Return why an action is not executed or has failed; empty if unknown."""
         key = goal.id, action.plan, action.id
-        failed = action.state in _FAILED_STATES
-        look = self._goals.look(action) if failed else look_at_action(self._facts_of, key)
-        if look is None:
+        # The facts of a failed action may have changed since: its diagnosis was made when it failed.
+        if action.state in FAILED_STATES:
+            diagnosis = self._goals.diagnosis(action)
+        else:
+            diagnosis = diagnose_action(self._facts_of, key)
+        if diagnosis is None:
             return ""
-        states = [change.state for change in action.changes if change.state not in _FAILED_STATES]
-        state = states[-1] if states else ""
-        _, texts = self._rules()
-        return look.wrong + _of_rules(texts, look, state) or look.held_up or look.error
+        states = [change.state for change in action.changes if change.state not in FAILED_STATES]
+        lacking = _lacking_rule(self._rules[1], diagnosis, states[-1] if states else "")
+        return diagnosis.problem + lacking or diagnosis.skiller_problem or diagnosis.error
 
     def _facts_of(self, template: str) -> list[Mapping[str, str]]:
         return self._facts.get(template, [])
 
-    def _rules(self) -> tuple[Rulebook, Mapping[str, str]]:
-        """Return the rules; empty if the source knows none."""
-        if self._read is None:
-            try:
-                self._read = self._evidence.rulebook(), self._evidence.rule_texts()
-            except CxbridgeError:
-                self._read = Rulebook(frozenset(), ()), {}
-        return self._read
 
-    def _not_loaded(self, book: Rulebook) -> list[LostRule]:
-        if self._unloaded is None:
-            self._unloaded = list(unloaded(book))
-        return self._unloaded
-
-
-def _rules_of_actions(texts: Mapping[str, str], state: str, sets: re.Pattern[str]) -> dict[str, list[str]]:
+def _rules_of_actions(texts: Mapping[str, str], state: str, change: re.Pattern[str]) -> dict[str, list[str]]:
     """Return the rules that move actions out of a state, with the actions they name.
 
-    :param sets: matches the change of state in the right-hand side.
+    :param change: matches the change of state in the right-hand side.
     """
     rules_of_actions: dict[str, list[str]] = {}
     for name, text in texts.items():
         condition, _, actions = text.partition("=>")
-        if _ACTION not in condition or state not in condition or not sets.search(actions):
+        # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
+        if _ACTION not in condition or state not in condition or not change.search(actions):
             continue
-        try:
-            inner = list(patterns(parse_rule(text).ces))
-        except ClipsError:
-            continue
-        for pattern in inner:
-            if pattern.template == _ACTION and state in pattern.slots.get("state", ()):
-                rules_of_actions[name] = sorted(pattern.slots.get("action-name", ()))
+        with suppress(ClipsError):
+            for pattern in patterns(parse_rule(text).ces):
+                if pattern.template == _ACTION and state in pattern.slots.get("state", ()):
+                    rules_of_actions[name] = sorted(pattern.slots.get("action-name", ()))
     return rules_of_actions
 
 
-def _of_rules(texts: Mapping[str, str], look: ActionLook, state: str) -> str:
+def _lacking_rule(texts: Mapping[str, str], diagnosis: ActionDiagnosis, state: str) -> str:
     """Return which rule an action in its state lacks; empty if unknown.
 
-    The text follows the reason in ``look.wrong``, if there is one.
+    The text follows the reason in ``diagnosis.problem``, if there is one.
     """
     if not texts:
         return ""
     match state:
-        case "FORMULATED" if not look.wrong:
-            return _selection(texts, look)
-        case "PENDING" if not look.wrong:
-            return _execution(texts, look)
-        case "SENSED-EFFECTS-WAIT" if look.wrong:
-            like = _for_similar(_rules_of_actions(texts, state, _ASSERTS), look)
-            return f": rule {like[0]} is for '{like[1]}', not '{look.name}'" if like else ""
+        case "FORMULATED" if not diagnosis.problem:
+            return _selection(texts, diagnosis)
+        case "PENDING" if not diagnosis.problem:
+            return _execution(texts, diagnosis)
+        case "SENSED-EFFECTS-WAIT" if diagnosis.problem:
+            similar = _rule_for_similar(_rules_of_actions(texts, state, _ASSERTS), diagnosis)
+            return f": rule {similar[0]} is for '{similar[1]}', not '{diagnosis.name}'" if similar else ""
     return ""
 
 
-def _for_similar(rules: Mapping[str, list[str]], look: ActionLook) -> tuple[str, str] | None:
+def _rule_for_similar(rules: Mapping[str, list[str]], diagnosis: ActionDiagnosis) -> tuple[str, str] | None:
     """Return a rule for an action of a similar name, and that name; None if there is none."""
     for rule, names in rules.items():
-        like = nearest(look.name, [name for name in names if name not in look.operators])
-        if look.name not in names and like:
-            return rule, like[0]
+        similar = nearest(diagnosis.name, [name for name in names if name not in diagnosis.operators])
+        if diagnosis.name not in names and similar:
+            return rule, similar[0]
     return None
 
 
-def _selection(texts: Mapping[str, str], look: ActionLook) -> str:
+def _selection(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
     """Return the missing action selection for the plan's type; empty if a rule selects the action."""
     rules = _rules_of_actions(texts, "FORMULATED", _SELECTS)
-    kind = look.plan_type.lower() or "sequential"
-    hint = f"add action-selection/{kind}.clp to the files of the spec"
+    plan_type = diagnosis.plan_type
+    hint = f"add action-selection/{plan_type.lower() or 'sequential'}.clp to the files of the spec"
     if not rules:
         return f"no action selection is loaded: {hint}"
-    if look.plan_type and not any(
-        not (types := _plan_types(texts[name])) or look.plan_type in types for name in rules
-    ):
-        return f"no action selection is loaded for plans of type {look.plan_type}: {hint}"
+    types_of_rules = [_plan_types(texts[name]) for name in rules]
+    if plan_type and not any(not types or plan_type in types for types in types_of_rules):
+        return f"no action selection is loaded for plans of type {plan_type}: {hint}"
     return ""
 
 
@@ -206,20 +207,22 @@ def _plan_types(text: str) -> list[str]:
     return [kind for pattern in plans for kind in sorted(pattern.slots.get("type", ()))]
 
 
-def _execution(texts: Mapping[str, str], look: ActionLook) -> str:
+def _execution(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
     """Return the missing executor of an action; empty if the action has an executor."""
+    name = diagnosis.name
     rules = _rules_of_actions(texts, "PENDING", _EXECUTES)
-    with_skills = [name for name in rules if _MAPPING in texts[name]]
-    if look.name in look.mappings and with_skills:
+    # The core's rule for skills names no action either, but executes only those of the action mapping.
+    with_skills = [rule for rule in rules if _MAPPING in texts[rule]]
+    if name in diagnosis.mappings and with_skills:
         return ""
-    if any(look.name in names or (not names and rule not in with_skills) for rule, names in rules.items()):
+    if any(name in names or (not names and rule not in with_skills) for rule, names in rules.items()):
         return ""
-    like = _for_similar(rules, look)
-    if like:
-        return f"no rule executes it: rule {like[0]} executes '{like[1]}', not '{look.name}'"
+    similar = _rule_for_similar(rules, diagnosis)
+    if similar:
+        return f"no rule executes it: rule {similar[0]} executes '{similar[1]}', not '{name}'"
     if not with_skills:
         return "no rule executes it: skills-actions.clp, which executes actions with skills, is not loaded"
     return (
-        f"no skill is mapped to it{or_similar(look.name, look.mappings)}: "
-        f"action-mapping in the spec lacks {look.name}, and no rule executes it"
+        f"no skill is mapped to it{or_similar(name, diagnosis.mappings)}: "
+        f"action-mapping in the spec lacks {name}, and no rule executes it"
     )

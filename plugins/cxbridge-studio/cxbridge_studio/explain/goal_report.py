@@ -1,4 +1,4 @@
-"""Explanations of goals, as text and as JSON values."""
+"""Reports about goals and plan-actions, as text and as JSON values."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, ActionStory, Cause, GoalReporter, GoalStory
 from cxbridge_studio.explain.goals import Goals
 
-_WIDEST = 90
+_MAX_WIDTH = 90  # columns of an event's text: the rules to its right stay on a usual screen
 _COMPLETED = "COMPLETED"
-_WAITS = ", and waits"
-_MOST_STEPS = 3  # number of causes in the first line, the last of the chain
+_WAITS = ", and waits"  # what follows in a cause only says which rule is missing: the root cause says more
+_MAX_STEPS = 3  # number of causes in the first line, counted from the root cause
 
 
 def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
@@ -27,18 +27,18 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
 
 
 def explain_actions(evidence: Evidence, name: str) -> tuple[ActionStory, ...]:
-    """Report the plan-actions that a name stands for: ``GOAL/ID``.
+    """Return the stories of the plan-actions with a name: ``GOAL/ID``, or ``GOAL/ACTION``.
 
-    :raises CxbridgeError: when there is none, or the source knows no goals.
+    :raises CxbridgeError: if there is no such plan-action, or the source has no goals.
     """
     goals, reporter = reporter_of(evidence)
     return tuple(reporter.report_action(*goal_and_action) for goal_and_action in goals.actions_named(name))
 
 
 def reporter_of(evidence: Evidence) -> tuple[Goals, GoalReporter]:
-    """Return the goals of a run, and what reports them.
+    """Return the goals of a run, and the reporter for them.
 
-    :raises CxbridgeError: when the source knows no goals.
+    :raises CxbridgeError: if the source has no goals.
     """
     if evidence.history is None:
         raise CxbridgeError("goals are not known here")
@@ -48,7 +48,7 @@ def reporter_of(evidence: Evidence) -> tuple[Goals, GoalReporter]:
 
 
 def plain_actions(stories: Sequence[ActionStory], evidence: Evidence) -> dict[str, Any]:
-    """Return the stories of plan-actions as values that JSON knows."""
+    """Return the stories of plan-actions as JSON values."""
     return {
         "headline": cause_headline(stories[-1].cause),
         "where": evidence.where,
@@ -58,7 +58,7 @@ def plain_actions(stories: Sequence[ActionStory], evidence: Evidence) -> dict[st
 
 
 def action_lines(stories: Sequence[ActionStory], evidence: Evidence) -> Iterator[str]:
-    """Yield the report of plan-actions for people."""
+    """Yield the text of the report about plan-actions."""
     yield cause_headline(stories[-1].cause)
     yield f"in {evidence.where}"
     for story in stories:
@@ -86,21 +86,16 @@ def without_roots(value: Any) -> Any:
 
 
 def headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
-    """Return the answer in one line: the state of the goal and the root cause."""
+    """Return the report in one line: the state of the goal and the root cause."""
     if len(stories) == 1:
         return goal_headline(stories[0])
     count = f"{len(stories)} goals of class {stories[0].goal_class} in {evidence.where}"
-    bad = next((story for story in stories if story.waits or story.outcome != _COMPLETED), None)
-    return count if bad is None else f"{count}; {story_name(bad)}: {goal_headline(bad)}"
-
-
-def story_name(story: GoalStory) -> str:
-    """Return the class of a goal and its number within the class."""
-    return f"{story.goal_class}#{story.number}"
+    troubled = next((story for story in stories if story.waits or story.outcome != _COMPLETED), None)
+    return count if troubled is None else f"{count}; {troubled.label}: {goal_headline(troubled)}"
 
 
 def goal_headline(story: GoalStory) -> str:
-    """Return in one line how it stands with a goal, and the true cause."""
+    """Return the state of a goal and the root cause in one line."""
     if story.outcome == _COMPLETED and not story.waits:
         return story.cause.text
     return cause_headline(story.cause)
@@ -108,21 +103,22 @@ def goal_headline(story: GoalStory) -> str:
 
 def cause_headline(top: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
-    path = _to_root(top) or _first(top)
-    return ": ".join([top.text.partition(_WAITS)[0] if path else top.text, *path[-_MOST_STEPS:]])
+    path = _path_to_root(top) or _path_of_first(top)
+    return ": ".join([top.text.partition(_WAITS)[0] if path else top.text, *path[-_MAX_STEPS:]])
 
 
-def _to_root(cause: Cause) -> list[str]:
-    """Return the causes up to the first root cause; empty if there is none."""
+def _path_to_root(cause: Cause) -> list[str]:
+    """Return the texts of the causes up to the first root cause; empty if there is no root cause."""
     for inner in cause.because:
-        rest = _to_root(inner)
-        if rest or inner.root:
-            return [inner.text, *rest]
+        below = _path_to_root(inner)
+        if below or inner.root:
+            return [inner.text, *below]
     return []
 
 
-def _first(cause: Cause) -> list[str]:
-    return [cause.because[0].text, *_first(cause.because[0])] if cause.because else []
+def _path_of_first(cause: Cause) -> list[str]:
+    """Return the texts of the first cause of each level."""
+    return [cause.because[0].text, *_path_of_first(cause.because[0])] if cause.because else []
 
 
 def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> Iterator[str]:
@@ -133,11 +129,9 @@ def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> I
     yield headline(stories, evidence)
     yield ""
     if len(stories) > 1:
-        for story in stories:
-            yield f"{story_name(story)}  {story.cause.text}"
+        yield from (f"{story.label}  {story.cause.text}" for story in stories)
         return
-    for story in stories:
-        yield from _story(story, evidence, rules)
+    yield from _story(stories[0], evidence, rules)
     for note in evidence.notes:
         yield f"note: {note}"
 
@@ -145,13 +139,13 @@ def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> I
 def _story(story: GoalStory, evidence: Evidence, rules: int) -> Iterator[str]:
     kind = f", {story.sub_type}" if story.sub_type else ""
     parent = f", sub-goal of {story.parent}" if story.parent else ""
-    yield f"goal {story.goal} ({story.goal_class}#{story.number}{kind}){parent}"
+    yield f"goal {story.goal} ({story.label}{kind}){parent}"
     yield f"in {evidence.where}"
     yield ""
-    yield f"{story.cause.text}"
+    yield story.cause.text
     yield from cause_lines(story.cause.because, "")
     yield ""
-    width = min(_WIDEST, max((len(moment.text) for moment in story.moments), default=0))
+    width = min(_MAX_WIDTH, max((len(moment.text) for moment in story.moments), default=0))
     for moment in story.moments:
         fired = ", ".join(moment.rules[-rules:]) if rules else ""
         text = f"{moment.seconds:9.3f}  {moment.text}"
@@ -164,6 +158,6 @@ def cause_lines(causes: tuple[Cause, ...], stem: str) -> Iterator[str]:
     :param stem: the beginning of each line.
     """
     for cause in causes:
-        last = cause is causes[-1]
-        yield f"{stem}{'└─ ' if last else '├─ '}{cause.text}"
-        yield from cause_lines(cause.because, stem + ("   " if last else "│  "))
+        is_last = cause is causes[-1]
+        yield f"{stem}{'└─ ' if is_last else '├─ '}{cause.text}"
+        yield from cause_lines(cause.because, stem + ("   " if is_last else "│  "))

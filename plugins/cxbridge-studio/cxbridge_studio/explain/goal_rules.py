@@ -1,22 +1,28 @@
-"""Finds the rules that can change a goal's mode, and rules that could if they were loaded or spelt right."""
+"""Finds the rules that can change a goal's mode, and rules that could if they were loaded or spelt right.
+
+The rules are known as text only, so a condition is compared with the goal's class, sub-type and mode, word by
+word: tests and functions are taken to match.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from typing import Final
 
 from cxbridge.clipstext.condition import FieldConstraint, PatternCE, patterns
 from cxbridge.errors import ClipsError
 from cxbridge.suggestions import likeness
 from cxbridge_studio.agent.rule import parse_rule
-from cxbridge_studio.explain.rules.lost import LostRule
+from cxbridge_studio.explain.rules.missing import MissingRule
 
-MOST_RULES: Final = 5  # limit of listed rules
+MAX_RULES: Final = 5  # limit of listed rules
 
-_SPECIFIC: Final = {"class": 4, "sub-type": 2, "mode": 1}
+# Weights of the slots that a pattern names: the class tells more than all other slots together.
+_WEIGHTS: Final = {"class": 4, "sub-type": 2, "mode": 1}
 _NAMES_MODE: Final = "(mode "
-_LIKE: Final = 0.7  # similarity above which a class is taken as a misspelling
+_MISSPELT: Final = 0.7  # similarity above which a class is taken as a misspelling
 
 _GOAL: Final = "goal"
 
@@ -30,27 +36,29 @@ def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
     rules = []
     for name, text in texts.items():
         condition, _, actions = text.partition("=>")
+        # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
         if slots["mode"] not in condition or _NAMES_MODE not in actions:
             continue
         try:
             ces = parse_rule(text).ces
         except ClipsError:
             continue
+        # Only top-level patterns: the rule does not modify a goal below `not` or `exists`.
         scores = [score for ce in ces if isinstance(ce, PatternCE) and (score := _score(ce, slots))]
         if scores:
             rules.append((-max(scores), name))
-    return [name for _, name in sorted(rules)][:MOST_RULES]
+    return [name for _, name in sorted(rules)][:MAX_RULES]
 
 
-def lost_rule_for(rules: Iterable[LostRule], slots: Mapping[str, str]) -> LostRule | None:
-    """Return the first lost rule for goals of this class in this mode, or None.
+def missing_rule_for(rules: Iterable[MissingRule], slots: Mapping[str, str]) -> MissingRule | None:
+    """Return the first missing rule for goals of this class in this mode, or None.
 
     :param slots: class and mode of the goal.
     """
     for rule in rules:
         if slots["class"] in rule.text and any(
             _names(pattern, "class", slots["class"]) and _names(pattern, "mode", slots["mode"])
-            for pattern in _patterns(rule.text)
+            for pattern in _goal_patterns(rule.text)
         ):
             return rule
     return None
@@ -68,11 +76,11 @@ def misspelt_for(
     for name, text in texts.items():
         if _GOAL not in text or slots["mode"] not in text.partition("=>")[0]:
             continue
-        for pattern in _patterns(text):
+        for pattern in _goal_patterns(text):
             if _names(pattern, "mode", slots["mode"]) and not _names(pattern, "class", slots["class"]):
-                for other in sorted(pattern.slots.get("class", ())):
-                    if other not in classes and _is_like(other, slots["class"]):
-                        return name, other
+                for goal_class in sorted(pattern.slots.get("class", ())):
+                    if goal_class not in classes and likeness(goal_class, slots["class"]) >= _MISSPELT:
+                        return name, goal_class
     return None
 
 
@@ -93,47 +101,37 @@ def _names(pattern: PatternCE, slot: str, value: str) -> bool:
     return value in pattern.slots.get(slot, ())
 
 
-def _is_like(first_class: str, second_class: str) -> bool:
-    return first_class != second_class and likeness(first_class, second_class) >= _LIKE
-
-
-def _patterns(text: str) -> Iterator[PatternCE]:
+def _goal_patterns(text: str) -> Iterator[PatternCE]:
     """Yield the patterns of a rule that match goals; none if the rule cannot be parsed."""
-    try:
-        ces = parse_rule(text).ces
-    except ClipsError:
-        return
-    yield from (pattern for pattern in patterns(ces) if pattern.template == _GOAL)
+    with suppress(ClipsError):
+        yield from (pattern for pattern in patterns(parse_rule(text).ces) if pattern.template == _GOAL)
 
 
 def _score(pattern: PatternCE, slots: Mapping[str, str]) -> int:
     """Return how specifically a pattern matches a goal; 0 if it does not match, or names no mode."""
-    if pattern.template != "goal" or not pattern.variable:
+    # A pattern without a fact variable cannot be the goal that the rule modifies.
+    if pattern.template != _GOAL or not pattern.variable:
         return 0
-    total = 0
-    modes = False
-    for part in pattern.parts:
-        value = slots.get(part.slot)
-        if value is None or len(part.fields) != 1:
+    named_slots: set[str] = set()
+    for constraint in pattern.parts:
+        value = slots.get(constraint.slot)
+        if value is None or len(constraint.fields) != 1:
             continue
-        named, fits = _allows(part.fields[0], value)
-        if not fits:
+        is_named, is_match = _allows(constraint.fields[0], value)
+        if not is_match:
             return 0
-        modes = modes or (part.slot == "mode" and named)
-        total += _SPECIFIC[part.slot] if named else 0
-    return total if modes else 0
+        named_slots |= {constraint.slot} if is_named else set()
+    return sum(_WEIGHTS[slot] for slot in named_slots) if "mode" in named_slots else 0
 
 
 def _allows(field: FieldConstraint, value: str) -> tuple[bool, bool]:
     """Return whether a constraint names a value, and whether it can match. Functions are taken to match."""
-    named = False
-    fits = not field.alternatives
+    is_named = False
+    is_match = not field.alternatives
     for terms in field.alternatives:
         words = ["".join(node.text for node in term) for term in terms]
-        if any(word == f"~{value}" for word in words):
-            continue
-        plain = [word for word in words if not word.startswith(("~", ":", "=", "?"))]
-        if all(word == value for word in plain):
-            fits = True
-            named = named or bool(plain)
-    return named, fits
+        literals = [word for word in words if not word.startswith(("~", ":", "=", "?"))]
+        if f"~{value}" not in words and all(word == value for word in literals):
+            is_match = True
+            is_named = is_named or bool(literals)
+    return is_named, is_match

@@ -1,34 +1,39 @@
-"""Explains how a goal came to its outcome, or why it waits."""
+"""Explains how a goal came to its outcome, or why it waits, as a tree of causes.
+
+The tree follows the goal's failed actions and sub-goals down to a root cause, which `goal_causes` finds.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Final
 
 from cxbridge.history.forest import NO_PARENT
+from cxbridge.history.linking import SkillLink
 from cxbridge.history.model import DONE_STATES, ActionChange, GoalChange, GoalRecord, PlanActionRecord
 from cxbridge.history.outcome import ENDED_MODES
-from cxbridge_studio.explain.action_diagnosis import LOOK_TEMPLATES
+from cxbridge_studio.explain.action_diagnosis import ACTION_TEMPLATES, FAILED_STATES
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_causes import RootCauses
 from cxbridge_studio.explain.goal_rules import rules_for
 from cxbridge_studio.explain.goals import Goals, failed_actions
 
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
-_DEEPEST: Final = 20  # limit of levels, since facts may form a cycle of parents
+_DEEPEST: Final = 20  # limit of levels: errors of goals may name each other in a ring, and nobody reads more
 
 # The cause that a recording without firings has.
 NOT_RECORDED: Final = "which rule decided so is not known: firings were not recorded (level rules)"
 
 # The limit of facts copied per deftemplate: copying a fact stops the loop for about 10 us.
-MOST_FACTS: Final = 10_000
+MAX_FACTS: Final = 10_000
 
 # Slots of facts by deftemplate, as CLIPS prints the values.
 Facts = Mapping[str, list[Mapping[str, str]]]
 
 # The templates whose facts explain why a goal waits.
-FACT_TEMPLATES: Final = ("goal", "mutex", *LOOK_TEMPLATES)
+FACT_TEMPLATES: Final = ("goal", "mutex", *ACTION_TEMPLATES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +82,11 @@ class GoalStory:
     cause: Cause
     moments: tuple[GoalMoment, ...]
 
+    @property
+    def label(self) -> str:
+        """The class of the goal and its number within the class."""
+        return f"{self.goal_class}#{self.number}"
+
 
 @dataclass(frozen=True, slots=True)
 class ActionStory:
@@ -104,8 +114,8 @@ class GoalReporter:
         self._facts = facts
         assert evidence.history is not None
         self._rules_known = evidence.history.rules_known
-        self._roots = RootCauses(evidence, goals, facts)
-        self._depth = 0
+        self._root_causes = RootCauses(evidence, goals, facts)
+        self._levels_above = 0  # parents that are being explained: sub-goals wait for them
 
     def report(self, goal: GoalRecord) -> GoalStory:
         """Return the story of a goal."""
@@ -135,24 +145,16 @@ class GoalReporter:
             cause = self._failed_action(goal, action)
         else:
             link = self._goals.skill(action)
-            end = f"action {action.id} {action.name} is {action.state} since {self._at(action.changes[-1])}"
-            skill = (
-                ()
-                if link is None
-                else (
-                    Cause(
-                        f"{link.word}skill {link.call.skill_string} "
-                        f"of {link.call.skiller} ended {link.call.status}"
-                    ),
-                )
-            )
-            cause = Cause(end, skill)
-        rules = [(change, self._goals.rules(change)) for change in action.changes]
-        moments = tuple(GoalMoment(self._seconds(change), change.state, fired) for change, fired in rules)
-        if cause.because or not action.changes:
-            return ActionStory(goal.title, action.id, cause, moments)
-        decision = self._decision_of(rules[-1][1], f"action {action.id}", action.state)
-        return ActionStory(goal.title, action.id, Cause(cause.text, (decision,)), moments)
+            skill = () if link is None else (Cause(_skill_end(link)),)
+            cause = Cause(self._state_since(action), skill)
+        moments = tuple(
+            GoalMoment(self._seconds(change), change.state, self._goals.rules(change))
+            for change in action.changes
+        )
+        if not cause.because and moments:
+            decision = self._decision_of(moments[-1].rules, f"action {action.id}", action.state)
+            cause = Cause(cause.text, (decision,))
+        return ActionStory(goal.title, action.id, cause, moments)
 
     def outcome(self, goal: GoalRecord) -> Cause:
         """Return how a goal ended, with the reasons."""
@@ -169,7 +171,8 @@ class GoalReporter:
         facts = self._facts.get("goal")
         if goal.replaced is not None or facts is None or not self._evidence.has_facts_of("goal"):
             return goal.replaced is not None
-        return len(facts) < MOST_FACTS and all(slots.get("id") != goal.id for slots in facts)
+        # With as many facts as the limit, the goal may be among those that were not copied.
+        return len(facts) < MAX_FACTS and all(slots.get("id") != goal.id for slots in facts)
 
     # --- the life of a goal
 
@@ -183,18 +186,19 @@ class GoalReporter:
                 (change, self._action_text(action, index)) for index, change in enumerate(action.changes)
             ]
         for child in self._goals.children(goal):
-            changes += [(each, self._child_text(child, index)) for index, each in enumerate(child.changes)]
+            changes += [
+                (change, self._child_text(child, index)) for index, change in enumerate(child.changes)
+            ]
         for change, text in sorted(changes, key=lambda item: item[0].seq):
             if text:
                 yield GoalMoment(self._seconds(change), text, self._goals.rules(change))
 
     @staticmethod
     def _goal_text(goal: GoalRecord, index: int) -> str:
-        change = goal.changes[index]
-        if index:
-            previous = goal.changes[index - 1]
-            if previous.mode == change.mode and previous.parent != change.parent:
-                return f"becomes a sub-goal of {change.parent}"
+        change, previous = goal.changes[index], goal.changes[index - 1]
+        # A rule may give a goal a parent after the goal was formulated.
+        if index and previous.mode == change.mode and previous.parent != change.parent:
+            return f"becomes a sub-goal of {change.parent}"
         outcome = "" if change.outcome == "UNKNOWN" or change.mode != "FINISHED" else f" {change.outcome}"
         error = f", error: {change.error}" if change.error and change.mode == "FINISHED" else ""
         return f"{change.mode}{outcome}{error}"
@@ -204,13 +208,12 @@ class GoalReporter:
         is_last = index == len(action.changes) - 1
         if state not in _SHOWN_STATES and not (is_last and state != "FORMULATED"):
             return ""
-        text, link = "", self._goals.skill(action)
-        if link is not None:
-            if state == "RUNNING":
-                text = f", {link.word}skill {link.call.skill_string}"
-            elif state in ("EXECUTION-FAILED", "FAILED") and link.call.error:
-                text = f": {link.word}{link.call.error}"
-        return f"  action {action.id} {action.name} {state}{text}"
+        detail, link = "", self._goals.skill(action)
+        if link is not None and state == "RUNNING":
+            detail = f", {link.word}skill {link.call.skill_string}"
+        elif link is not None and state in FAILED_STATES and link.call.error:
+            detail = f": {link.word}{link.call.error}"
+        return f"  action {action.id} {action.name} {state}{detail}"
 
     @staticmethod
     def _child_text(child: GoalRecord, index: int) -> str:
@@ -235,9 +238,9 @@ class GoalReporter:
         if change is None:
             return f"{goal.title} was {goal.mode} when its fact was retracted"
         error = f", error: {change.error}" if change.error else ""
-        return f"{goal.title} {change.outcome} at {self._at(change)}{error}{self._formerly(goal)}"
+        return f"{goal.title} {change.outcome} at {self._at(change)}{error}{self._former_outcomes(goal)}"
 
-    def _formerly(self, goal: GoalRecord) -> str:
+    def _former_outcomes(self, goal: GoalRecord) -> str:
         """Return the outcomes of the goal before it was formulated again."""
         ends = [f"{change.outcome} at {self._at(change)}" for change in goal.former_ends]
         return f"; before, it was {', '.join(ends)}" if ends else ""
@@ -250,9 +253,13 @@ class GoalReporter:
         if change.outcome == "COMPLETED":
             yield from self._completed(goal, change)
             return
-        named = [other for other in self._goals.named_in(change, goal) if other.name not in reported]
+        # The most certain causes first: goals that the error names, failed actions, then the last sub-goal
+        # that failed before.
+        culprits = [each for each in self._goals.named_in(change, goal) if each.name not in reported]
         causes = [
-            Cause(self._outcome(other), self._further(other, reported)) for other in named if other.ended
+            Cause(self._outcome(culprit), self._further(culprit, reported))
+            for culprit in culprits
+            if culprit.ended
         ]
         if not causes:
             causes = [self._failed_action(goal, action) for action in failed_actions(goal.last_actions)]
@@ -262,9 +269,7 @@ class GoalReporter:
                 for child in self._goals.children(goal)
                 if _ended_badly(child, change) and child.name not in reported
             ][-1:]
-        if not causes:
-            causes = [Cause(text, root=True) for text in self._roots.of_planner(goal)]
-        yield from causes
+        yield from causes or _root_causes(self._root_causes.of_planner(goal))
         yield self._decision(change, goal)
 
     def _further(self, goal: GoalRecord, reported: set[str]) -> tuple[Cause, ...]:
@@ -273,11 +278,11 @@ class GoalReporter:
         return tuple(self._because(goal, reported | {goal.name}))
 
     def _decision(self, change: GoalChange, goal: GoalRecord) -> Cause:
-        """Return the rule that ended a goal."""
+        """Return which rule ended a goal."""
         return self._decision_of(self._goals.rules(change), goal.name, change.outcome)
 
     def _decision_of(self, rules: Sequence[str], name: str, state: str) -> Cause:
-        """Return which of the rules that fired just before set a state."""
+        """Return which of the rules that fired just before set a state: CLIPS tells no better."""
         if rules:
             return Cause(f"rule {rules[-1]} set {name} to {state}")
         if self._rules_known:
@@ -300,16 +305,9 @@ class GoalReporter:
         text = f"action {action.id} {action.name} failed at {self._at(change)}"
         link = self._goals.skill(action)
         if link is None:
-            return Cause(text, tuple(self._root(self._roots.of_action(goal, action))))
-        skill = link.call
-        error = f": {skill.error}" if skill.error else ""
-        why = f"{link.word}skill {skill.skill_string} of {skill.skiller} ended {skill.status}{error}"
-        return Cause(text, (Cause(why, root=True),))
-
-    @staticmethod
-    def _root(text: str) -> Iterator[Cause]:
-        if text:
-            yield Cause(text, root=True)
+            return Cause(text, tuple(_root_causes([self._root_causes.of_action(goal, action)])))
+        error = f": {link.call.error}" if link.call.error else ""
+        return Cause(text, (Cause(f"{_skill_end(link)}{error}", root=True),))
 
     def _left_over(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield why a goal with an outcome has not been retracted, with the rules that could retract it."""
@@ -326,13 +324,9 @@ class GoalReporter:
     # --- the cause of a wait
 
     def _since(self, goal: GoalRecord) -> str:
-        mode = goal.mode
-        first = goal.changes[-1]
-        for change in reversed(goal.changes):
-            if change.mode != mode:
-                break
-            first = change
-        return f"{goal.title} is {mode} since {self._at(first)}{self._formerly(goal)}"
+        # Changes of other slots repeat the mode.
+        *_, first = takewhile(lambda change: change.mode == goal.mode, reversed(goal.changes))
+        return f"{goal.title} is {goal.mode} since {self._at(first)}{self._former_outcomes(goal)}"
 
     def _waits_for(self, goal: GoalRecord) -> str:
         return f"{self._since(goal)}, and waits {_WAITS.get(goal.mode, 'for a rule')}"
@@ -342,33 +336,34 @@ class GoalReporter:
         mode = goal.mode
         parent = self._goals.parent(goal)
         if mode == "FORMULATED" and parent is not None and depth == 0:
-            yield Cause(self._since(parent), tuple(self._above(parent)))
-            for other in self._goals.children(parent):
-                if other is not goal and other.mode not in ("FORMULATED", *ENDED_MODES):
-                    yield Cause(f"its sibling {self._since(other)}")
-        held_above = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
-        if mode != "DISPATCHED" and not held_above:
-            yield from (Cause(text, root=True) for text in self._roots.of_waiting(goal))
-            yield from () if depth or self._depth else self._rules_for(goal)
-        yield from self._open_parts(goal, depth)
-
-    def _open_parts(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
-        """Yield the unfinished action and sub-goals of a goal."""
-        mode = goal.mode
+            yield Cause(self._since(parent), tuple(self._parent_holdups(parent)))
+            for sibling in self._goals.children(parent):
+                if sibling is not goal and sibling.mode not in ("FORMULATED", *ENDED_MODES):
+                    yield Cause(f"its sibling {self._since(sibling)}")
+        # A dispatched goal waits for its actions and sub-goals; the selection of a sub-goal is up to the
+        # rules for its parent.
+        waits_for_parent = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
+        if mode != "DISPATCHED" and not waits_for_parent:
+            yield from _root_causes(self._root_causes.of_waiting(goal))
+            yield from () if depth or self._levels_above else self._rules_for(goal)
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
-            open_actions = [action for action in goal.actions if action.state not in DONE_STATES]
-            if mode == "DISPATCHED" and open_actions:
-                yield self._open_action(goal, open_actions[0], len(open_actions) - 1)
-            for child in self._goals.children(goal):
-                if child.mode != "RETRACTED" and depth < _DEEPEST and not self._is_gone(child):
-                    yield self._open_child(child, depth)
+            yield from self._unfinished(goal, depth)
 
-    def _above(self, goal: GoalRecord) -> Iterator[Cause]:
+    def _unfinished(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
+        """Yield the unfinished action and sub-goals of a goal."""
+        open_actions = [action for action in goal.actions if action.state not in DONE_STATES]
+        if goal.mode == "DISPATCHED" and open_actions:
+            yield self._open_action(goal, open_actions[0], len(open_actions) - 1)
+        for child in self._goals.children(goal):
+            if child.mode != "RETRACTED" and depth < _DEEPEST and not self._is_gone(child):
+                yield self._open_child(child, depth)
+
+    def _parent_holdups(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield why a parent goal has not been selected."""
-        if goal.mode == "FORMULATED" and self._depth < _DEEPEST:
-            self._depth += 1
+        if goal.mode == "FORMULATED" and self._levels_above < _DEEPEST:
+            self._levels_above += 1
             yield from self._holdups(goal, 0)
-            self._depth -= 1
+            self._levels_above -= 1
 
     def _open_child(self, child: GoalRecord, depth: int) -> Cause:
         if child.ended is not None:
@@ -376,39 +371,44 @@ class GoalReporter:
         return Cause(self._since(child), tuple(self._holdups(child, depth + 1)))
 
     def _open_action(self, goal: GoalRecord, action: PlanActionRecord, count_after: int) -> Cause:
-        text = f"action {action.id} {action.name} is {action.state} since {self._at(action.changes[-1])}"
         because = []
         link = self._goals.skill(action)
-        if link is not None and action.state not in ("FORMULATED", "PENDING"):
+        is_started = action.state not in ("FORMULATED", "PENDING")
+        if link is not None and is_started:
             skill = link.call
             began = self._evidence.seconds(self._goals.time_us(skill.begin[0]))
             subject = f"{link.word}skill {skill.skill_string} of {skill.skiller}"
             because.append(Cause(f"{subject} is {skill.status} since {began:.3f} s"))
         if action.state not in ("WAITING", "RUNNING"):
-            because = [*self._root(self._roots.of_action(goal, action)), *because]
-        fact = self._action_fact(goal, action)
-        if not because and action.state in ("FORMULATED", "PENDING") and fact.get("executable") == "FALSE":
+            because = [*_root_causes([self._root_causes.of_action(goal, action)]), *because]
+        if not because and not is_started and self._is_known_not_executable(goal, action):
             because.append(Cause("it is not executable: its precondition does not hold"))
-        rest = f", {count_after} more after it" if count_after else ""
-        return Cause(text + rest, tuple(because))
+        further = f", {count_after} more after it" if count_after else ""
+        return Cause(self._state_since(action) + further, tuple(because))
 
-    def _action_fact(self, goal: GoalRecord, action: PlanActionRecord) -> Mapping[str, str]:
-        for slots in self._facts.get("plan-action", ()):
-            if (slots.get("goal-id"), slots.get("plan-id"), slots.get("id")) == (
-                goal.id,
-                action.plan,
-                action.id,
-            ):
-                return slots
-        return {}
+    def _state_since(self, action: PlanActionRecord) -> str:
+        return f"action {action.id} {action.name} is {action.state} since {self._at(action.changes[-1])}"
+
+    def _is_known_not_executable(self, goal: GoalRecord, action: PlanActionRecord) -> bool:
+        key = (goal.id, action.plan, action.id, "FALSE")
+        slot_names = ("goal-id", "plan-id", "id", "executable")
+        return any(tuple(map(slots.get, slot_names)) == key for slots in self._facts.get("plan-action", ()))
 
 
-def _ended_badly(child: GoalRecord, previous_change: GoalChange) -> bool:
+def _root_causes(texts: Iterable[str]) -> Iterator[Cause]:
+    return (Cause(text, root=True) for text in texts if text)
+
+
+def _skill_end(link: SkillLink) -> str:
+    skill = link.call
+    return f"{link.word}skill {skill.skill_string} of {skill.skiller} ended {skill.status}"
+
+
+def _ended_badly(child: GoalRecord, end_of_parent: GoalChange) -> bool:
+    """Whether a sub-goal failed before its parent ended."""
     change = child.ended
     return (
-        change is not None
-        and change.outcome in ("FAILED", "REJECTED")
-        and change.time <= previous_change.time
+        change is not None and change.outcome in ("FAILED", "REJECTED") and change.time <= end_of_parent.time
     )
 
 

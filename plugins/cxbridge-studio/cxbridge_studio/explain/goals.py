@@ -1,4 +1,4 @@
-"""The goals of a history by name, with their rules, skills and sub-goals."""
+"""The goals of a run by name, each with its parent, sub-goals, rules, skills and planner calls."""
 
 from __future__ import annotations
 
@@ -19,12 +19,15 @@ from cxbridge.history.model import (
     goals_named,
 )
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.explain.action_diagnosis import ActionLook
+from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis
 from cxbridge_studio.explain.evidence import History
 
 
 class Goals:
+    """The goals of a history, linked with everything that happened for them."""
+
     def __init__(self, history: History) -> None:
+        # The events are numbered by their position in this list: `seq` of a change is an index into it.
         self._steps = list(history.steps)
         run = RunHistory.of((step.event for step in self._steps), UNLIMITED)
         self.all = run.goals
@@ -38,6 +41,10 @@ class Goals:
 
     def children(self, goal: GoalRecord) -> Sequence[GoalRecord]:
         return [self.all[number] for number in self._forest.children.get(goal.number, ())]
+
+    def count_below(self, goal: GoalRecord) -> int:
+        """Return the number of sub-goals on all levels."""
+        return sum(1 for _ in self._forest.walk([goal.number])) - 1
 
     def skill(self, action: PlanActionRecord) -> SkillLink | None:
         """Return the link to the last skill that executed an action, or None if it is unknown."""
@@ -57,7 +64,7 @@ class Goals:
     def actions_named(self, name: str) -> list[tuple[GoalRecord, PlanActionRecord]]:
         """Return the plan-actions that ``GOAL/ID``, or ``GOAL/ACTION``, stands for, each with its goal.
 
-        :raises CxbridgeError: when there is none.
+        :raises CxbridgeError: if no plan-action has this name.
         """
         goal_name, _, action_name = name.rpartition("/")
         matches = [
@@ -74,10 +81,10 @@ class Goals:
         """Return the rules that fired just before a change, the latest last."""
         return self._steps[change.seq].rules
 
-    def look(self, action: PlanActionRecord) -> ActionLook | None:
-        """Return the state of an action when it failed, or None if it is unknown."""
-        looks = (self._steps[change.seq].look for change in reversed(action.changes))
-        return next((look for look in looks if look is not None), None)
+    def diagnosis(self, action: PlanActionRecord) -> ActionDiagnosis | None:
+        """Return the diagnosis of an action when it failed, or None if it is unknown."""
+        diagnoses = (self._steps[change.seq].diagnosis for change in reversed(action.changes))
+        return next((diagnosis for diagnosis in diagnoses if diagnosis is not None), None)
 
     def planner_calls(self, goal: GoalRecord) -> Iterator[PlannerCall]:
         """Yield the results of planner calls for a goal, in order."""
@@ -98,12 +105,16 @@ class Goals:
         :raises CxbridgeError: if there is no such goal, or several ids have this prefix.
         """
         matches = goals_named(self.all, name)
+        stem = name.rpartition("#")[0]
         if not matches:
-            known = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))
-            of_class = len(self.of_class(name.rpartition("#")[0]))
-            hint = f"there are {of_class} of this class" if of_class else did_you_mean(name, known)
+            all_names = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))
+            size_of_class = len(self.of_class(stem))
+            hint = (
+                f"there are {size_of_class} of this class" if size_of_class else did_you_mean(name, all_names)
+            )
             raise CxbridgeError(f"there is no goal '{name}'", hint=hint or None)
-        if not {matches[0].id, matches[0].goal_class} & {name, name.rpartition("#")[0]} and len(matches) > 1:
+        # Goals that share only the beginning of their ids have nothing in common: the user must choose.
+        if not {matches[0].id, matches[0].goal_class} & {name, stem} and len(matches) > 1:
             listed = ", ".join(goal.name for goal in matches[:10])
             raise CxbridgeError(f"several goals begin with '{name}'", hint=f"which of: {listed}")
         return matches[-1:] if now and matches[0].id == name else matches
@@ -112,11 +123,16 @@ class Goals:
         """Return the goals of a class, in order of appearance."""
         return [goal for goal in self.all if goal.goal_class == goal_class]
 
-    def named_in(self, change: GoalChange, but: GoalRecord) -> list[GoalRecord]:
-        """Return the goals whose ids are words in the error of a change and that existed at that time."""
-        last = {goal.id: goal for goal in self.all if goal.changes[0].seq <= change.seq}
-        return [last[word] for word in change.error.split() if word in last and word != but.id]
+    def named_in(self, change: GoalChange, goal: GoalRecord) -> list[GoalRecord]:
+        """Return the other goals whose ids are words in the error of a goal's change.
+
+        The core writes ``SUB-GOAL-FAILED ID`` into the error of a parent.
+        """
+        # An id may be used again, so the latest goal at the time of the change counts.
+        goals_by_id = {each.id: each for each in self.all if each.changes[0].seq <= change.seq}
+        words = change.error.split()
+        return [goals_by_id[word] for word in words if word in goals_by_id and word != goal.id]
 
 
 def failed_actions(actions: Sequence[PlanActionRecord]) -> list[PlanActionRecord]:
-    return [action for action in actions if action.state in ("FAILED", "EXECUTION-FAILED")]
+    return [action for action in actions if action.state in FAILED_STATES]

@@ -1,4 +1,4 @@
-"""Positions in an agent's files, for reports about a run."""
+"""Finds names in an agent's CLIPS files, so that a report about a run can point to ``FILE:LINE``."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from pathlib import Path
 
 from cxbridge.run.explainers import Places
 from cxbridge.suggestions import nearest
-from cxbridge_studio.agent.model import AgentModel, Found
+from cxbridge_studio.agent.model import AgentModel, FileMention
 from cxbridge_studio.agent.names import Name, NameKind, Use
 
 
-class WrittenPlaces(Places):
-    """Finder of names in CLIPS files.
+class SourcePlaces(Places):
+    """The positions of names in source files.
 
     :param files: the agent's files.
     """
@@ -25,40 +25,43 @@ class WrittenPlaces(Places):
 
     def of_action(self, action: str) -> str:
         """Return the position where an action is put into a plan."""
-        return _first(self._model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED))
+        return _first_position(self._model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED))
 
     def of_goal(self, goal_class: str, mode: str) -> str:
         """Return the position where a rule sets a goal of a class to a mode, or asserts the goal."""
-        of_class = Name(NameKind.GOAL_CLASS, goal_class)
-        changed = re.compile(rf"\s+{re.escape(mode)}\s*\)")
-        others = ""
+        class_name = Name(NameKind.GOAL_CLASS, goal_class)
+        mode_value = re.compile(rf"\s+{re.escape(mode)}\s*\)")
+        in_rule_for_any_class = ""
         for change in self._model.mentions(Name(NameKind.SLOT, "mode", "goal"), Use.CHANGED):
-            piece = change.file.piece_at(change.mention.start)
-            if piece is None or not changed.match(change.file.text, change.mention.end):
+            rule = change.file.piece_at(change.mention.start)
+            if rule is None or not mode_value.match(change.file.text, change.mention.end):
                 continue
-            names = {mention.name for mention in piece.piece.mentions}
-            if of_class in names:
-                return _place(change)
-            if not others and not any(name.kind is NameKind.GOAL_CLASS for name in names):
-                others = _place(change)
-        return others or _first(self._model.mentions(of_class, Use.ASSERTED))
+            names = {mention.name for mention in rule.piece.mentions}
+            if class_name in names:
+                return _position(change)
+            # A rule that names no class at all may change this goal, but a later rule may name its class.
+            if not any(name.kind is NameKind.GOAL_CLASS for name in names):
+                in_rule_for_any_class = in_rule_for_any_class or _position(change)
+        return in_rule_for_any_class or _first_position(self._model.mentions(class_name, Use.ASSERTED))
 
     def of_interface(self, kind: str, name: str) -> str:
         """Return the position where rules open an interface."""
         for mention in self._model.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
-            line = mention.file.text[mention.mention.end :].partition("\n")[0]
-            if name in line:
-                return _place(mention)
+            # The id follows the type: "TYPE::ID", or as the next argument of the call.
+            rest_of_line = mention.file.text[mention.mention.end :].partition("\n")[0]
+            if name in rest_of_line:
+                return _position(mention)
         return ""
 
     def of_similar_fact(self, template: str) -> str:
         """Return the question whether an asserted fact of a similar name is meant, with its position."""
-        names = self._model.names(NameKind.TEMPLATE, Use.ASSERTED) - self._model.names(
+        # A fact that a rule matches is no misspelling.
+        unmatched = self._model.names(NameKind.TEMPLATE, Use.ASSERTED) - self._model.names(
             NameKind.TEMPLATE, Use.MATCHED
         )
-        for name in nearest(template, names):
-            place = _first(self._model.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
-            return f"did you mean ({name}), which {place} asserts?"
+        for name in nearest(template, unmatched):
+            position = _first_position(self._model.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
+            return f"did you mean ({name}), which {position} asserts?"
         return ""
 
     def rules_that_make_goals(self) -> list[str]:
@@ -74,9 +77,9 @@ class WrittenPlaces(Places):
         ]
 
 
-def _first(places: Iterator[Found]) -> str:
-    return next(map(_place, places), "")
+def _first_position(mentions: Iterator[FileMention]) -> str:
+    return next(map(_position, mentions), "")
 
 
-def _place(mention: Found) -> str:
+def _position(mention: FileMention) -> str:
     return f"{mention.file.path}:{mention.file.lines.at(mention.mention.start)}"

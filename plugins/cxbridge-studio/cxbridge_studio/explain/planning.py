@@ -19,8 +19,8 @@ from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import sources_of
 
-# The printable parts of a call, in the order of the figure.
-PARTS: Final = ("instances", "predicates", "goal", "plan")
+# The printable sections of a call, in the order of the figure.
+SECTIONS: Final = ("instances", "predicates", "goal", "plan")
 
 # Distance and duration in seconds of actions in a plan without times, as POPF prints them.
 EPSILON_S: Final = 0.001
@@ -41,8 +41,9 @@ class PlannerAnswer:
     problem: Problem
     ended: PlannerCall | None
 
-    def section(self, part: str) -> list[str]:
-        match part:
+    def section(self, section: str) -> list[str]:
+        """Return the lines of a section, one of :data:`SECTIONS`."""
+        match section:
             case "instances":
                 rows = [
                     (name, group.types[0] if group.types else _ROOT_TYPE)
@@ -66,14 +67,17 @@ class PlannerAnswer:
             return [f"plan: {self.ended.status}: {self.ended.reason}"]
         rows = _with_times(parse_plan_text(self.ended.plan))
         widths = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
-        return ["plan:", *(f"{start:{widths[0]}} {step:{widths[1]}} {took}" for start, step, took in rows)]
+        return [
+            "plan:",
+            *(f"{start:{widths[0]}} {step:{widths[1]}} {duration}" for start, step, duration in rows),
+        ]
 
     def as_terminal(self) -> list[str]:
-        """Return all parts, each below the command of PlanSys2's terminal."""
+        """Return all sections, each below the command of PlanSys2's terminal."""
         lines: list[str] = []
-        for part in PARTS:
-            command = "get plan" if part == "plan" else f"get problem {part}"
-            lines += ([""] if lines else []) + [f"> {command}", *self.section(part)]
+        for section in SECTIONS:
+            command = "get plan" if section == "plan" else f"get problem {section}"
+            lines += ([""] if lines else []) + [f"> {command}", *self.section(section)]
         return lines
 
 
@@ -82,8 +86,8 @@ def _with_times(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
     rows = []
     for number, action in enumerate(actions):
         begin = number * EPSILON_S if action.start is None else action.start
-        took = EPSILON_S if action.duration is None else action.duration
-        rows.append((f"{begin:.6g}", f"({' '.join((action.name, *action.arguments))})", f"{took:.6g}"))
+        duration = EPSILON_S if action.duration is None else action.duration
+        rows.append((f"{begin:.6g}", f"({' '.join((action.name, *action.arguments))})", f"{duration:.6g}"))
     return rows
 
 
@@ -98,11 +102,12 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
         for event in run
         if isinstance(event, PlannerCall) and event.status != _STARTED
     }
+    # A recording has each domain before the problems that use the domain.
     domains: dict[str, Domain] = {}
     for source in sources_of(run, "pddl"):
         kind, call = source.details.get("kind"), source.details.get("call", "")
         if source.data is None or (kind == "problem" and not call):
-            continue
+            continue  # a problem without a call was only read by the agent
         text, source_name = source.data.decode("utf-8", "replace"), f"{run.path}: {source.name}"
         if kind == "domain":
             domains[source.owner] = parse_domain(text, source_name)
@@ -116,18 +121,18 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
             yield PlannerAnswer(call, "" if final_event is None else final_event.goal, problem, final_event)
 
 
-def choose_answer(run: Run, wanted: str = "") -> PlannerAnswer:
+def choose_answer(run: Run, name: str = "") -> PlannerAnswer:
     """Return the call with this id, or the last call for this goal; without an id, the last call.
 
     :raises TraceError: if there is no such call.
     """
     answers = list(planner_answers(run))
     for answer in reversed(answers):
-        if not wanted or wanted in (answer.call, answer.goal):
+        if not name or name in (answer.call, answer.goal):
             return answer
     if answers:
-        known = ", ".join(answer.call for answer in answers)
-        raise TraceError(f"no planner was called for '{wanted}'", file=run.path, hint=f"calls: {known}")
+        calls = ", ".join(answer.call for answer in answers)
+        raise TraceError(f"no planner was called for '{name}'", file=run.path, hint=f"calls: {calls}")
     raise TraceError(
         "no problem of a planner was recorded",
         file=run.path,

@@ -19,11 +19,12 @@ FactsOf = Callable[[str], Sequence[Mapping[str, str]]]
 _EQUALITY: Final = "EQUALITY"
 
 
-def _no_objects(_types: tuple[str, ...]) -> Collection[str]:
-    return ()
-
-
 Atom = tuple[str, ...]  # a predicate and its arguments
+
+
+def _no_objects(_types: tuple[str, ...]) -> Collection[str]:
+    """Return no objects: conditions of facts have no quantifiers, which need the objects of a type."""
+    return ()
 
 
 def fields(text: str) -> tuple[str, ...]:
@@ -61,26 +62,28 @@ class Preconditions:
         condition = self._conditions.of(operator)
         if condition is None:
             return []
+        formulas = condition.walk()
         variables = {
-            term.name for part in condition.walk() for term in part.terms if isinstance(term, Variable)
+            term.name for formula in formulas for term in formula.terms if isinstance(term, Variable)
         }
         bound = {name: arguments.get(name, f"?{name}") for name in variables}
         state = KnownState({(name, tuple(values)) for name, *values in self._true}, {}, _no_objects)
-        blamed = to_blame(condition, state, bound)
-        return list(
-            dict.fromkeys(self._described(_ground(each), expected_truth=each.wanted) for each in blamed)
-        )
+        blamed_atoms = to_blame(condition, state, bound)
+        # Two branches of a condition may blame the same atom.
+        texts = (self._describe(_ground(blamed), expected_truth=blamed.wanted) for blamed in blamed_atoms)
+        return list(dict.fromkeys(texts))
 
-    def _described(self, atom: Atom, *, expected_truth: bool) -> str:
+    def _describe(self, atom: Atom, *, expected_truth: bool) -> str:
         unknown = [word for word in atom if word.startswith("?")]
         if unknown:
             return f"{atom_text(atom)} has no value for {', '.join(unknown)}"
         if not expected_truth:
             return f"{atom_text(atom)} is true"
-        similar_atoms = [other for other in self._true if other[0] == atom[0] and len(other) == len(atom)]
-        near = sorted(((_likeness(atom, other), other) for other in similar_atoms), reverse=True)[:1]
-        also = "".join(f" ({atom_text(other)} is true)" for like, other in near if like > LIKE)
-        return f"{atom_text(atom)} is false{also}"
+        # A true atom that differs in one similar argument hints at a misspelling.
+        comparable = [true for true in self._true if true[0] == atom[0] and len(true) == len(atom)]
+        ranked = sorted(((_likeness(atom, true), true) for true in comparable), reverse=True)
+        similar = f" ({atom_text(ranked[0][1])} is true)" if ranked and ranked[0][0] > LIKE else ""
+        return f"{atom_text(atom)} is false{similar}"
 
 
 def _with_fields(slots: Mapping[str, str]) -> Mapping[str, Any]:
@@ -108,7 +111,7 @@ def ground(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:
     return ("=" if name == _EQUALITY else name, *terms)
 
 
-def _likeness(one: Atom, other: Atom) -> float:
+def _likeness(first: Atom, second: Atom) -> float:
     """Return the similarity of two atoms that differ in one argument; 0 if they differ in more."""
-    pairs = [pair for pair in zip(one, other, strict=True) if pair[0] != pair[1]]
+    pairs = [pair for pair in zip(first, second, strict=True) if pair[0] != pair[1]]
     return likeness(*pairs[0]) if len(pairs) == 1 else 0.0

@@ -1,13 +1,19 @@
-"""Evidence from a recording: events up to a time, facts at that time, and constructs from files."""
+"""Evidence from a recording: events up to a moment, the facts then, and the recorded CLIPS files.
+
+The recording is read once, up to the moment. Its rules come from the files that it contains, or from a
+scenario that the user names.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import Final, Protocol
 
+import cxbridge.executive
 from cxbridge.clipstext.condition import patterns
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
@@ -17,26 +23,35 @@ from cxbridge.events import (
     GoalTransition,
     InterfaceMessage,
     InterfaceWrite,
+    Level,
     LogLine,
     PlanActionTransition,
     PlannerCall,
     RuleFired,
     SkillStatus,
 )
+from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.history.state import EnvironmentFacts
 from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import building_steps
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.evidence import Evidence, History, NoFactsError
-from cxbridge_studio.explain.recorded_diagnostics import Refusals, agent_folders
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.recorded_facts import rows_of
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
 
-_TEXTS = ("clips", "construct")
+_TEXTS = ("clips", "construct")  # roles of recorded sources with constructs
 _WITH_ENV = (FactChange, RuleFired, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)
 EXECUTIVE = "executive"
+MAX_DIAGNOSTICS: Final = 1000  # number of first diagnostics to keep, by environment
+
+_CORE = Path(cxbridge.executive.__file__).parent / "clips"
+_COMPONENT = re.compile(r"CLIPS \((.+)\)")
+# Look for the end first: otherwise each colon is tried as the one after the file, in quadratic time.
+_DIAGNOSTIC = re.compile(
+    r"(?=.* \[\w+\]\Z)(.+?)(?::(\d{1,9}))?: (?:(def\w+ \S++) is not defined: )?(.*) \[(\w+)\]", re.DOTALL
+)
 
 
 class RuleSource(Protocol):
@@ -51,6 +66,28 @@ class RuleSource(Protocol):
         """Return the text of all defrules by name."""
 
 
+class RecordedDiagnostics:
+    """The loader's diagnostics in the log of a recording: no event but the log line has them."""
+
+    def __init__(self) -> None:
+        self._by_env: dict[str, list[Diagnostic]] = {}
+
+    def take(self, event: LogLine) -> None:
+        """Keep a log line if it is a diagnostic of the loader."""
+        env = _COMPONENT.fullmatch(event.component)
+        match = _DIAGNOSTIC.fullmatch(event.text) if event.level in (Level.WARN, Level.ERROR) else None
+        if env is None or match is None:
+            return
+        diagnostics = self._by_env.setdefault(env[1], [])
+        if len(diagnostics) < MAX_DIAGNOSTICS:
+            file, line, construct, message, code = match.groups()
+            diagnostics.append(Diagnostic(file, int(line) if line else None, construct or "", code, message))
+
+    def of(self, env: str) -> list[Diagnostic]:
+        """Return the diagnostics about the files of an environment."""
+        return self._by_env.get(env, [])
+
+
 class _PastEvents:
     """The events of a recording up to a moment.
 
@@ -61,7 +98,7 @@ class _PastEvents:
     def __init__(self, run: Run, at_s: float | None) -> None:
         self.histories: dict[str, History] = {}
         self.facts = EnvironmentFacts()
-        self.refusals = Refusals()
+        self.diagnostics = RecordedDiagnostics()
         self.cut = False
         start_us, now_us = run.start_us, None
         for event in run:
@@ -86,11 +123,11 @@ class _PastEvents:
                 self.histories[event.env] = History(event.env, facts_of=reads)
             self.histories[event.env].take(event)
         elif isinstance(event, LogLine):
-            self.refusals.take(event)
+            self.diagnostics.take(event)
         elif isinstance(event, InterfaceWrite | InterfaceMessage):
             # The transitions show which environment a Skiller serves, so every history gets the event.
-            for each in self.histories.values():
-                each.take(event)
+            for history in self.histories.values():
+                history.take(event)
 
 
 class RecordedEvidence(Evidence):
@@ -107,22 +144,19 @@ class RecordedEvidence(Evidence):
         self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None
     ) -> None:
         past = _PastEvents(run, at_s)
-        start_us, now_us, facts, histories = past.start_us, past.now_us, past.facts, past.histories
-        chosen = _choose(env, set(histories), run.path)
-        self.env = chosen
-        self._tables = facts
-        self._facts = facts.by_env.get(chosen)
-        self._seen = facts.templates.get(chosen, set())
+        self.env = env = _choose(env, set(past.histories), run.path)
+        self._tables = past.facts
+        self._facts = past.facts.by_env.get(env)
+        self._templates_with_facts = past.facts.templates.get(env, set())
         self._path = run.path
         self._rules = rules
         self._run = run
-        self._refusals = past.refusals
-        history = histories.setdefault(chosen, History(chosen))
-        seconds = (now_us - start_us) / MICROSECONDS if at_s is None else at_s
-        when = (
-            f"at {seconds:.3f} s" if past.cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
-        )
-        super().__init__(f"{short_path(run.path)} {when}", start_us, now_us, history)
+        self._diagnostics = past.diagnostics
+        history = past.histories.setdefault(env, History(env))
+        seconds = (past.now_us - past.start_us) / MICROSECONDS
+        is_cut = past.cut and at_s is not None
+        when = f"at {at_s:.3f} s" if is_cut else f"at its end, {seconds:.3f} s"
+        super().__init__(f"{short_path(run.path)} {when}", past.start_us, past.now_us, history)
         self.is_moment = at_s is not None
         if not past.cut:
             self.ending = _ending(run.metadata())
@@ -144,7 +178,7 @@ class RecordedEvidence(Evidence):
                     hint="name the scenario that was run, or with --fawkes-dir the Fawkes whose log it is",
                 )
             folders = agent_folders((file.name, file.text) for file in files)
-            self._rules = Constructs(files, self._refusals.of(self.env), folders)
+            self._rules = Constructs(files, self._diagnostics.of(self.env), folders)
         return self._rules
 
     def rulebook(self) -> Rulebook:
@@ -159,15 +193,15 @@ class RecordedEvidence(Evidence):
                 hint="record with --trace-level facts; a Fawkes needs clips-executive/debug/enable",
             )
         bare = self._source().snapshot(rule, self.env, self.now_us)
-        wanted = {pattern.template for pattern in patterns(parse_rule(bare.text).ces)}
-        changes = [c for c in self._facts.values() if bare.all_facts or c.template in wanted]
-        for name in sorted(wanted - self._seen):
+        names = {pattern.template for pattern in patterns(parse_rule(bare.text).ces)}
+        changes = [fact for fact in self._facts.values() if bare.all_facts or fact.template in names]
+        for name in sorted(names - self._templates_with_facts):
             self.notes.append(f"no fact of '{name}' was recorded: there was none, or it was not watched")
         if len(changes) > MAX_FACTS:
             return replace(bare, too_many=len(changes))
         templates, rows = rows_of(changes, bare.templates)
         if not bare.all_facts:
-            templates = {name: template for name, template in templates.items() if name in wanted}
+            templates = {name: template for name, template in templates.items() if name in names}
         if len(rows) < len(changes):
             self.notes.append(f"{len(changes) - len(rows)} facts of the recording cannot be read")
         return replace(bare, templates=templates, facts=tuple(rows))
@@ -180,15 +214,16 @@ class RecordedEvidence(Evidence):
 
     def has_facts_of(self, template: str) -> bool:
         """Return whether facts of a deftemplate were recorded."""
-        return template in self._seen
+        return template in self._templates_with_facts
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         return self._tables.slots(self.env, template)
 
 
 def _ending(metadata: Mapping[str, str]) -> str:
-    """Return how a run ended that did not end by its goals; empty when the recording does not tell."""
+    """Return how a run ended that did not end by its goals; empty if the recording does not tell."""
     status, reason = metadata.get("status", ""), metadata.get("reason", "")
+    # Status 0 and 1: the goals were over, and have completed or failed.
     return f"the run ended with status {status}: {reason}" if status.isdigit() and int(status) > 1 else ""
 
 
@@ -196,8 +231,27 @@ def _choose(env: str | None, names: set[str], path: Path) -> str:
     if env is None:
         return next(iter(names)) if len(names) == 1 else EXECUTIVE
     if env not in names:
-        known = ", ".join(sorted(names)) or "none"
-        raise TraceError(
-            f"there is no CLIPS environment '{env}' in it", file=path, hint=f"there are: {known}"
-        )
+        hint = f"there are: {', '.join(sorted(names)) or 'none'}"
+        raise TraceError(f"there is no CLIPS environment '{env}' in it", file=path, hint=hint)
     return env
+
+
+def agent_folders(files: Iterable[tuple[str, str]]) -> list[str]:
+    """Return the folders of an agent's files whose content equals the recorded content.
+
+    :param files: paths and texts. A path alone does not open a folder: the recording may come from a
+        stranger.
+    """
+    folders: dict[str, None] = {}
+    for name, text in files:
+        path = Path(name)
+        if not path.is_absolute() or path.is_relative_to(_CORE) or str(path.parent) in folders:
+            continue
+        try:
+            data = text.encode("utf-8", "surrogateescape")
+            # The size first: a stranger's path may lead to a device or to a huge file.
+            if path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data:
+                folders[str(path.parent)] = None
+        except (OSError, ValueError):
+            continue
+    return list(folders)

@@ -11,10 +11,10 @@ from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_report import cause_lines, goal_headline, reporter_of, without_roots
 from cxbridge_studio.explain.goal_story import NOT_RECORDED, Cause
 
-# Sentences of a part; the last one says how many are left out.
-MOST_SENTENCES: Final = 12
+# Sentences of a section; the last sentence says how many are left out.
+MAX_SENTENCES: Final = 12
 
-_BAD: Final = ("FAILED", "REJECTED")
+_FAILURES: Final = ("FAILED", "REJECTED")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +39,8 @@ class RunStory:
     notes: tuple[str, ...]
 
 
-# The parts of a story with sentences, and their headings.
-PARTS: Final = {
+# The fields of a story with sentences, and their headings in the text.
+SECTIONS: Final = {
     "wanted": "Wanted",
     "now": "Now",
     "wrong": "Went wrong",
@@ -49,92 +49,85 @@ PARTS: Final = {
 
 
 def tell_run(evidence: Evidence) -> RunStory:
-    """Tell the story of a run.
+    """Return the story of a run.
 
-    :raises CxbridgeError: when the source knows no goals.
+    :raises CxbridgeError: if the source has no goals.
     """
-    return _Teller(evidence).story()
+    return _StoryWriter(evidence).story()
 
 
-class _Teller:
-    """Finds the sentences of a story."""
-
+class _StoryWriter:
     def __init__(self, evidence: Evidence) -> None:
         self._evidence = evidence
         self._goals, self._reporter = reporter_of(evidence)
-        self._roots = [goal for goal in self._goals.all if self._goals.parent(goal) is None]
+        self._root_goals = [goal for goal in self._goals.all if self._goals.parent(goal) is None]
 
     def story(self) -> RunStory:
-        failed = [goal for goal in self._roots if goal.ended is not None and goal.outcome in _BAD]
-        open_roots = [goal for goal in self._roots if self._reporter.waits(goal)]
-        now = list(self._now())
-        wrong = failed + ([] if now else open_roots)
-        chosen = wrong[:MOST_SENTENCES]
-        stories = [self._reporter.report(goal) for goal in chosen]
-        overcome = self._overcome(failed)
+        root_goals = self._root_goals
+        failed = [goal for goal in root_goals if goal.ended is not None and goal.outcome in _FAILURES]
+        open_goals = [goal for goal in root_goals if self._reporter.waits(goal)]
+        work = list(self._work_under_way())
+        # A goal that waits is a problem only while nothing works for it.
+        troubled = failed + ([] if work else open_goals)
+        stories = [self._reporter.report(goal) for goal in troubled[:MAX_SENTENCES]]
+        overcome = self._overcome_failures(failed)
+        ending = [Cause(self._evidence.ending)] if self._evidence.ending else []
         return RunStory(
-            goal_headline(stories[0]) if stories else self._good_headline(open_roots, now),
+            goal_headline(stories[0]) if stories else self._untroubled_headline(open_goals, work),
             self._evidence.where,
-            _at_most([Cause(self._wanted(goal)) for goal in self._roots[: MOST_SENTENCES + 1]], self._roots),
-            _at_most(now, now),
-            _at_most([*self._ending(), *(_known(story.cause) for story in stories)], wrong),
-            _at_most([_known(self._reporter.outcome(goal)) for goal in overcome[:MOST_SENTENCES]], overcome),
-            tuple(self._unknown()),
+            _limited([Cause(self._summary(goal)) for goal in root_goals[:MAX_SENTENCES]], len(root_goals)),
+            _limited(work, len(work)),
+            _limited([*ending, *(_without_missing_firings(story.cause) for story in stories)], len(troubled)),
+            _limited(
+                [_without_missing_firings(self._reporter.outcome(goal)) for goal in overcome[:MAX_SENTENCES]],
+                len(overcome),
+            ),
+            tuple(self._missing_data()),
             tuple(self._evidence.notes),
         )
 
-    def _good_headline(self, open_roots: Sequence[GoalRecord], now: Sequence[Cause]) -> str:
-        """Return the first sentence of a run in which no goal without a parent has failed or waits."""
-        if open_roots:
-            further_goals = f", and {len(open_roots) - 1} more goals" if len(open_roots) > 1 else ""
-            return f"{open_roots[0].title}{further_goals} is under way: {now[0].text}"
-        if not self._roots:
+    def _untroubled_headline(self, open_goals: Sequence[GoalRecord], work: Sequence[Cause]) -> str:
+        """Return the first sentence of a run in which no root goal has failed or waits."""
+        if open_goals:
+            further_goals = f", and {len(open_goals) - 1} more goals" if len(open_goals) > 1 else ""
+            return f"{open_goals[0].title}{further_goals} is under way: {work[0].text}"
+        if not self._root_goals:
             return "no goal has been formulated"
-        if len(self._roots) == 1:
-            return self._reporter.outcome(self._roots[0]).text
-        return f"all {len(self._roots)} goals without a parent are over, and none of them has failed"
+        if len(self._root_goals) == 1:
+            return self._reporter.outcome(self._root_goals[0]).text
+        return f"all {len(self._root_goals)} goals without a parent are over, and none of them has failed"
 
-    def _ending(self) -> Iterator[Cause]:
-        """Yield how the run ended, if it did not end by its goals."""
-        if self._evidence.ending:
-            yield Cause(self._evidence.ending)
-
-    def _wanted(self, goal: GoalRecord) -> str:
-        below = self._below(goal)
-        count = f", with {below} sub-goal{'s' if below > 1 else ''}" if below else ""
+    def _summary(self, goal: GoalRecord) -> str:
+        count = self._goals.count_below(goal)
+        sub_goals = f", with {count} sub-goal{'s' if count > 1 else ''}" if count else ""
         outcome = "" if goal.ended is None else f": {goal.outcome}"
-        return f"{goal.title}{count}{outcome}"
+        return f"{goal.title}{sub_goals}{outcome}"
 
-    def _below(self, goal: GoalRecord) -> int:
-        return sum(1 + self._below(child) for child in self._goals.children(goal))
-
-    def _now(self) -> Iterator[Cause]:
-        """Yield the skills and planner calls under way."""
+    def _work_under_way(self) -> Iterator[Cause]:
+        """Yield the running skills and planner calls."""
         for call, action in self._goals.open_calls():
             begin = self._evidence.seconds(self._goals.time_us(call.begin[0]))
-            of = f" for action {action.id} {action.name} of {action.goal}" if action is not None else ""
-            yield Cause(f"{call.skiller} executes {call.skill_string}{of} since {begin:.3f} s")
+            purpose = f" for action {action.id} {action.name} of {action.goal}" if action is not None else ""
+            yield Cause(f"{call.skiller} executes {call.skill_string}{purpose} since {begin:.3f} s")
         for planner in self._goals.open_plannings():
             begin = self._evidence.seconds(self._goals.time_us(planner.begin[0]))
             yield Cause(f"planner {planner.name} looks for a plan for {planner.goal} since {begin:.3f} s")
 
-    def _overcome(self, failed: Sequence[GoalRecord]) -> list[GoalRecord]:
-        """Return the goals that failed although no goal above them has failed."""
-        ended_badly = {goal.number for goal in failed}
-        overcome_goals: list[GoalRecord] = []
-        for root in self._roots:
-            if root.number not in ended_badly:
-                overcome_goals += self._first_failures(root)
-        return overcome_goals
-
-    def _first_failures(self, goal: GoalRecord) -> Iterator[GoalRecord]:
-        for child in self._goals.children(goal):
-            if child.former_ends or (child.ended is not None and child.outcome in _BAD):
-                yield child
+    def _overcome_failures(self, failed: Sequence[GoalRecord]) -> list[GoalRecord]:
+        """Return the topmost failed goals of each tree whose root has not failed."""
+        numbers_of_failed = {goal.number for goal in failed}
+        overcome: list[GoalRecord] = []
+        # A stack instead of recursion: goals may be nested deeper than Python's stack.
+        pending = [goal for goal in reversed(self._root_goals) if goal.number not in numbers_of_failed]
+        while pending:
+            goal = pending.pop()
+            if self._goals.parent(goal) is not None and _has_failed(goal):
+                overcome.append(goal)
             else:
-                yield from self._first_failures(child)
+                pending += reversed(self._goals.children(goal))
+        return overcome
 
-    def _unknown(self) -> Iterator[str]:
+    def _missing_data(self) -> Iterator[str]:
         """Yield the missing data, with the option that records it."""
         assert self._evidence.history is not None
         if not self._goals.all:
@@ -145,32 +138,36 @@ class _Teller:
             yield "facts, and why rules did not fire, are not known: record with --trace-level facts"
 
 
-def _known(cause: Cause) -> Cause:
-    """Return a cause without those that say only that firings are missing: the story says that once."""
-    inner = tuple(_known(each) for each in cause.because if each.text != NOT_RECORDED)
+def _has_failed(goal: GoalRecord) -> bool:
+    """Whether a goal has failed, now or before it was formulated again."""
+    return bool(goal.former_ends) or (goal.ended is not None and goal.outcome in _FAILURES)
+
+
+def _without_missing_firings(cause: Cause) -> Cause:
+    """Return a cause without inner causes that say only that firings are missing: the story says so once."""
+    inner = tuple(_without_missing_firings(each) for each in cause.because if each.text != NOT_RECORDED)
     return replace(cause, because=inner)
 
 
-def _at_most(sentences: Sequence[Cause], all_of_them: Sequence[object]) -> tuple[Cause, ...]:
-    """Return the first sentences of a part, and a sentence about the number of further ones."""
-    if len(all_of_them) <= MOST_SENTENCES:
+def _limited(sentences: Sequence[Cause], total: int) -> tuple[Cause, ...]:
+    """Return the first sentences of a section, and a sentence with the number of further ones."""
+    if total <= MAX_SENTENCES:
         return tuple(sentences)
-    left = len(all_of_them) - MOST_SENTENCES + 1
-    return (*sentences[: MOST_SENTENCES - 1], Cause(f"and {left} more"))
+    return (*sentences[: MAX_SENTENCES - 1], Cause(f"and {total - MAX_SENTENCES + 1} more"))
 
 
 def plain(story: RunStory) -> dict[str, Any]:
-    """Return a story as values that JSON knows."""
+    """Return a story as JSON values."""
     values: dict[str, Any] = without_roots(asdict(story))
     return values
 
 
 def lines(story: RunStory) -> Iterator[str]:
-    """Yield a story for people."""
+    """Yield the text of a story."""
     yield story.headline
     yield f"in {story.where}"
-    for part, heading in PARTS.items():
-        sentences: tuple[Cause, ...] = getattr(story, part)
+    for field, heading in SECTIONS.items():
+        sentences: tuple[Cause, ...] = getattr(story, field)
         if sentences:
             yield ""
             yield heading

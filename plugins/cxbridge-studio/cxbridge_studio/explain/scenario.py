@@ -1,4 +1,4 @@
-"""Evidence from a scenario that runs on the virtual clock up to a time."""
+"""Evidence from a scenario: the run is made here, on the virtual clock, up to the time in question."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
 from cxbridge_studio.explain.evidence import STORY_TYPES, Evidence, History
-from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, take
-from cxbridge_studio.explain.rules.rewritten import as_written
+from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, source_form, take
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
@@ -50,7 +49,7 @@ class EnvironmentEvidence(Evidence):
     def rule_texts(self) -> Mapping[str, str]:
         with self.env.lock:
             texts = rule_texts(self.env)
-        return as_written(texts)
+        return source_form(texts)
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         with self.env.lock:
@@ -72,19 +71,18 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
         agent.bus.subscribe(history.take, *STORY_TYPES)
         start_us = run.clock.start_us
         limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
-        watched = agent.executive.env.watcher.rules
+        watched_rules = agent.executive.env.watcher.rules
         history.rules_known = True
         with Interrupt(run.loop.stop, run.interrupt) as interrupt:
-            watched.set((), on=True)
+            watched_rules.set((), on=True)
             run.start()
-            watched.set((), on=True)  # the configuration may have switched some off
+            watched_rules.set((), on=True)  # the configuration may have switched some off
             interrupt.check()
             run.loop.run(lambda: _is_done(run, interrupt, limit_us))
             interrupt.check()
         now_us = run.clock.now_us()
         seconds = (now_us - start_us) / MICROSECONDS
-        over = run.is_over
-        when = f"at its end, {seconds:.3f} s" if over else f"at {seconds:.3f} s"
+        when = f"at its end, {seconds:.3f} s" if run.is_over else f"at {seconds:.3f} s"
         evidence = EnvironmentEvidence(
             f"{agent.spec} {when}",
             (start_us, now_us),
@@ -93,7 +91,8 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
             agent.paths.clips_dirs,
         )
         evidence.is_moment = at_s is not None
-        if over and at_s is not None and seconds < at_s - 1:
+        # A run ends between two loops: less than a second before the time is no surprise.
+        if run.is_over and at_s is not None and seconds < at_s - 1:
             evidence.notes.append(f"the run was over before {at_s:g} s")
         yield evidence
 
@@ -101,16 +100,16 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
 def _agent_named(run: Run | Team, env: str | None) -> Run:
     if len(run.agents) == 1:
         return run.agents[0]
-    found = next((agent for agent in run.agents if agent.name == env), None)
-    if found is None:
-        known = ", ".join(agent.name for agent in run.agents)
+    agent = next((agent for agent in run.agents if agent.name == env), None)
+    if agent is None:
+        names = ", ".join(agent.name for agent in run.agents)
         raise CxbridgeError(
             "this scenario has several agents, ask one of them"
             if env is None
             else f"there is no agent '{env}'",
-            hint=f"--env NAME, one of: {known}",
+            hint=f"--env NAME, one of: {names}",
         )
-    return found
+    return agent
 
 
 def _is_done(run: Run | Team, interrupt: Interrupt, limit_us: int) -> bool:
@@ -119,15 +118,15 @@ def _is_done(run: Run | Team, interrupt: Interrupt, limit_us: int) -> bool:
     return run.clock.now_us() + run.loop.period_us > limit_us
 
 
-def environment_named(assembly: Run, env: str | None) -> ClipsEnvironment:
+def environment_named(agent: Run, env: str | None) -> ClipsEnvironment:
     """Return an environment by name; None for the executive's.
 
     :raises CxbridgeError: if there is no such environment.
     """
     if env is None:
-        return assembly.executive.env
-    environment = assembly.manager.environments.get(env)
+        return agent.executive.env
+    environment = agent.manager.environments.get(env)
     if environment is None:
-        known = ", ".join(sorted(assembly.manager.environments))
-        raise CxbridgeError(f"there is no CLIPS environment '{env}'", hint=f"there are: {known}")
+        names = ", ".join(sorted(agent.manager.environments))
+        raise CxbridgeError(f"there is no CLIPS environment '{env}'", hint=f"there are: {names}")
     return environment

@@ -11,11 +11,11 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge_studio.agent.lua import skill_documentation
-from cxbridge_studio.agent.model import Found
+from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session, comment_above
 
-_MOST_ROWS: Final = 40  # rows of a hover text
+_MAX_ROWS: Final = 40  # rows of a hover text
 _LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}
 _COMMENT: Final = re.compile(r"<comment>([^<]*)</comment>")
 _BRACE: Final = re.compile(r"[{}]")
@@ -41,9 +41,9 @@ def describe(session: Session, file: SourceFile, mention: Mention) -> str:
     return "\n\n".join([*parts, uses] if uses else parts)
 
 
-def _definition(definition: Found, name: Name) -> Iterator[str]:
+def _definition(definition: FileMention, name: Name) -> Iterator[str]:
     file, mention = definition
-    describes: Mapping[NameKind, Callable[[Found], Iterator[str]]] = {
+    describes: Mapping[NameKind, Callable[[FileMention], Iterator[str]]] = {
         NameKind.SLOT: _slot,
         NameKind.SKILL: _skill,
         NameKind.ARGUMENT: _argument,
@@ -70,7 +70,7 @@ def _definition(definition: Found, name: Name) -> Iterator[str]:
     yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.at(mention.start)}"
 
 
-def _proto_message(definition: Found) -> Iterator[str]:
+def _proto_message(definition: FileMention) -> Iterator[str]:
     file, mention = definition
     begin = file.text.rfind("\n", 0, mention.start) + 1
     depth = 0
@@ -81,7 +81,7 @@ def _proto_message(definition: Found) -> Iterator[str]:
             return
 
 
-def _proto_field(definition: Found) -> Iterator[str]:
+def _proto_field(definition: FileMention) -> Iterator[str]:
     """Yield the line of a field, with its comment."""
     file, mention = definition
     begin = file.text.rfind("\n", 0, mention.start) + 1
@@ -89,7 +89,7 @@ def _proto_field(definition: Found) -> Iterator[str]:
     yield f"of {mention.name.owner}"
 
 
-def _construct(definition: Found) -> Iterator[str]:
+def _construct(definition: FileMention) -> Iterator[str]:
     """Yield the condition of a rule, the head of a function, or the text of another construct."""
     file, mention = definition
     placed = file.piece_at(mention.start)
@@ -118,25 +118,25 @@ def _documentation(construct: SyntaxNode) -> str:
     return text.strip('"') if text.startswith('"') else ""
 
 
-def _slot(definition: Found) -> Iterator[str]:
+def _slot(definition: FileMention) -> Iterator[str]:
     file, mention = definition
     yield _code(file, _group_around(file, mention))
     yield _trailing_comment(file, mention.end)
     yield f"of the deftemplate **{mention.name.owner}**"
 
 
-def _skill(definition: Found) -> Iterator[str]:
+def _skill(definition: FileMention) -> Iterator[str]:
     yield f"skill **{definition.mention.name.text}**"
     yield f"```\n{skill_documentation(definition.file.text)}\n```"
 
 
-def _argument(definition: Found) -> Iterator[str]:
+def _argument(definition: FileMention) -> Iterator[str]:
     row = definition.file.text[definition.mention.start :].partition("\n")[0]
     yield f"`{definition.mention.name.text}`{row[len(definition.mention.name.text) :]}"
     yield f"argument of the skill **{definition.mention.name.owner}**"
 
 
-def _interface(definition: Found) -> Iterator[str]:
+def _interface(definition: FileMention) -> Iterator[str]:
     comment = _COMMENT.search(definition.file.text)
     yield f"interface **{definition.mention.name.text}**"
     yield " ".join(comment[1].split()) if comment else ""
@@ -148,7 +148,7 @@ def _interface(definition: Found) -> Iterator[str]:
     yield "\n".join(fields)
 
 
-def _field(definition: Found) -> Iterator[str]:
+def _field(definition: FileMention) -> Iterator[str]:
     yield f"`{definition.mention.name.text}` of **{definition.mention.name.owner}**: " + _words_of_field(
         *definition
     )
@@ -218,7 +218,7 @@ def _trailing_comment(file: SourceFile, offset: int) -> str:
 
 def _code(file: SourceFile, text: str) -> str:
     rows = text.splitlines()
-    shown = "\n".join([*rows[:_MOST_ROWS], "..."] if len(rows) > _MOST_ROWS else rows)
+    shown = "\n".join([*rows[:_MAX_ROWS], "..."] if len(rows) > _MAX_ROWS else rows)
     return _fence(_LANGUAGES.get(Path(file.path).suffix, ""), shown)
 
 

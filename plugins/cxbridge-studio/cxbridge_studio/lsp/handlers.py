@@ -12,7 +12,7 @@ from pygls.exceptions import JsonRpcInvalidParams
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.agent.layout import layout
-from cxbridge_studio.agent.model import Found
+from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, NameKind, SourceFile
 from cxbridge_studio.lsp import navigation
 from cxbridge_studio.lsp.completion import complete
@@ -86,7 +86,7 @@ def _at(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, 
     return None if file is None or mention is None else (file, mention)
 
 
-def _locations(ls: AgentServer, mentions: Iterable[Found]) -> list[lsp.Location]:
+def _locations(ls: AgentServer, mentions: Iterable[FileMention]) -> list[lsp.Location]:
     return [ls.positions.location(file, mention.start, mention.end) for file, mention in mentions]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_studio.agent.model import Found
+from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session
 
@@ -27,7 +27,7 @@ _FIXED: Final = frozenset(
 )
 
 
-def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Found]:
+def definitions(session: Session, file: SourceFile, mention: Mention) -> list[FileMention]:
     """Return the definitions of a name; for a goal class or an action, the assertions."""
     name = mention.name
     if name.kind is NameKind.FILE:
@@ -42,18 +42,18 @@ def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Fo
     return session.preferred(own_definitions, file.path)
 
 
-def _files(session: Session, file: SourceFile, name: Name) -> list[Found]:
+def _files(session: Session, file: SourceFile, name: Name) -> list[FileMention]:
     """Return the files with this name, written as ``folder/name.clp`` or without the folder."""
     path_parts = Path(name.text).parts
     files = [
-        Found(each, Mention(name, Use.DEFINED, 0, 0))
+        FileMention(each, Mention(name, Use.DEFINED, 0, 0))
         for each in session.model.files
         if Path(each.path).parts[-len(path_parts) :] == path_parts
     ]
     return session.preferred(files, file.path)
 
 
-def references(session: Session, mention: Mention, *, declaration: bool = True) -> list[Found]:
+def references(session: Session, mention: Mention, *, declaration: bool = True) -> list[FileMention]:
     """Return the mentions of a name in all files.
 
     :param declaration: whether to include definitions.
@@ -65,7 +65,7 @@ def references(session: Session, mention: Mention, *, declaration: bool = True) 
     return [each for each in mentions if declaration or each.mention.use is not Use.DEFINED]
 
 
-def rename(session: Session, mention: Mention, new: str) -> list[Found]:
+def rename(session: Session, mention: Mention, new: str) -> list[FileMention]:
     """Return the mentions to rename.
 
     :raises CxbridgeError: if the name cannot be renamed, or the new name is invalid.

@@ -8,14 +8,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-from cxbridge_studio.agent.model import SUFFIXES, AgentModel, Found
+from cxbridge_studio.agent.model import SUFFIXES, AgentModel, FileMention
 from cxbridge_studio.agent.names import Name, NameKind, SourceFile
 from cxbridge_studio.lsp.knowledge import NOTHING, AgentKnowledge, FunctionInfo
 
 _SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
 _SKIPPED: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
 _LARGEST_FILE: Final = 1 << 20  # bytes of the largest file that is read
-_MOST_FILES: Final = 5000  # files of a workspace that are read
+_MAX_FILES: Final = 5000  # files of a workspace that are read
 
 
 @dataclass
@@ -72,7 +72,7 @@ class Session:
     def _counts(self, path: str) -> bool:
         return not path.endswith(".clp") or self.is_of_agent(path)
 
-    def preferred(self, found: Iterable[Found], near: str) -> list[Found]:
+    def preferred(self, found: Iterable[FileMention], near: str) -> list[FileMention]:
         """Return the mentions in the agent's files if `near` is one of them; else all mentions."""
         every = list(found)
         if near in self.loaded:
@@ -112,7 +112,7 @@ def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Pa
     wanted = frozenset(suffixes)
     pending = [folder]
     count = 0
-    while pending and count < _MOST_FILES:
+    while pending and count < _MAX_FILES:
         try:
             entries = sorted(pending.pop().iterdir())
         except OSError:

@@ -8,7 +8,7 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
-from cxbridge_studio.agent.model import Found
+from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.top_level import open_lists
 from cxbridge_studio.lsp.session import Session
@@ -49,15 +49,15 @@ def _symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
     yield OutlineSymbol(defined_mention, placed.start, placed.end, parts)
 
 
-def find(session: Session, query: str) -> list[Found]:
+def find(session: Session, query: str) -> list[FileMention]:
     """Return the names in all files that contain the letters of a query in order."""
     lower_query = query.lower()
-    symbols: list[Found] = []
+    symbols: list[FileMention] = []
     for file in session.model.files:
         for placed in file.pieces:
             for mention in placed.piece.defined:
                 if mention.name.kind not in _PARTS and _matches(lower_query, mention.name.text.lower()):
-                    symbols.append(Found(file, mention.moved(placed.start)))
+                    symbols.append(FileMention(file, mention.moved(placed.start)))
                     if len(symbols) == _MOST:
                         return symbols
     return symbols

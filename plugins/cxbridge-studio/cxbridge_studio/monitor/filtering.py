@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Final
 
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge_studio.monitor.snapshot import MOST_ROWS, GoalRow, Table
+from cxbridge_studio.monitor.snapshot import MAX_ROWS, GoalRow, Table
 
 _MINUTE_S: Final = 60
 _HOUR_S: Final = 3600
@@ -32,7 +32,7 @@ def has_words(words: str, cells: Iterable[str]) -> bool:
     return not words or words in " ".join(cells).lower()
 
 
-def choose_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
+def filter_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
     """Return the goals that contain a text, with all their parents."""
     if not words:
         return goals
@@ -61,7 +61,7 @@ def page(rows: Iterable[tuple[str, ...]], words: str, noun: str) -> Table:
     remaining = 0
     for row in rows:
         if has_words(words, row):
-            if len(shown) < MOST_ROWS:
+            if len(shown) < MAX_ROWS:
                 shown.append(row)
             else:
                 remaining += 1

@@ -18,8 +18,8 @@ from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, shown
 from cxbridge_studio.monitor.filtering import duration_text, page
 from cxbridge_studio.monitor.snapshot import (
-    MOST_LINES,
-    MOST_ROWS,
+    MAX_LINES,
+    MAX_ROWS,
     GoalRow,
     LogRow,
     MonitorSnapshot,
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 ANSWER_S: Final = 5.0  # timeout of a daemon's reply, in seconds
 
-MOST_GOALS: Final = 1000  # limit of requested goals
+MAX_GOALS: Final = 1000  # limit of requested goals
 
 _FEWEST_GOALS: Final = 50
 _RATE_LOOKS: Final = 20  # looks over which the loop rate is averaged
@@ -77,10 +77,10 @@ class DaemonSource:
         self._connect = connect
         self._board: BlackBoard | None = None
         self._shown: Interface | None = None
-        self._log: deque[LogRow] = deque(maxlen=MOST_LINES)
+        self._log: deque[LogRow] = deque(maxlen=MAX_LINES)
         self._last_line = 0
         self._started_us: object = None
-        self._most_goals = MOST_GOALS
+        self._most_goals = MAX_GOALS
         self._search = _FactSearch()
         self._told: Sequence[str] = ()
         self._next_story_s = 0.0
@@ -240,9 +240,9 @@ class DaemonSource:
         return self._search.look(query, lambda **given: self._ask("find-facts", **given))
 
     def _agenda(self, query: ViewQuery) -> Table:
-        rows = self._ask("agenda", env=query.env, limit=MOST_ROWS + 1)
+        rows = self._ask("agenda", env=query.env, limit=MAX_ROWS + 1)
         table = page(((str(salience), rule, facts) for salience, rule, facts in rows), query.words, "")
-        return Table(table.rows[:MOST_ROWS], f"more than {MOST_ROWS}" if len(rows) > MOST_ROWS else "")
+        return Table(table.rows[:MAX_ROWS], f"more than {MAX_ROWS}" if len(rows) > MAX_ROWS else "")
 
     # -- commands
 
@@ -332,17 +332,17 @@ class _FactSearch:
             self._begin()
         if self._is_over:
             return self._last
-        while self._after is not None and len(self._found) <= MOST_ROWS:
-            answer = ask(env=query.env, words=query.words, after=self._after, limit=MOST_ROWS + 1)
+        while self._after is not None and len(self._found) <= MAX_ROWS:
+            answer = ask(env=query.env, words=query.words, after=self._after, limit=MAX_ROWS + 1)
             self._found += [(f"f-{index}", text) for index, text in answer["facts"]]
             self._after = answer["after"]
             if time.monotonic() - begun > _LOOK_S:
                 break
         self._spent_s += time.monotonic() - begun
-        more = len(self._found) > MOST_ROWS
+        more = len(self._found) > MAX_ROWS
         if self._after is None or more:
-            note = f"the first {MOST_ROWS}: / finds others" if more else ""
-            self._last, self._is_over = Table(self._found[:MOST_ROWS], note), True
+            note = f"the first {MAX_ROWS}: / finds others" if more else ""
+            self._last, self._is_over = Table(self._found[:MAX_ROWS], note), True
             self._next_s = time.monotonic() + max(_LEAST_REST_S, _REST * self._spent_s)
         elif len(self._found) > len(self._last.rows):
             return Table(list(self._found), "looking ...")

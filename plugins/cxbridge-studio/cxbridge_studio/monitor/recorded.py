@@ -17,11 +17,11 @@ from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
-from cxbridge_studio.monitor.filtering import choose_goals, duration_text, page
+from cxbridge_studio.monitor.filtering import duration_text, filter_goals, page
 from cxbridge_studio.monitor.scrubbing import Scrubber
 from cxbridge_studio.monitor.snapshot import (
-    MOST_LINES,
-    MOST_ROWS,
+    MAX_LINES,
+    MAX_ROWS,
     GoalRow,
     LogRow,
     MonitorSnapshot,
@@ -35,7 +35,7 @@ _FASTEST: Final = 1024.0  # times the recorded speed
 _SLOWEST: Final = 1 / 16
 _SLOW_S: Final = 0.3  # seconds between two looks while the recording stands still
 _FAST_S: Final = 0.05  # seconds between two looks while it plays or loads
-_EVENTS_EACH_SIDE: Final = MOST_ROWS // 4
+_EVENTS_EACH_SIDE: Final = MAX_ROWS // 4
 
 HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
 
@@ -135,7 +135,7 @@ class RecordedSource:
         elif self._follows:
             scrubber.go(scrubber.transitions[-1] if scrubber.transitions else len(scrubber.events))
         goals = self._goals()
-        chosen = choose_goals(goals, query.words)
+        chosen = filter_goals(goals, query.words)
         return MonitorSnapshot(
             head=self._head(),
             stop=self._happened(),
@@ -244,7 +244,7 @@ class RecordedSource:
         scrubber = self._scrubber
         last = bisect_left(scrubber.log_lines, scrubber.at)
         rows = []
-        for number in scrubber.log_lines[max(0, last - MOST_LINES) : last]:
+        for number in scrubber.log_lines[max(0, last - MAX_LINES) : last]:
             event = scrubber.events[number]
             if isinstance(event, LogLine):
                 text = f"{scrubber.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}"

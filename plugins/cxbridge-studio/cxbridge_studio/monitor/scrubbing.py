@@ -16,7 +16,7 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 
 # maximum number of loaded events
-MOST_EVENTS: Final = 1_000_000
+MAX_EVENTS: Final = 1_000_000
 
 # The number of events between stored states, which limits the time of going back.
 STRIDE: Final = 10_000
@@ -88,7 +88,7 @@ class Scrubber:
         except TraceError as error:
             self._end(f"the rest cannot be read: {error.message}")
             return
-        if len(self.events) >= MOST_EVENTS:
+        if len(self.events) >= MAX_EVENTS:
             self._end(f"only the first {len(self.events)} events are shown; 'cxbridge trace cat' has all")
 
     def _end(self, *notes: str) -> None:

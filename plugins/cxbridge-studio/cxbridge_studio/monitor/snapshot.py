@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol
 
 # The limit of shown facts, activations, plan-actions or events; a filter finds further rows.
-MOST_ROWS: Final = 400
+MAX_ROWS: Final = 400
 
-MOST_LINES: Final = 1000  # limit of shown log lines
+MAX_LINES: Final = 1000  # limit of shown log lines
 
 
 class GoalRow(NamedTuple):

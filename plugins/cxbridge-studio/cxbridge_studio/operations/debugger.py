@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/debugger"
-_MOST_DIGITS: Final = 9
+_MAX_DIGITS: Final = 9
 
 
 class _Specs(Struct):
@@ -75,7 +75,7 @@ def _row(item: Breakpoint) -> BreakpointInfo:
 
 def _check_number(context: OperationContext, path: Mapping[str, str]) -> None:
     text, known = path["number"], [item.number for item in debugger_of(context.executive).breakpoints]
-    if not (text.isascii() and text.isdecimal()) or len(text) > _MOST_DIGITS:
+    if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_DIGITS:
         raise CxbridgeError("A breakpoint has a number")
     if int(text) not in known:
         raise NotFoundError(f"There is no breakpoint {text}")

@@ -12,11 +12,11 @@ from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, read, wit
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
-from cxbridge_studio.agent.top_level import parts
+from cxbridge_studio.agent.top_level import top_level_lists
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.losses import Losses
+from cxbridge_studio.check.losses import LossFinder
 
 UNCLOSED: Final = Code(
     "CX201",
@@ -112,7 +112,7 @@ class _Known:
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the constructs that CLIPS drops for a mistake, not those that follow from another mistake."""
-    known, losses = _Known.of(agent.files), Losses(agent.usage, agent.is_of_core)
+    known, losses = _Known.of(agent.files), LossFinder(agent.usage, agent.is_of_core)
     dropped = {
         d.construct.partition(" ")[2] for file in agent.files for d in file.diagnostics if d.construct
     } | {name for file in agent.files for name in _lost(file)}
@@ -130,7 +130,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _with_lost(
-    agent: Agent, file: ClipsFile, diagnostic: Diagnostic, finding: Finding, losses: Losses
+    agent: Agent, file: ClipsFile, diagnostic: Diagnostic, finding: Finding, losses: LossFinder
 ) -> Finding:
     """Return the finding with the losses of its construct added to the message."""
     kind, _, name = diagnostic.construct.partition(" ")
@@ -240,9 +240,9 @@ def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | 
 # ---- parentheses
 
 
-def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, losses: Losses) -> Iterator[Finding]:
+def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, losses: LossFinder) -> Iterator[Finding]:
     """Yield a finding at the open list of each unclosed construct."""
-    for part in parts(file.text):
+    for part in top_level_lists(file.text):
         if part.closed:
             continue
         description = describe_unclosed(part.text, part.start, file.lines, file.text, agent.slots)

@@ -16,7 +16,7 @@ from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.check.agent import Agent, ClipsFile, place_of
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.plan_actions import planned_actions
+from cxbridge_studio.check.plan_actions import source_actions
 from cxbridge_studio.check.usage import Construct, Usage
 
 DOMAIN: Final = Code(
@@ -156,7 +156,7 @@ def _words_of(construct: Construct, ce: PatternCE) -> frozenset[str]:
 
 
 def _check_plan_actions(files: list[ClipsFile], actions: _Actions) -> Iterator[Finding]:
-    for planned in planned_actions(files):
+    for planned in source_actions(files):
         name = literal(planned.name)
         if name not in actions.parameters:
             hint = did_you_mean(name, actions.parameters)

@@ -15,7 +15,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.plan_actions import WrittenAction, count, planned_actions
+from cxbridge_studio.check.plan_actions import SourceAction, count, source_actions
 from cxbridge_studio.check.usage import Construct
 
 PREDICATE: Final = Code(
@@ -196,12 +196,12 @@ def _check_parameters(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for action in domain.actions
     }
     agent_files = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
-    for planned in planned_actions(agent_files):
+    for planned in source_actions(agent_files):
         if literal(planned.name) in actions:
             yield from _check_plan_action(planned, actions[literal(planned.name)])
 
 
-def _check_plan_action(planned: WrittenAction, parameter_names: list[str]) -> Iterator[Finding]:
+def _check_plan_action(planned: SourceAction, parameter_names: list[str]) -> Iterator[Finding]:
     name, file = literal(planned.name), planned.file
     it_has = f"it has: {', '.join(parameter_names) or 'none'}"
     for argument_name in planned.names or ():

@@ -17,7 +17,7 @@ from cxbridge_studio.agent.lua import read_lua
 from cxbridge_studio.agent.names import NameKind
 from cxbridge_studio.check.agent import Agent, place_of
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.skill_spaces import written_space
+from cxbridge_studio.check.skill_spaces import skills_of_space
 
 BROKEN: Final = Code(
     "CX411",
@@ -156,8 +156,8 @@ def _skills(agent: Agent) -> dict[str, Path | None] | None:
         if item.kind != "lua":
             return None
         space: str = context.config.get_str(SKILL_SPACE, default=DEFAULT_SPACE)
-        skills_of_space = written_space(item.space or space, context.paths.skill_dirs, LuaCompiler())
-        if skills_of_space is None:
+        files_of_space = skills_of_space(item.space or space, context.paths.skill_dirs, LuaCompiler())
+        if files_of_space is None:
             return None
-        skill_files.update(skills_of_space)
+        skill_files.update(files_of_space)
     return skill_files

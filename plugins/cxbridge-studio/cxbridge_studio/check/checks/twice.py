@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.clipstext.syntax import is_declaration
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.losses import Losses
+from cxbridge_studio.check.losses import LossFinder
 from cxbridge_studio.check.usage import Construct
 
 TWICE: Final = Code(
@@ -27,7 +27,7 @@ _KINDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction", 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the constructs of the agent that replace an earlier construct."""
-    losses = Losses(agent.usage, agent.is_of_core)
+    losses = LossFinder(agent.usage, agent.is_of_core)
     first: dict[tuple[str, str, str], Construct] = {}
     module = "MAIN"
     for construct in agent.usage.constructs:

@@ -1,11 +1,15 @@
-"""The coverage of an agent by recorded runs: rules, goal classes and their modes, actions, skills."""
+"""The coverage of an agent by recorded runs: rules, goal classes and their modes, actions, skills.
+
+:class:`AgentSources` has what the agent's files define, :class:`RecordedUse` what the runs have used;
+:func:`coverage_of` compares the two.
+"""
 
 from __future__ import annotations
 
 import json
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import pairwise
@@ -62,6 +66,7 @@ class AgentSources:
     :ivar operators: operators of the PDDL domains.
     :ivar unwatched: rules whose firings are not recorded.
     :ivar changed: files that differ between runs.
+    :ivar texts: the texts of the CLIPS files, by name.
     """
 
     rules: dict[str, RuleLines] = field(default_factory=dict)
@@ -69,21 +74,16 @@ class AgentSources:
     operators: set[str] = field(default_factory=set)
     unwatched: set[str] = field(default_factory=set)
     changed: set[str] = field(default_factory=set)
-    _texts: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def texts(self) -> Mapping[str, str]:
-        """The texts of the CLIPS files, by name."""
-        return self._texts
+    texts: dict[str, str] = field(default_factory=dict)
 
     def add_file(self, file: TextFile) -> None:
-        known_text = self._texts.get(file.name)
-        if known_text == file.text:
+        previous_text = self.texts.get(file.name)
+        if previous_text == file.text:
             return
-        if known_text is not None:
+        if previous_text is not None:
             self.changed.add(file.name)
             self.rules = {name: rule for name, rule in self.rules.items() if rule.file != file.name}
-        self._texts[file.name] = file.text
+        self.texts[file.name] = file.text
         for definition in definitions(file.text):
             if definition.kind == "defrule":
                 lines = tuple(_code_lines(definition.node.text, definition.line))
@@ -98,7 +98,7 @@ class AgentSources:
         if (data := source.data) is None:
             return
         text = data.decode("utf-8", "surrogateescape")
-        # Only the built-in core is written for 6.4's modify.
+        # Only the built-in core is written for 6.4's modify, which tells its files from the agent's.
         if source.role == "clips" and (core or source.details.get("modify") != "6.4"):
             self.add_file(TextFile(source.name, text))
         elif source.role == "pddl" and source.details.get("kind") == "domain":
@@ -155,7 +155,7 @@ class RecordedUse:
         self.runs += 1
         firings_before = self.firings.total()
         last_mode: dict[str, str] = {}
-        skill = {"": ("", "")}
+        last_status: dict[str, tuple[str, str]] = {}  # skill string and status by Skiller
         envs = {source.name for source in sources_of(run, "environment")}
         for event in run:
             if name := getattr(event, "env", ""):
@@ -168,11 +168,12 @@ class RecordedUse:
                 if event.state == "RUNNING":
                     self.actions[event.action.lower()] += 1
             elif isinstance(event, SkillStatus) and event.env == env:
-                now = event.skill_string, event.status
-                if event.status == "S_RUNNING" and skill.get(event.skiller) != now:
-                    name = _SKILL_NAME.match(event.skill_string)
-                    self.skills[name[1] if name else event.skill_string] += 1
-                skill[event.skiller] = now
+                status = event.skill_string, event.status
+                # A Skiller repeats its status with each change of other fields.
+                if event.status == "S_RUNNING" and last_status.get(event.skiller) != status:
+                    match = _SKILL_NAME.match(event.skill_string)
+                    self.skills[match[1] if match else event.skill_string] += 1
+                last_status[event.skiller] = status
         check_environment(env, envs, run.path)
         if self.firings.total() == firings_before:
             self.without_firings.append(str(run.path))
@@ -187,13 +188,13 @@ class RecordedUse:
             self.outcomes.setdefault(event.goal_class, Counter())[event.outcome] += 1
 
 
-def check_environment(env: str, known: Collection[str], path: Path) -> None:
+def check_environment(env: str, names: Collection[str], path: Path) -> None:
     """Check that a recording has a CLIPS environment of this name. A recording without environments passes.
 
     :raises TraceError: if the recording has other environments only.
     """
-    if known and env not in known:
-        hint = did_you_mean(env, known, f"there are: {', '.join(sorted(known))}")
+    if names and env not in names:
+        hint = did_you_mean(env, names, f"there are: {', '.join(sorted(names))}")
         raise TraceError(f"there is no CLIPS environment '{env}' in it", file=path, hint=hint)
 
 
@@ -209,17 +210,13 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, core: bool) -
 
 
 def _unwatched(tree: str) -> list[str]:
+    """Return the rules that a recorded configuration does not watch; empty if it is not readable."""
     try:
-        unwatched_rules = json.loads(tree).get(_UNWATCHED, [])
+        names = json.loads(tree).get(_UNWATCHED, [])
     except (ValueError, AttributeError, RecursionError):
         return []
-    return (
-        [unwatched_rules]
-        if isinstance(unwatched_rules, str)
-        else [str(name) for name in unwatched_rules]
-        if isinstance(unwatched_rules, list)
-        else []
-    )
+    names = [names] if isinstance(names, str) else names
+    return list(map(str, names)) if isinstance(names, list) else []
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,8 +291,9 @@ def coverage_of(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = 
     by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
     for rule in agent.rules.values():
         if not globs or _matches(rule.file, globs):
-            fired = use.firings.get(rule.name, 0)
-            count = None if not fired and rule.name in agent.unwatched else fired
+            firings = use.firings.get(rule.name, 0)
+            # No firing of an unwatched rule tells nothing.
+            count = None if not firings and rule.name in agent.unwatched else firings
             by_file.setdefault(rule.file, []).append((rule, count))
     files = tuple(
         FileCoverage(file, tuple(sorted(rules, key=lambda item: item[0].lines[0])))
@@ -319,8 +317,8 @@ def coverage_of(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = 
     )
 
 
-def _used_names(used: dict[str, int], known: Iterable[str]) -> UsedNames:
-    return UsedNames(tuple(sorted(used.items())), tuple(sorted(set(known) - used.keys())))
+def _used_names(used: dict[str, int], defined: Iterable[str]) -> UsedNames:
+    return UsedNames(tuple(sorted(used.items())), tuple(sorted(set(defined) - used.keys())))
 
 
 def _matches(file: str, globs: tuple[str, ...]) -> bool:

@@ -1,16 +1,17 @@
-"""Coverage as text, as JSON values, and in the format of lcov."""
+"""Coverage as text, as JSON values, as an HTML page, and in the format of lcov."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.printing import short_path
-from cxbridge_studio.explain.coverage.model import Coverage, FileCoverage, UsedNames
+from cxbridge.run.program.finished import write_document
+from cxbridge_studio.explain.coverage.model import MODES, Coverage, FileCoverage, UsedNames
 
-_SHORT: Final = 12  # a common folder of at most this length is not worth a separate heading
+_SHORT_FOLDER: Final = 12  # a common folder of at most this length is not worth a separate heading
 
 
 def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
@@ -27,11 +28,11 @@ def lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
     else:
         yield f"which rules fired in {runs} was not recorded: record with --trace-level rules"
     yield ""
-    yield from _part("goal classes", "appeared", coverage.classes)
+    yield from _names("goal classes", "appeared", coverage.classes)
     for name, missing in coverage.missing_modes:
         yield f"  {name} was never {', '.join(missing)}"
-    yield from _part("actions", "were executed", coverage.actions)
-    yield from _part("skills", "were executed", coverage.skills)
+    yield from _names("actions", "were executed", coverage.actions)
+    yield from _names("skills", "were executed", coverage.skills)
     for note in coverage.notes:
         yield f"note: {note}"
 
@@ -50,7 +51,7 @@ def _below(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
     """Return the common folder of the files, empty if it is short, and the file names relative to it."""
     names = [short_path(file.file) for file in files]
     base = os.path.commonpath([str(Path(name).parent) for name in names]) if len(names) > 1 else ""
-    if len(base) <= _SHORT:
+    if len(base) <= _SHORT_FOLDER:
         return "", names
     return base, [str(Path(name).relative_to(base)) for name in names]
 
@@ -62,26 +63,26 @@ def short_names(files: Sequence[FileCoverage]) -> list[str]:
 
 def _never_fired(coverage: Coverage) -> Iterator[str]:
     _, names = _below(coverage.files)
-    never = [
+    unfired = [
         f"  {name}:{rule.lines[0]} {rule.name}"
         for name, file in zip(names, coverage.files, strict=True)
         for rule, count in file.rules
         if count == 0
     ]
-    if never:
+    if unfired:
         yield ""
         yield "never fired:"
-        yield from never
+        yield from unfired
     unwatched = [rule.name for file in coverage.files for rule, count in file.rules if count is None]
     if unwatched:
         yield f"firings not recorded: {', '.join(unwatched)}"
 
 
-def _part(title: str, verb: str, part: UsedNames) -> Iterator[str]:
-    total = len(part.used) + len(part.unused)
-    yield f"{title}: {len(part.used)} of {total} {verb}"
-    if part.unused:
-        yield f"  never: {', '.join(part.unused)}"
+def _names(title: str, verb: str, names: UsedNames) -> Iterator[str]:
+    total = len(names.used) + len(names.unused)
+    yield f"{title}: {len(names.used)} of {total} {verb}"
+    if names.unused:
+        yield f"  never: {', '.join(names.unused)}"
 
 
 def plain(coverage: Coverage) -> dict[str, Any]:
@@ -94,12 +95,12 @@ def plain(coverage: Coverage) -> dict[str, Any]:
             "files": [_plain_file(file) for file in coverage.files],
         },
         "goal_classes": {
-            **_plain_part(coverage.classes),
+            **_plain_names(coverage.classes),
             "missing_modes": {name: list(modes) for name, modes in coverage.missing_modes},
             "outcomes": {name: dict(counts) for name, counts in coverage.outcomes},
         },
-        "actions": _plain_part(coverage.actions),
-        "skills": _plain_part(coverage.skills),
+        "actions": _plain_names(coverage.actions),
+        "skills": _plain_names(coverage.skills),
         "notes": list(coverage.notes),
     }
 
@@ -113,8 +114,8 @@ def _plain_file(file: FileCoverage) -> dict[str, Any]:
     }
 
 
-def _plain_part(part: UsedNames) -> dict[str, Any]:
-    return {"used": dict(part.used), "never": list(part.unused)}
+def _plain_names(names: UsedNames) -> dict[str, Any]:
+    return {"used": dict(names.used), "never": list(names.unused)}
 
 
 def lcov(coverage: Coverage) -> Iterator[str]:
@@ -135,3 +136,32 @@ def lcov(coverage: Coverage) -> Iterator[str]:
         yield f"LF:{len(hits)}"
         yield f"LH:{sum(count > 0 for count in hits.values())}"
         yield "end_of_record"
+
+
+def write_page(path: Path, coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> None:
+    """Write the page.
+
+    :param texts: source texts by file name.
+    :param firings_known: whether any run has recorded firings.
+    :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
+    """
+    document = as_document(coverage, texts, firings_known=firings_known)
+    write_document(path, "coverage", "Coverage", document)
+
+
+def as_document(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> dict[str, Any]:
+    """Return the data of the page: the coverage as JSON values, with the source texts."""
+    document = {**plain(coverage), "modes": list(MODES), "firings_known": firings_known}
+    document["rules"]["files"] = [
+        {
+            "name": name,
+            "total": file.counted,
+            "fired": file.fired,
+            "rules": [
+                {"name": rule.name, "lines": rule.lines, "firings": count} for rule, count in file.rules
+            ],
+            "text": texts.get(file.file, "") if firings_known else "",
+        }
+        for name, file in zip(short_names(coverage.files), coverage.files, strict=True)
+    ]
+    return document

@@ -1,4 +1,4 @@
-"""Reader of the constructs in CLIPS files, for runs whose environment no longer exists."""
+"""Reads the constructs of CLIPS files from their text, for recorded runs whose environment is gone."""
 
 from __future__ import annotations
 
@@ -40,51 +40,44 @@ class Constructs:
         diagnostics: Sequence[Diagnostic] = (),
         folders: Sequence[str] = (),
     ) -> None:
-        self._diagnostics = tuple(diagnostics)
-        self._folders = tuple(folders)
-        self._names: list[str] = []
-        self._refused: dict[str, str] = {}
-        refused = {(each.file, each.construct) for each in diagnostics}
         self.templates: dict[str, FactTemplate] = {}
         self._rules: dict[str, str] = {}
-        self._places: dict[str, tuple[str, int]] = {}
         self._functions: dict[str, str] = {}
         self._globals: dict[str, str] = {}
+        positions: dict[str, tuple[str, int]] = {}
+        refused_rules: dict[str, str] = {}
+        names: list[str] = []
+        refused = {(diagnostic.file, diagnostic.construct) for diagnostic in diagnostics}
         for file in files:
-            self._names.append(file.name)
+            names.append(file.name)
             for definition in definitions(file.text):
+                is_rule = definition.kind == "defrule"
                 if (file.name, f"{definition.kind} {definition.name}") not in refused:
-                    self._take(definition, file.name)
-                elif definition.kind == "defrule":
-                    self._refused[definition.name] = definition.node.text
+                    self._take(definition)
+                    positions |= {definition.name: (file.name, definition.line)} if is_rule else {}
+                elif is_rule:
+                    refused_rules[definition.name] = definition.node.text
+        self._rulebook = Rulebook(
+            frozenset(self._rules), tuple(names), tuple(diagnostics), tuple(folders), positions, refused_rules
+        )
 
-    def _take(self, definition: Definition, file: str) -> None:
+    def _take(self, definition: Definition) -> None:
         name, node = definition.name, definition.node
         match definition.kind:
             case "defrule":
                 self._rules[name] = node.text
-                self._places[name] = (file, definition.line)
             case "deftemplate":
                 self.templates[name] = FactTemplate(name, tuple(_slots(node.arguments[1:])))
             case "deffunction":
                 self._functions[name] = node.text
             case "defglobal":
-                self._take_globals(node.arguments)
-
-    def _take_globals(self, items: tuple[SyntaxNode, ...]) -> None:
-        for index, item in enumerate(items[:-2]):
-            if items[index + 1].text == "=":
-                self._globals[item.text.strip("?*")] = one_line(items[index + 2].text)
+                items = node.arguments
+                for variable, sign, expression in zip(items, items[1:], items[2:], strict=False):
+                    if sign.text == "=":
+                        self._globals[variable.text.strip("?*")] = one_line(expression.text)
 
     def rulebook(self) -> Rulebook:
-        return Rulebook(
-            frozenset(self._rules),
-            tuple(self._names),
-            self._diagnostics,
-            self._folders,
-            self._places,
-            self._refused,
-        )
+        return self._rulebook
 
     @property
     def global_texts(self) -> Mapping[str, str]:

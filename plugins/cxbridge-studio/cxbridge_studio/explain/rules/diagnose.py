@@ -1,4 +1,7 @@
-"""Diagnosis of a rule's condition, element by element, with CLIPS' own matcher."""
+"""Diagnoses a rule's condition, one conditional element (CE) after the other, with CLIPS' own matcher.
+
+The CEs are matched as growing prefixes: the first prefix without a match ends with the CE to explain.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +18,12 @@ from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.near_misses import find_nearest
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-MOST_SHOWN: Final = 3  # limit of listed facts, values and near misses
+MAX_SHOWN: Final = 3  # limit of listed facts, values and near misses
 
-MOST_BASES: Final = 200  # limit of listed complete matches
+MAX_BASES: Final = 200  # limit of complete matches that are compared with the firings
+
+# A `not` may match in several ways for one fact, so more matches than shown facts are read.
+_MATCHES_OF_NOT: Final = 20 * MAX_SHOWN
 
 
 def diagnose(snapshot: Snapshot) -> Diagnosis:
@@ -36,8 +42,8 @@ def diagnose(snapshot: Snapshot) -> Diagnosis:
 def undiagnosed(snapshot: Snapshot, reason: str) -> Diagnosis:
     """Return the diagnosis of a condition that cannot be matched."""
     condition = parse_rule(snapshot.text)
-    plain = tuple(CECount(number, ce.text, None, None) for number, ce in enumerate(condition.ces, 1))
-    return Diagnosis(condition.salience, plain, unknown=reason)
+    elements = tuple(CECount(number, ce.text, None, None) for number, ce in enumerate(condition.ces, 1))
+    return Diagnosis(condition.salience, elements, unknown=reason)
 
 
 class _Diagnoser:
@@ -57,24 +63,22 @@ class _Diagnoser:
                 joined = None
             else:
                 try:
-                    joined = matcher.count([each.text for each in ces[:number]])
+                    joined = matcher.count([prefix_ce.text for prefix_ce in ces[:number]])
                     failing = number if joined.number == 0 else 0
                 except ClipsError as error:
                     joined, unknown = None, f"CE {number} cannot be matched on a copy: {error.message}"
             elements.append(CECount(number, ce.text, self._alone(ces[: number - 1], ce), joined))
         if unknown:
             return Diagnosis(self._salience(), tuple(elements), errors=tuple(matcher.errors), unknown=unknown)
-        failure = None
-        if failing:
-            failure = self._explain(list(ces[: failing - 1]), ces[failing - 1])
-        whole = [ce.text for ce in ces]
+        failure = self._explain(list(ces[: failing - 1]), ces[failing - 1]) if failing else None
+        bases = () if failing else tuple(matcher.bases([ce.text for ce in ces], MAX_BASES))
         return Diagnosis(
             self._salience(),
             tuple(elements),
             failing,
             failure,
             None if failing else joined,
-            () if failing else tuple(matcher.bases(whole, MOST_BASES)),
+            bases,
             tuple(matcher.errors),
         )
 
@@ -91,9 +95,8 @@ class _Diagnoser:
         inner = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
         if not isinstance(inner, PatternCE):
             return None
-        foreign = Prefix(list(previous_ces)).binds
         try:
-            pattern = f"?cx-why-fact <- {inner.alone(foreign)}"
+            pattern = f"?cx-why-fact <- {inner.alone(Prefix(previous_ces).binds)}"
             # A multislot can match in several ways; the fact counts once.
             matches = self._matcher.note([pattern], ["cx-why-fact"], limit=-1)
         except ClipsError:
@@ -125,7 +128,7 @@ class _Diagnoser:
 
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
         names = sorted(ce.used & prefix.binds)
-        rows = self._matcher.note(prefix.texts, names, MOST_SHOWN) if names else []
+        rows = self._matcher.note(prefix.texts, names, MAX_SHOWN) if names else []
         values = dict.fromkeys(
             ", ".join(f"?{name} = {show_alone(value)}" for name, value in zip(names, row, strict=True))
             for row in rows
@@ -135,7 +138,7 @@ class _Diagnoser:
     def _explain_not(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         positive = Prefix([*previous_ces, *ce.items])
         own_facts = positive.facts[len(Prefix(previous_ces).facts) :]
-        rows = self._matcher.note(positive.texts, own_facts, 20 * MOST_SHOWN) if own_facts else []
+        rows = self._matcher.note(positive.texts, own_facts, _MATCHES_OF_NOT) if own_facts else []
         negated_patterns = [item for item in ce.items if isinstance(item, PatternCE)]
         facts = dict.fromkeys(
             " with ".join(
@@ -143,19 +146,21 @@ class _Diagnoser:
             )
             for row in rows
         )
-        many = len(facts) > MOST_SHOWN
         reason = "it is not to match, but does" if facts else "what is in it always matches"
-        listed = [*list(facts)[:MOST_SHOWN], *(["and more"] if many else [])]
+        listed = [*list(facts)[:MAX_SHOWN], *(["and more"] if len(facts) > MAX_SHOWN else [])]
         return MatchFailure("not", ce.text, reason, facts=tuple(listed))
 
     def _explain_forall(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
-        first, *rest = ce.items
-        lacking = f"(not (and {' '.join(item.text for item in rest)}))"
-        positive = Prefix([*previous_ces, first])
-        own_facts = positive.facts[-1:] if isinstance(first, PatternCE) else []
-        rows = self._matcher.note([*positive.texts, lacking], own_facts, MOST_SHOWN) if own_facts else []
-        facts = [self._fact(row[0].index, first) for row in rows if isinstance(first, PatternCE)]
-        reason = f"not every {first.text} has {' '.join(item.text for item in rest)}"
+        first, *requirements = ce.items
+        required = " ".join(item.text for item in requirements)
+        facts: list[str] = []
+        if isinstance(first, PatternCE):
+            positive = Prefix([*previous_ces, first])
+            # CLIPS replaces (forall A B) by (not (and A (not B))): facts of A without B violate it.
+            violation = [*positive.texts, f"(not (and {required}))"]
+            rows = self._matcher.note(violation, positive.facts[-1:], MAX_SHOWN)
+            facts = [self._fact(row[0].index, first) for row in rows]
+        reason = f"not every {first.text} has {required}"
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
     def _sequence(self, previous_ces: list[CE], ces: list[CE]) -> MatchFailure:

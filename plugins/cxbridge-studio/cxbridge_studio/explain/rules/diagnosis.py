@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class Count:
     """A number of matches.
 
-    :param more: whether there are more matches than counted.
+    :param more: whether there are more matches than counted; the name is part of the JSON of ``why``.
     """
 
     number: int

@@ -1,14 +1,15 @@
-"""Copies rules and their facts from a CLIPS environment."""
+"""Copies rules and their facts from a CLIPS environment, as values that outlive the next run of the rules."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Final
 
 from clips._clips import ffi, lib
 
 from cxbridge.clipstext.condition import patterns
+from cxbridge.clipstext.syntax import read
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
@@ -17,14 +18,20 @@ from cxbridge.executive.host.capi import NULL, CData, decode, encode
 from cxbridge.executive.host.constructs import defrules
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
+from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 from cxbridge.executive.host.values import FactAddress, show
 from cxbridge_studio.agent.rule import dependencies, parse_rule
 from cxbridge_studio.explain.rules import snapshot as model
-from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot, Waiting
+from cxbridge_studio.explain.rules.snapshot import Activation, Rulebook, Snapshot
 
 MAX_AGENDA: Final = 1000  # limit of inspected activations
 
 _SUCCINCT: Final = 1  # CLIPS' constant, a macro that cffi does not see
+
+# Source names by the functions that replace them: the host rewrites rules when it loads them.
+_SOURCE_NAMES: Final = {MODIFY_FUNCTION: "modify", DUPLICATE_FUNCTION: "duplicate"}
+
+_VALUES: Final = "create$"
 
 
 def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
@@ -37,19 +44,19 @@ def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
     )
 
 
-def fact_slots(env: ClipsEnvironment, template: str, most: int | None = None) -> list[Mapping[str, str]]:
+def fact_slots(env: ClipsEnvironment, template: str, limit: int | None = None) -> list[Mapping[str, str]]:
     """Return the slots of a deftemplate's facts, as CLIPS prints the values.
 
-    :param most: the maximum number of facts; None for all.
+    :param limit: the maximum number of facts; None for all.
     """
-    facts = islice(env.facts(template), most)
+    facts = islice(env.facts(template), limit)
     return [{name: show(value) for name, value in slots.items()} for _, _, slots in facts]
 
 
-def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Snapshot:
+def take(env: ClipsEnvironment, rule: str, max_facts: int | None = None) -> Snapshot:
     """Copy a rule with its facts. Call this between runs of the rules, with the lock held.
 
-    :param most_facts: if there are more facts, none are copied; None for :data:`~.snapshot.MAX_FACTS`.
+    :param max_facts: if there are more facts, none are copied; None for :data:`~.snapshot.MAX_FACTS`.
     :raises ClipsError: if there is no such rule.
     """
     pointer = lib.FindDefrule(env.env, encode(rule))
@@ -58,10 +65,11 @@ def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Sna
     text = decode(lib.DefrulePPForm(pointer))
     condition = parse_rule(text)
     needs = dependencies(condition, lambda name: _function(env, name))
-    known = sorted(name for name in needs.globals if lib.FindDefglobal(env.env, encode(name)) != NULL)
+    global_names = sorted(name for name in needs.globals if lib.FindDefglobal(env.env, encode(name)) != NULL)
     names = None if needs.all_facts else {pattern.template for pattern in patterns(condition.ces)}
     templates = _templates(env, names)
-    limit = model.MAX_FACTS if most_facts is None else most_facts
+    limit = model.MAX_FACTS if max_facts is None else max_facts
+    # Counting comes first: copying a fact stops the loop of a daemon for about 10 us.
     total = sum(1 for _ in islice(_facts(env, templates), limit + 1))
     copier = FactCopier(env, templates.__contains__)
     if total <= limit:
@@ -74,9 +82,9 @@ def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Sna
         templates,
         tuple(sorted(copier.copy.rows, key=lambda row: row.index)),
         needs.functions,
-        {name: _lasting(env.eval(f"?*{name}*")) for name in known},
+        {name: lasting(env.eval(f"?*{name}*")) for name in global_names},
         agenda=tuple(
-            Waiting(name, salience, basis) for salience, name, basis in islice(agenda(env), MAX_AGENDA)
+            Activation(name, salience, basis) for salience, name, basis in islice(agenda(env), MAX_AGENDA)
         ),
         own_counts=_own_counts(env, pointer),
         too_many=total if total > limit else 0,
@@ -115,11 +123,11 @@ def _facts(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
             fact = lib.GetNextFactInTemplate(pointer, fact)
 
 
-def _lasting(value: Value) -> Value:
-    """Return a value that stays valid after facts are retracted."""
+def lasting(value: Value) -> Value:
+    """Return a value that stays valid after facts are retracted: the index of a fact, not its address."""
     if isinstance(value, FactAddress):
         return FactRef(int(lib.FactIndex(value.pointer)))
-    return tuple(map(_lasting, value)) if isinstance(value, tuple) else value
+    return tuple(map(lasting, value)) if isinstance(value, tuple) else value
 
 
 def _own_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
@@ -143,3 +151,30 @@ def _halted(env: ClipsEnvironment) -> str:
     if env.quit_requested:
         return "the agent has quit"
     return "the run was interrupted" if env.is_ended else ""
+
+
+def source_form(texts: Mapping[str, str]) -> dict[str, str]:
+    """Return rules in their source form, except for blanks and comments.
+
+    :param texts: defrules by name, as the environment prints them.
+    """
+    return {name: _restored(text) for name, text in texts.items()}
+
+
+def _restored(text: str) -> str:
+    """Return a rule with ``(modify F (slot V...))`` for ``(cx-modify F slot (create$ V...))``."""
+    if not any(function in text for function in _SOURCE_NAMES):
+        return text
+    edits: list[tuple[int, int, str]] = []
+    for top in read(text):
+        for node in top.walk():
+            if node.items and node.head in _SOURCE_NAMES:
+                edits.append((node.items[0].start, node.items[0].end, _SOURCE_NAMES[node.head]))
+                edits += [
+                    (slot.start, value.items[0].end, f"({slot.text}")
+                    for slot, value in pairwise(node.items[2:])
+                    if slot.items is None and value.head == _VALUES and value.items
+                ]
+    for start, end, replacement in sorted(edits, reverse=True):  # from the end: earlier offsets stay valid
+        text = text[:start] + replacement + text[end:]
+    return text

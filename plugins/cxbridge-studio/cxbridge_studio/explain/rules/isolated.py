@@ -38,7 +38,7 @@ _BY_REASON: Final = {
     "makes lists of values": """
         create$ delete$ delete-member$ difference$ expand$ explode$ first$ implode$ insert$ intersection$
         length$ member$ nth$ replace$ replace-member$ rest$ sort subseq$ subsetp union$""",
-    "chooses and repeats; the process of a look bounds its time": """
+    "chooses and repeats; the process of a diagnosis bounds its time": """
         bind break foreach if loop-for-count progn progn$ return switch void while""",
     "reads facts of the environment itself": """
         any-factp deftemplate-slot-allowed-values deftemplate-slot-cardinality deftemplate-slot-default-value
@@ -49,8 +49,8 @@ _BY_REASON: Final = {
     "what CLIPS' parser makes of loops, queries and $?variables": """
         (expansion-call) (get-loop-count) (get-progn$-field) (get-progn$-index) (query-fact)
         (query-fact-slot) (set-evaluation-error)""",
-    "draws a number or a name, in the process of the look alone": "gensym gensym* random",
-    "tells the time of the moment that is looked at": "now now-systime",
+    "draws a number or a name, in the process of the diagnosis alone": "gensym gensym* random",
+    "tells the time of the snapshot": "now now-systime",
     "does nothing but return its text, or nothing": "format print println printout",
     "computes as in CLIPS 6.30": " ".join(name for name in OLD_NAMES if name not in _NOT_BUILT),
     "ours: parts of the shims for CLIPS 6.30, without an effect": " ".join(
@@ -62,6 +62,7 @@ _BY_REASON: Final = {
 ALLOWED: Final = {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
 
 _LIST: Final = "get-function-list"
+# At most three digits of width: a text of a stranger's recording must not fill the memory.
 _DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
 _TEXTS: Final = {"n": "\n", "r": "\r", "t": "\t", "%": "%"}
 
@@ -106,15 +107,15 @@ class IsolatedEnvironment(ClipsEnvironment):
 
 def _format(_target: Value, text: Value, *values: Value) -> str:
     """Implement CLIPS' ``format`` with ``nil``, because CLIPS writes wide fields beyond its buffer."""
-    rest = list(values)
+    remaining_values = iter(values)
 
-    def filled(match: re.Match[str]) -> str:
+    def formatted(match: re.Match[str]) -> str:
         minus, width, precision, kind = match.groups()
         if kind in _TEXTS:
             return _TEXTS[kind]
-        if not rest:
+        value = next(remaining_values, None)
+        if value is None:
             raise ClipsError(f"format: there is no value for {match[0]}")
-        value = rest.pop(0)
         flags = f"%{minus}{width}" + (f".{precision}" if precision else "")
         if kind == "s":
             return f"{flags}s" % (value if isinstance(value, str) else show(value))
@@ -124,4 +125,4 @@ def _format(_target: Value, text: Value, *values: Value) -> str:
             raise ClipsError(f"format: {match[0]} wants a number, not {show(value)}")
         return f"{flags}{'d' if kind == 'u' else kind}" % (float(value) if kind in "feg" else int(value))
 
-    return _DIRECTIVE.sub(filled, str(text))
+    return _DIRECTIVE.sub(formatted, str(text))

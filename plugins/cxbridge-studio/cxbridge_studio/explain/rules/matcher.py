@@ -28,7 +28,7 @@ from cxbridge_studio.explain.rules.diagnosis import Count
 from cxbridge_studio.explain.rules.isolated import IsolatedEnvironment
 from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot
 
-MOST_MATCHES: Final = 100_000  # limit of counted matches
+MAX_MATCHES: Final = 100_000  # limit of counted matches: combinations of facts multiply
 
 # Function for `Matcher.value` that returns the fact with an index of the snapshot.
 FACT_FUNCTION: Final = "cx-why-fact"
@@ -48,11 +48,12 @@ class Matcher:
     def __init__(self, snapshot: Snapshot) -> None:
         bus = EventBus(VirtualClock(snapshot.time_us))
         self._env = IsolatedEnvironment("why", bus)
-        self._lacking: dict[str, str] = {}
+        self._missing_callees: dict[str, str] = {}  # by function: what it calls and this environment lacks
         self._notes: list[tuple[Value, ...]] = []
+        # Facts get other indices here: the snapshot's index by the index here, and the reverse.
         self._original: dict[int, int] = {}
         self._copies: dict[int, int] = {}
-        self._globals = {name: self._here(value) for name, value in snapshot.globals.items()}
+        self._globals = {name: self._to_copy(value) for name, value in snapshot.globals.items()}
         self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
         self.errors: list[str] = []  # errors during matching, each message once
         try:
@@ -74,7 +75,7 @@ class Matcher:
         env.define("cx-why-note", self._note, 0, UNBOUNDED)
         env.api.remove_udf("fact-index")
         env.define("fact-index", self._index, 1)
-        env.define(FACT_FUNCTION, lambda index: self._here(FactRef(index)), 1, types="l")
+        env.define(FACT_FUNCTION, lambda index: self._to_copy(FactRef(index)), 1, types="l")
         env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
         for name in snapshot.globals:
             env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")
@@ -87,8 +88,8 @@ class Matcher:
                     f"({'multislot' if multi else 'slot'} {slot})" for slot, multi in template.slots
                 )
                 env.build(f"(deftemplate {template.name} {slots})")
-            elif (made := env.assert_string(f"({template.name} 0)")) is not None:
-                env.retract(made)
+            elif (fact := env.assert_string(f"({template.name} 0)")) is not None:
+                env.retract(fact)  # CLIPS has made the implied deftemplate of ordered facts
         for function in snapshot.functions:
             self._define(function)
         for row in snapshot.facts:
@@ -96,12 +97,12 @@ class Matcher:
             names = [NULL] if slots_of is None else [encode(slot) for slot, _ in slots_of]
             deftemplate = lib.FindDeftemplate(env.env, encode(row.template))
             values = [
-                (name, clips_value(env.env, self._here(value)))
+                (name, clips_value(env.env, self._to_copy(value)))
                 for name, value in zip(names, row.values, strict=True)
             ]
-            fact = env.maker.add(env.maker.new(deftemplate, values))
-            if fact != NULL:
-                index = int(lib.FactIndex(fact))
+            pointer = env.maker.add(env.maker.new(deftemplate, values))
+            if pointer != NULL:
+                index = int(lib.FactIndex(pointer))
                 self._original[index] = row.index
                 self._copies[row.index] = index
 
@@ -110,24 +111,24 @@ class Matcher:
         try:
             self._env.build(function)
         except ClipsError as error:
-            lacking = _MISSING.search(error.message)
-            # the missing function may itself have been left out
-            inner = lacking[1] if lacking else ""
+            missing = _MISSING.search(error.message)
+            callee = missing[1] if missing else ""
+            # The missing function may itself have been left out: report the function at the end of the chain.
             for definition in definitions(function):
-                self._lacking[definition.name] = self._lacking.get(inner, inner)
+                self._missing_callees[definition.name] = self._missing_callees.get(callee, callee)
 
-    def _here(self, value: Value) -> Value:
+    def _to_copy(self, value: Value) -> Value:
         """Convert a value of the snapshot to this environment."""
         if isinstance(value, FactRef):
             fact = self._env.maker.find(self._copies.get(value.index, -1))
             return value.index if fact == NULL else FactAddress(fact)
-        return tuple(map(self._here, value)) if isinstance(value, tuple) else value
+        return tuple(map(self._to_copy, value)) if isinstance(value, tuple) else value
 
-    def _there(self, value: Value) -> Value:
+    def _to_original(self, value: Value) -> Value:
         """Convert a value of this environment to the snapshot."""
         if isinstance(value, FactAddress):
             return FactRef(self._original.get(int(lib.FactIndex(value.pointer)), 0))
-        return tuple(map(self._there, value)) if isinstance(value, tuple) else value
+        return tuple(map(self._to_original, value)) if isinstance(value, tuple) else value
 
     def _index(self, fact: Value) -> int:
         """Return the index of a fact in the snapshot: conditions compare indices."""
@@ -136,14 +137,14 @@ class Matcher:
         return self._original.get(int(lib.FactIndex(fact.pointer)), 0)
 
     def _note(self, *values: Value) -> None:
-        self._notes.append(tuple(map(self._there, values)))
+        self._notes.append(tuple(map(self._to_original, values)))
 
     def count(self, ces: Sequence[str]) -> Count:
         """Return the number of matches of conditional elements.
 
         :raises ClipsError: if the elements are not a valid condition.
         """
-        return self._fire(ces, "", MOST_MATCHES)
+        return self._fire(ces, "", MAX_MATCHES)
 
     def note(self, ces: Sequence[str], names: Sequence[str], limit: int) -> list[tuple[Value, ...]]:
         """Return the values of variables, named without ``?``, for each match of the elements.
@@ -159,14 +160,15 @@ class Matcher:
     def bases(self, ces: Sequence[str], limit: int) -> list[str]:
         """Return the facts of each match in the agenda's notation, with indices of the snapshot."""
         self._build(ces, "")
-        found = [self._renumber(basis) for _, _, basis in islice(agenda(self._env), limit)]
+        bases = [self._renumber(basis) for _, _, basis in islice(agenda(self._env), limit)]
         self._remove()
-        return found
+        return bases
 
     def _renumber(self, basis: str) -> str:
-        parts = basis.split(",")
+        """Replace the indices of a basis such as ``f-1,*`` by those of the snapshot."""
         return ",".join(
-            f"f-{self._original.get(int(part[2:]), 0)}" if part.startswith("f-") else part for part in parts
+            f"f-{self._original.get(int(item[2:]), 0)}" if item.startswith("f-") else item
+            for item in basis.split(",")
         )
 
     def value(self, expression: str) -> Value:
@@ -175,9 +177,9 @@ class Matcher:
     def _build(self, ces: Sequence[str], action: str) -> None:
         check_excess(" ".join(ces))
         output = self._env.output
-        outer = output.begin_errors()
+        previous_sink = output.begin_errors()
         error = lib.Build(self._env.env, encode(f"(defrule {_PROBE} {' '.join(ces)} => {action})"))
-        text = output.end_errors(outer)
+        text = output.end_errors(previous_sink)
         messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
         if error != lib.BE_NO_ERROR:
             raise ClipsError(self._reason(messages))
@@ -190,20 +192,20 @@ class Matcher:
         missing = _MISSING.search(" ".join(messages))
         if missing is None:
             return messages[0] if messages else "CLIPS does not take the condition"
-        name = self._lacking.get(missing[1]) or missing[1]
-        if name in self._env.removed:
-            return f"it calls '{name}', which a look must not do"
-        return f"it calls '{name}', which only the run has"
+        name = self._missing_callees.get(missing[1]) or missing[1]
+        is_removed = name in self._env.removed
+        return f"it calls '{name}', which {'a look must not do' if is_removed else 'only the run has'}"
 
     def _remove(self) -> None:
         rule = lib.FindDefrule(self._env.env, encode(_PROBE))
         lib.Undefrule(rule, self._env.env)
 
     def _fire(self, ces: Sequence[str], action: str, limit: int) -> Count:
+        """Fire a rule with these conditional elements for each match, and return the number of matches."""
         self._build(ces, action)
         fired = self._env.run(limit)
-        more = self._env.agenda_size_at_least(1)
+        has_more = self._env.agenda_size_at_least(1)
         self._remove()
         if self._env.faults:
             raise ClipsError(self._env.faults[0])
-        return Count(fired, more)
+        return Count(fired, has_more)

@@ -1,4 +1,8 @@
-"""Finds the facts that nearly match a pattern, with the slots that differ."""
+"""Finds the facts that nearly match a pattern, with the slots that differ.
+
+For each constrained slot alone, CLIPS matches the partial matches before the pattern with all its facts. The
+pairs of a partial match and a fact that satisfy the most slots are the near misses.
+"""
 
 from __future__ import annotations
 
@@ -14,15 +18,15 @@ from cxbridge_studio.explain.rules.diagnosis import Deviation, MatchFailure, Nea
 from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-MOST_PAIRS: Final = 20_000  # limit of compared pairs of a partial match and a fact
+MAX_PAIRS: Final = 20_000  # limit of compared pairs of a partial match and a fact
 
-MOST_NEAR: Final = 3  # limit of listed facts
+MAX_NEAR: Final = 3  # limit of listed facts
 
 _BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")  # a variable that takes any value: not a constraint
 
 _FACT = "cx-why-fact"
 
-_Key = tuple[FactRef, ...]
+_Key = tuple[FactRef, ...]  # the facts of a partial match
 
 
 def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: PatternCE) -> MatchFailure:
@@ -33,37 +37,36 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     rows = [row for row in snapshot.facts if row.template == pattern.template]
     if not rows:
         return MatchFailure("pattern", pattern.text, f"there is no fact of '{pattern.template}'")
-    parts = pattern.tested(prefix.binds)
-    bound = sorted(prefix.binds)
-    sample = _Sample(matcher, prefix, max(1, MOST_PAIRS // len(rows)), bound)
+    constraints = pattern.tested(prefix.binds)
+    sample = _Sample(matcher, prefix, max(1, MAX_PAIRS // len(rows)))
     satisfied: dict[tuple[_Key, int], set[int]] = {
         (key, row.index): set() for key in sample.values for row in rows
     }
     compared = [
-        part_index
-        for part_index, part in enumerate(parts)
-        if _compare(matcher, sample, pattern, part, part_index, satisfied)
+        number
+        for number, constraint in enumerate(constraints)
+        if _compare(matcher, sample, pattern, constraint, number, satisfied)
     ]
     ranked = _ranked(satisfied)
     best = len(satisfied[ranked[0]]) if ranked else 0
-    chosen: dict[int, tuple[_Key, int]] = {}
-    for pair in ranked:
-        if len(satisfied[pair]) == best and len(chosen) < MOST_NEAR:
-            chosen.setdefault(pair[1], pair)
+    chosen: dict[int, _Key] = {}
+    for key, index in ranked:
+        if len(satisfied[key, index]) == best and len(chosen) < MAX_NEAR:
+            chosen.setdefault(index, key)  # a fact is listed once, with its best partial match
     near = []
-    for index, pair in chosen.items():
+    for index, key in chosen.items():
         row = matcher.rows[index]
-        missing = [parts[part_index] for part_index in compared if part_index not in satisfied[pair]]
         deviations = tuple(
             Deviation(
-                part.label,
-                snapshot.value_text(row, part.slot, part.position),
-                _BINDER.sub("", part.text),
-                tuple(_known(part, prefix, sample.values[pair[0]])),
+                constraint.label,
+                snapshot.value_text(row, constraint.slot, constraint.position),
+                _BINDER.sub("", constraint.text),
+                tuple(_bound_values(constraint, prefix, sample.values[key])),
             )
-            for part in missing
+            for number, constraint in enumerate(constraints)
+            if number in compared and number not in satisfied[key, index]
         )
-        near.append(NearMiss(snapshot.fact_text(row, {part.slot for part in parts}), deviations))
+        near.append(NearMiss(snapshot.fact_text(row, {each.slot for each in constraints}), deviations))
     return MatchFailure(
         "pattern", pattern.text, _reason(prefix, sample, best, len(compared), near), tuple(near)
     )
@@ -80,41 +83,45 @@ def _ranked(satisfied: dict[tuple[_Key, int], set[int]]) -> list[tuple[_Key, int
     return sorted(satisfied, key=rank, reverse=True)
 
 
-def _reason(prefix: Prefix, sample: _Sample, best: int, parts: int, near: list[NearMiss]) -> str:
+def _reason(prefix: Prefix, sample: _Sample, best: int, compared: int, near: list[NearMiss]) -> str:
     if not any(miss.deviations for miss in near):
         return "each part of it matches some fact, but not all parts together match one"
     verb = "goes with the facts before it" if prefix.facts else "matches"
-    more = ", in a sample of the matches" if sample.cut else ""
-    slots = "slot" if parts == 1 else "slots"
-    return f"no fact {verb}; the nearest have {best} of {parts} {slots} right{more}"
+    limitation = ", in a sample of the matches" if sample.is_cut else ""
+    slots = "slot" if compared == 1 else "slots"
+    return f"no fact {verb}; the nearest have {best} of {compared} {slots} right{limitation}"
 
 
 def _compare(
     matcher: Matcher,
     sample: _Sample,
     pattern: PatternCE,
-    part: SlotConstraint,
-    index: int,
+    constraint: SlotConstraint,
+    number: int,
     satisfied: dict[tuple[_Key, int], set[int]],
 ) -> bool:
-    """Record which pairs satisfy one slot, and return whether the slot can be compared."""
-    ces = [*sample.texts, f"?{_FACT} <- {pattern.only(part, sample.prefix.binds)}"]
+    """Record which pairs satisfy one slot, and return whether the slot can be compared.
+
+    :param number: of the constraint, recorded in ``satisfied``.
+    """
+    ces = [*sample.texts, f"?{_FACT} <- {pattern.only(constraint, sample.prefix.binds)}"]
     try:
-        matches = matcher.note(ces, [*sample.prefix.facts, _FACT], limit=10 * MOST_PAIRS)
-    except ClipsError:
+        # A multislot matches in several ways for one pair, hence more matches than pairs.
+        matches = matcher.note(ces, [*sample.prefix.facts, _FACT], limit=10 * MAX_PAIRS)
+    except ClipsError:  # the slot calls a function that only the run has
         return False
     for *key, fact in matches:
         pair = (tuple(key), fact.index)
         if pair in satisfied:
-            satisfied[pair].add(index)
+            satisfied[pair].add(number)
     return True
 
 
-def _known(part: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> list[str]:
+def _bound_values(constraint: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> list[str]:
     """Return the values of the variables in a slot that other CEs bind."""
     return [
         f"?{name} = {show_alone(values[name])} (CE {prefix.origin(name)})"
-        for name in sorted(part.used | part.binds)
+        for name in sorted(constraint.used | constraint.binds)
         if name in values
     ]
 
@@ -123,23 +130,21 @@ class _Sample:
     """The partial matches, or a sample if there are many.
 
     :ivar values: values of all variables, by the facts of the match.
-    :ivar texts: conditional elements that match only these.
+    :ivar texts: conditional elements that match only these partial matches.
+    :ivar is_cut: whether there are more partial matches than the limit.
     """
 
-    def __init__(self, matcher: Matcher, prefix: Prefix, limit: int, bound: list[str]) -> None:
+    def __init__(self, matcher: Matcher, prefix: Prefix, limit: int) -> None:
         self.prefix = prefix
         self.values: dict[_Key, dict[str, Value]] = {}
         self.texts = list(prefix.texts)
-        self.cut = False
-        width = len(prefix.facts)
-        if not prefix.texts:
-            self.values[()] = {}
-        else:
-            rows = matcher.note(prefix.texts, [*prefix.facts, *bound], limit + 1)
-            for row in rows[:limit]:
-                self.values.setdefault(tuple(row[:width]), dict(zip(bound, row[width:], strict=True)))
-            self.cut = len(rows) > limit
-        if self.cut and width:
+        names, width = sorted(prefix.binds), len(prefix.facts)
+        rows = matcher.note(prefix.texts, [*prefix.facts, *names], limit + 1) if prefix.texts else [()]
+        for row in rows[:limit]:
+            self.values.setdefault(tuple(row[:width]), dict(zip(names, row[width:], strict=True)))
+        self.is_cut = len(rows) > limit
+        if self.is_cut and width:
+            # Without this test, CLIPS would match the facts with all partial matches again.
             fact_keys = " ".join(f'"{",".join(str(ref.index) for ref in key)}"' for key in self.values)
             index = ' "," '.join(f"(fact-index ?{name})" for name in prefix.facts)
             self.texts.append(f"(test (member$ (str-cat {index}) (create$ {fact_keys})))")

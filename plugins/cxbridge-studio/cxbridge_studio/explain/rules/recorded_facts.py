@@ -1,4 +1,8 @@
-"""Parses the printed facts of a recording into values."""
+"""Parses the printed facts of a recording into values, to match rules with them.
+
+A recording may lack the deftemplate of a fact, such as that of an interface: then the slots are taken from
+the facts themselves.
+"""
 
 from __future__ import annotations
 
@@ -18,23 +22,28 @@ def rows_of(
 ) -> tuple[dict[str, FactTemplate], list[FactRow]]:
     """Return the parsable facts and their templates. Unknown templates are derived from the facts."""
     parsed: list[tuple[FactChange, Mapping[str, tuple[Value, ...]]]] = []
-    seen: dict[str, dict[str, bool]] = {}
+    is_multislot: dict[str, dict[str, bool]] = {}  # by template and slot
     for change in changes:
         slots = _slots(change, templates.get(change.template))
         if slots is not None:
             parsed.append((change, slots))
-            known = seen.setdefault(change.template, {})
+            is_multi = is_multislot.setdefault(change.template, {})
             for slot, values in slots.items():
-                known[slot] = known.get(slot, False) or len(values) != 1
+                # A slot that once has no value, or several values, is a multislot.
+                is_multi[slot] = is_multi.get(slot, False) or len(values) != 1
     all_templates = dict(templates)
-    for name, flags in seen.items():
-        flags.pop(_FIELDS, None)
-        all_templates.setdefault(name, FactTemplate(name, tuple(flags.items()) or None))
+    for name, is_multi in is_multislot.items():
+        is_multi.pop(_FIELDS, None)
+        all_templates.setdefault(name, FactTemplate(name, tuple(is_multi.items()) or None))
     rows = (_row(change, slots, all_templates[change.template]) for change, slots in parsed)
     return all_templates, sorted(filter(None, rows), key=lambda row: row.index)
 
 
 def _slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tuple[Value, ...]] | None:
+    """Return the values by slot; the fields of an ordered fact have the key :data:`_FIELDS`.
+
+    None if the fact does not fit its template.
+    """
     if template is None or template.slots is not None:
         try:
             _, texts = parse_fact(change.text)

@@ -43,14 +43,14 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
     )
     with process:
         try:
-            answer, _ = process.communicate(pickle.dumps(snapshot), limit_s)
+            output, _ = process.communicate(pickle.dumps(snapshot), limit_s)
         except subprocess.TimeoutExpired:
             return undiagnosed(snapshot, f"its condition is not matched within {limit_s:g} s: that was ended")
         finally:
             process.kill()
     try:
         # msgspec's decoder requires UTF-8, and texts of files may hold other bytes.
-        return msgspec.convert(json.loads(answer), Diagnosis)
+        return msgspec.convert(json.loads(output), Diagnosis)
     except ValueError:
         return undiagnosed(snapshot, f"matching its condition {_end_of(process.returncode)}")
 

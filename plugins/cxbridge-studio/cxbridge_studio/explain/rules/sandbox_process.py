@@ -29,7 +29,8 @@ def _drop_rights(memory: int) -> None:
         return
     import resource  # noqa: PLC0415
 
-    for limited, limit in (
+    # 0 files, bytes and processes: from here on, the process can only compute, and write to open pipes.
+    for kind, limit in (
         (resource.RLIMIT_AS, memory),
         (resource.RLIMIT_CPU, CPU_S),
         (resource.RLIMIT_CORE, 0),
@@ -37,15 +38,16 @@ def _drop_rights(memory: int) -> None:
         (resource.RLIMIT_NPROC, 0),
         (resource.RLIMIT_NOFILE, 0),
     ):
-        hard = resource.getrlimit(limited)[1]
-        most = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
-        resource.setrlimit(limited, (most, most))
+        hard_limit = resource.getrlimit(kind)[1]
+        new_limit = limit if hard_limit == resource.RLIM_INFINITY else min(limit, hard_limit)
+        resource.setrlimit(kind, (new_limit, new_limit))
 
 
 def main(memory: int) -> None:
     """Diagnose one rule."""
     snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301 - from the parent process
-    answers = os.fdopen(os.dup(1), "w")
+    # What CLIPS prints to standard output must not mix with the diagnosis.
+    output = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     _drop_rights(memory)
     try:
@@ -56,8 +58,8 @@ def main(memory: int) -> None:
         diagnosis = undiagnosed(
             snapshot, f"its condition cannot be looked at: {type(error).__name__}: {error}"
         )
-    json.dump(asdict(diagnosis), answers)
-    answers.flush()
+    json.dump(asdict(diagnosis), output)
+    output.flush()
     os._exit(0)  # Skip CLIPS' cleanup: the memory is freed with the process.
 
 

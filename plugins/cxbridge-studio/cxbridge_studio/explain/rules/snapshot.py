@@ -15,17 +15,17 @@ from cxbridge.clipstext.values import FactRef, Value, show_alone
 from cxbridge.executive.host.facts.copying import FactRow, FactTemplate
 from cxbridge.executive.host.loading import Diagnostic
 
-__all__ = ["MAX_FACTS", "FactRef", "FactRow", "FactTemplate", "Rulebook", "Snapshot", "Waiting"]
+__all__ = ["MAX_FACTS", "Activation", "FactRef", "FactRow", "FactTemplate", "Rulebook", "Snapshot"]
 
 # The limit of copied facts; beyond it, only CLIPS' own counts are available.
 MAX_FACTS: Final = 50_000
 
-_LONGEST: Final = 200  # characters of a fact that are shown
+_MAX_LENGTH: Final = 200  # characters of a fact that are shown
 _NAMES: Final = ("id", "name")  # slots that identify a fact
 
 
 @dataclass(frozen=True, slots=True)
-class Waiting:
+class Activation:
     """An activation on the agenda.
 
     :param basis: the facts in CLIPS' notation: ``f-1,*``.
@@ -58,7 +58,7 @@ class Snapshot:
     functions: tuple[str, ...] = ()
     globals: Mapping[str, Value] = field(default_factory=dict)
     global_texts: Mapping[str, str] = field(default_factory=dict)
-    agenda: tuple[Waiting, ...] | None = None
+    agenda: tuple[Activation, ...] | None = None
     own_counts: tuple[str, ...] = ()
     too_many: int = 0
     all_facts: bool = False
@@ -78,18 +78,17 @@ class Snapshot:
 
         :param slot_names: slots to show besides the identifying slots; empty for all.
         """
-        template = self.templates[row.template]
-        slots = template.slots_of(row)
-        shown = {
+        slots = self.templates[row.template].slots_of(row)
+        selected = {
             name: value
             for name, value in slots.items()
             if not slot_names or name in (*slot_names, *_NAMES, IMPLIED)
         }
-        text = fact_text(row.template, shown)
-        if len(shown) < len(slots):
+        text = fact_text(row.template, selected)
+        if len(selected) < len(slots):
             text = f"{text[:-1]} ...)"
-        if len(text) > _LONGEST:
-            text = f"{text[: _LONGEST - 5]} ...)"
+        if len(text) > _MAX_LENGTH:
+            text = f"{text[: _MAX_LENGTH - 5]} ...)"
         return f"f-{row.index} {text}"
 
     def value_text(self, row: FactRow, slot: str, position: int) -> str:
@@ -108,7 +107,7 @@ class Rulebook:
     :param files: the loaded files, in order.
     :param diagnostics: CLIPS' messages about the files.
     :param folders: folders of the agent's files, loaded or not.
-    :param places: file and line of rules, if known without reading files.
+    :param positions: file and line of rules, if known without reading files.
     :param refused: texts of refused rules, if known without reading files.
     """
 
@@ -116,5 +115,5 @@ class Rulebook:
     files: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
     folders: tuple[str, ...] = ()
-    places: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    positions: Mapping[str, tuple[str, int]] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, Use
-from cxbridge_studio.agent.top_level import open_lists, parts
+from cxbridge_studio.agent.top_level import open_lists, top_level_lists
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
 
 CLIPS = """\
@@ -98,7 +98,7 @@ def test_a_mistake_loses_no_other_construct(text, expected):
 
 
 def test_the_open_parentheses_of_a_part():
-    (part, _) = parts("(defrule a (b (c) => (d)\n(defrule e =>)")
+    (part, _) = top_level_lists("(defrule a (b (c) => (d)\n(defrule e =>)")
     assert open_lists(part.text) == [0, 11]
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
 from cxbridge.run import RunOptions
-from cxbridge_studio.agent.top_level import Part, open_lists, parts
+from cxbridge_studio.agent.top_level import TopLevelList, open_lists, top_level_lists
 from cxbridge_studio.agent.unclosed import unclosed_lists
 from cxbridge_studio.check.agent import Agent, agents
 from tests.support import ROOT
@@ -35,7 +35,7 @@ class Deletion:
     right: frozenset[int]
 
 
-def deletions(part: Part) -> Iterator[Deletion]:
+def deletions(part: TopLevelList) -> Iterator[Deletion]:
     """Yield a construct without each of its parentheses."""
     opened: list[int] = []
     runs: list[dict[int, int]] = []
@@ -82,7 +82,7 @@ def figure(scenarios: list[Path], *, verbose: bool = False) -> Figure:
             with Agent(RunOptions(scenario=scenario, agent=name)) as agent:
                 slots |= agent.slots
         for path in sorted(scenario.glob("*.clp")):
-            for part in parts(path.read_text()):
+            for part in top_level_lists(path.read_text()):
                 for deletion in deletions(part):
                     if not found.add(deletion, slots) and verbose:
                         before, after = part.text[: deletion.at], part.text[deletion.at + 1 :]

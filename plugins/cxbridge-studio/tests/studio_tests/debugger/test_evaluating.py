@@ -8,7 +8,7 @@ from cxbridge.clock import RealClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, LogLine
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge_studio.debugger.evaluating import MOST_LINES, evaluate
+from cxbridge_studio.debugger.evaluating import MAX_LINES, evaluate
 
 
 @pytest.fixture(name="env")
@@ -45,4 +45,4 @@ def test_what_is_wrong_is_told_and_the_next_one_works(env):
 def test_one_without_end_is_ended(env):
     with pytest.raises(ClipsError, match="has not come to an end"):
         evaluate(env, '(while TRUE (printout t "x" crlf))', limit_s=0.05)
-    assert len(evaluate(env, f'(loop-for-count {MOST_LINES + 5} (printout t "x" crlf))').output) == MOST_LINES
+    assert len(evaluate(env, f'(loop-for-count {MAX_LINES + 5} (printout t "x" crlf))').output) == MAX_LINES

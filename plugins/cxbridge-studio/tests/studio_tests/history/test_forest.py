@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from cxbridge_studio.monitor.filtering import choose_goals
+from cxbridge_studio.monitor.filtering import filter_goals
 from cxbridge_studio.monitor.snapshot import GoalRow
 from tests.history.runs import ListRun
 from tests.history.test_forest import SHAPES, events
@@ -14,7 +14,7 @@ from tests.history.test_forest import SHAPES, events
 
 def of_monitor(shape: dict[str, str]) -> list[str]:
     rows = [GoalRow("env", each, "C", above, "SELECTED", "", "word") for each, above in shape.items()]
-    return [row.id for row in choose_goals(rows, "word")]
+    return [row.id for row in filter_goals(rows, "word")]
 
 
 def of_explanations(shape: dict[str, str]) -> list[str]:

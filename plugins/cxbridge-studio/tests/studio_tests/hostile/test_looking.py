@@ -28,7 +28,7 @@ from cxbridge.events import EventBus
 from cxbridge.executive.host.capi import EXTRA, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.plugins import GROUP
-from cxbridge_studio.check.stubbed_environment import ENDLESS, LOOKING, LookEnvironment
+from cxbridge_studio.check.stubbed_environment import ENDLESS, KEPT_FUNCTIONS, StubbedEnvironment
 from tests.cli.test_help import COMMANDS
 from tests.support import module_files, needs_all_plugins, short_path
 
@@ -390,8 +390,8 @@ class _Editor:
 
 
 @pytest.fixture(name="env")
-def _env() -> Iterator[LookEnvironment]:
-    env = LookEnvironment("look", EventBus(VirtualClock()))
+def _env() -> Iterator[StubbedEnvironment]:
+    env = StubbedEnvironment("look", EventBus(VirtualClock()))
     yield env
     env.destroy()
 
@@ -408,9 +408,9 @@ def test_each_function_of_the_table_has_a_reason_or_is_a_stub(env):
     assert {str(name) for name in plain.call("get-function-list")} <= names
     stubs = {function for function in names if pointer(env, function) in set(env.stubs)}
     plain.destroy()
-    assert stubs == names - LOOKING.keys()
+    assert stubs == names - KEPT_FUNCTIONS.keys()
     assert "from-a-feature" in stubs
-    assert EFFECTS.keys() - LOOKING.keys() <= stubs
+    assert EFFECTS.keys() - KEPT_FUNCTIONS.keys() <= stubs
 
 
 def test_a_stub_has_a_value_of_its_type(env):

@@ -14,7 +14,7 @@ from cxbridge.daemon.client import request
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge_studio.monitor import live
 from cxbridge_studio.monitor.live import DaemonSource
-from cxbridge_studio.monitor.snapshot import MOST_ROWS, ViewQuery
+from cxbridge_studio.monitor.snapshot import MAX_ROWS, ViewQuery
 from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.run.mini import write_scenario
 
@@ -154,8 +154,8 @@ def test_thousands_of_facts_are_looked_through_bit_by_bit(source, daemon, tmp_pa
     with connected(daemon) as board:
         request(board, "env-load", WAIT_S, env="executive", file=str(file), batch=True)
     query = ViewQuery(pane="facts")
-    seen = until(lambda: source.look(query), lambda seen: len(seen.facts.rows) == MOST_ROWS)
-    assert seen.facts.note == f"the first {MOST_ROWS}: / finds others"
+    seen = until(lambda: source.look(query), lambda seen: len(seen.facts.rows) == MAX_ROWS)
+    assert seen.facts.note == f"the first {MAX_ROWS}: / finds others"
     found = until(
         lambda: source.look(ViewQuery(pane="facts", words="many 1999")), lambda seen: seen.facts.rows
     )

@@ -11,7 +11,7 @@ from cxbridge.events import FactChange, GoalTransition, InterfaceWrite, Level, L
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge_studio.monitor.filtering import duration_text
 from cxbridge_studio.monitor.recorded import RecordedSource, value_text
-from cxbridge_studio.monitor.snapshot import MOST_ROWS, ViewQuery
+from cxbridge_studio.monitor.snapshot import MAX_ROWS, ViewQuery
 from tests.support import needs_shared
 from tests.trace.runs import RECORDINGS, family, goal, recording
 
@@ -92,7 +92,7 @@ def test_interfaces_and_their_values(source):
 
 def test_facts_are_found_beyond_those_shown(source):
     seen = at(source, "end", pane="facts")
-    assert len(seen.facts.rows) == MOST_ROWS
+    assert len(seen.facts.rows) == MAX_ROWS
     assert "more facts" in seen.facts.note
     assert at(source, pane="facts", words="(n 99)").facts.rows == [("f-99", "(thing (n 99))")]
     assert "--trace-level facts" in at(source, pane="facts", env="nobody").facts.note

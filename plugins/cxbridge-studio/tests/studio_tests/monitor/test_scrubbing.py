@@ -103,7 +103,7 @@ def test_a_run_that_cannot_be_read_to_its_end_is_there_up_to_then():
 
 
 def test_the_first_events_of_a_very_long_run(monkeypatch):
-    monkeypatch.setattr(scrubbing, "MOST_EVENTS", 500)
+    monkeypatch.setattr(scrubbing, "MAX_EVENTS", 500)
     it = Scrubber(MemoryRun([LogLine(0, Level.INFO, "x", "y")] * 1200))
     it.load(10)
     assert len(it.events) == 500

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, coverage_of
-from cxbridge_studio.explain.coverage.page import as_document, write_page
+from cxbridge_studio.explain.coverage.report import as_document, write_page
 from cxbridge_studio.explain.rules.constructs import TextFile
 from tests.history.runs import ENV, ListRun, action, fired, goal, skill
 from tests.support import needs_plugin

@@ -41,5 +41,5 @@ def test_of_two_constructs_the_later_counts_and_globals_are_found():
     assert not snapshot.all_facts
     with Matcher(snapshot) as matcher:
         assert matcher.value("?*b*") == 2
-    assert made.rulebook().places == {"r": ("2.clp", 2)}
+    assert made.rulebook().positions == {"r": ("2.clp", 2)}
     assert snapshot.templates["y"].slots == (("z", False), ("w", True))

@@ -233,13 +233,13 @@ def test_too_many_facts_leave_clips_own_numbers(monkeypatch):
 
 
 def test_counting_ends_somewhere(monkeypatch):
-    monkeypatch.setattr("cxbridge_studio.explain.rules.matcher.MOST_MATCHES", 10)
+    monkeypatch.setattr("cxbridge_studio.explain.rules.matcher.MAX_MATCHES", 10)
     found = diagnosis_of("(goal) (goal) (goal)", *GOALS)
     assert str(found.elements[2].joined) == "10+"
 
 
 def test_a_sample_of_many_matches(monkeypatch):
-    monkeypatch.setattr("cxbridge_studio.explain.rules.near_misses.MOST_PAIRS", 12)
+    monkeypatch.setattr("cxbridge_studio.explain.rules.near_misses.MAX_PAIRS", 12)
     robots = [f"(robot (name r{number}) (battery {number}))" for number in range(12)]
     found = diagnosis_of("(robot (name ?n) (battery ?b)) (goal (id ?n) (params ?b))", *robots, *GOALS)
     assert found.failure is not None

@@ -124,7 +124,7 @@ def test_the_file_and_line_of_a_rule(tmp_path):
     with world() as env:
         env.load(file)
         story = explain_rule(WorldEvidence(env), "it")
-    assert str(story.place) == f"{file}:3"
+    assert str(story.position) == f"{file}:3"
 
 
 def test_the_page_as_a_person_reads_it(tmp_path):

@@ -1,0 +1,130 @@
+"""Finds the rules that an agent's files define and its environment lacks, with the reasons.
+
+CLIPS has refused such a rule, an unclosed parenthesis has swallowed the rule, or the spec does not load the
+file.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from cxbridge.clipstext.syntax import definitions, rule_lines
+from cxbridge.executive.host.loading import UNCLOSED
+from cxbridge.printing import short_path
+from cxbridge_studio.explain.rules.snapshot import Rulebook
+
+_RULE = "defrule "
+
+
+@dataclass(frozen=True, slots=True)
+class SourceLine:
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{short_path(self.file)}:{self.line}"
+
+
+@dataclass(frozen=True, slots=True)
+class MissingRule:
+    """A rule in a file that the environment lacks.
+
+    :param text: the defrule; empty if unknown.
+    :param why: a phrase that follows the rule's name.
+    """
+
+    name: str
+    text: str
+    why: str
+
+
+def refused(book: Rulebook) -> dict[str, MissingRule]:
+    """Return the rules that CLIPS refused, by name."""
+    missing_rules: dict[str, MissingRule] = {}
+    rules_of = cache(lambda file: dict(_rules(file)))  # a file with many mistakes is read once
+    for diagnostic in book.diagnostics:
+        name = diagnostic.construct.removeprefix(_RULE)
+        # A file may define a rule again after CLIPS refused the first definition.
+        if not diagnostic.construct.startswith(_RULE) or name in book.rules:
+            continue
+        text = book.refused.get(name) or rules_of(diagnostic.file).get(name, "")
+        position = short_path(diagnostic.file) + ("" if diagnostic.line is None else f":{diagnostic.line}")
+        reason = f"was refused when its file was loaded: {position}: {diagnostic.message} [{diagnostic.code}]"
+        missing_rules[name] = MissingRule(name, text, reason)
+    return missing_rules
+
+
+def unloaded(book: Rulebook) -> Iterator[MissingRule]:
+    """Yield the rules in the agent's folders whose files are not loaded."""
+    for file in _unloaded_files(book):
+        for name, text in _rules(file):
+            if name not in book.rules:
+                yield MissingRule(name, text, f"is in {short_path(file)}, which the spec does not load")
+
+
+def why_missing(rule: str, book: Rulebook) -> str:
+    """Return why an environment lacks a rule that a file defines; empty if the reason is unknown."""
+    # The last diagnostic counts: it is about the definition that would have replaced the earlier ones.
+    for diagnostic in reversed(book.diagnostics):
+        if diagnostic.construct.partition(" ")[2] == rule:
+            return f"it was refused when its file was loaded: {diagnostic}"
+    if swallowed := _why_swallowed(rule, book):
+        return swallowed
+    position = find_rule(rule, book.files)
+    if position is not None:
+        messages = [str(diagnostic) for diagnostic in book.diagnostics if diagnostic.file == position.file]
+        if messages:
+            return f"{position} defines it, but the file was not loaded as a whole: {messages[0]}"
+        return f"{position} defines it, and it was loaded, but it is gone: undefined later, or not loaded yet"
+    position = find_rule(rule, _unloaded_files(book))
+    return "" if position is None else f"{position} defines it, but the spec does not load that file"
+
+
+def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
+    """Return the position of a rule; the last position if several files define the rule."""
+    position = None
+    for file in dict.fromkeys(files):
+        text = _text(file)
+        # The search for the word spares parsing: most files do not have the rule.
+        if rule in text and (line := rule_lines(text).get(rule)):
+            position = SourceLine(file, line)
+    return position
+
+
+def _why_swallowed(rule: str, book: Rulebook) -> str:
+    """Return that a rule follows an unclosed parenthesis; empty if it does not."""
+    begin = re.compile(rf"^\s*\(defrule\s+{re.escape(rule)}(?![^\s()])", re.MULTILINE)
+    for diagnostic in book.diagnostics:
+        if diagnostic.code == UNCLOSED and diagnostic.line is not None:
+            text = _text(diagnostic.file)
+            match = begin.search(text)
+            if match is not None and text.count("\n", 0, match.start() + 1) + 1 > diagnostic.line:
+                return f"it is lost with what follows an unclosed parenthesis: {diagnostic}"
+    return ""
+
+
+def _unloaded_files(book: Rulebook) -> Iterator[str]:
+    """Yield the CLIPS files in the agent's folders that are not loaded."""
+    loaded = {str(Path(file).resolve()) for file in book.files}
+    for folder in book.folders:
+        for path in sorted(Path(folder).rglob("*.clp")):
+            if str(path.resolve()) not in loaded:
+                yield str(path)
+
+
+def _rules(file: str) -> Iterator[tuple[str, str]]:
+    for definition in definitions(_text(file)):
+        if definition.kind == "defrule":
+            yield definition.name, definition.node.text
+
+
+def _text(file: str) -> str:
+    """Return the text of a file; empty if it cannot be read: a recording names files of another machine."""
+    try:
+        return Path(file).read_bytes().decode("utf-8", "surrogateescape")
+    except OSError:
+        return ""
