@@ -9,7 +9,7 @@ features.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -21,6 +21,7 @@ from cxbridge.closing import Closing
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.errors import ClipsError
 from cxbridge.events import Sink, SourceRead
+from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.robmem.embedded import EmbeddedStore
@@ -36,7 +37,7 @@ from cxbridge_studio.agent.model import AgentModel, read_source
 from cxbridge_studio.agent.names import NameKind, SourceFile
 from cxbridge_studio.check.findings import SourcePlace
 from cxbridge_studio.check.stubbed_environment import StubbedEnvironment
-from cxbridge_studio.check.usage import Construct, Usage, constructs_of
+from cxbridge_studio.check.usage import Construct, FactUse, Usage, constructs_of
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -65,7 +66,7 @@ class ClipsFile:
     path: Path
     text: str
     diagnostics: tuple[Diagnostic, ...]
-    is_core: bool
+    is_core: bool = False
 
     @cached_property
     def constructs(self) -> tuple[Definition, ...]:
@@ -80,17 +81,15 @@ class ClipsFile:
         return self.place_at(node.start)
 
     def place_at(self, offset: int) -> SourcePlace:
-        return SourcePlace(str(self.path), self.lines.at(offset), self.lines.column(offset))
+        return SourcePlace.at(str(self.path), self.lines, offset)
 
     def calls(self, *names: str) -> Iterator[SyntaxNode]:
         """Yield the lists that begin with one of these words."""
-        for head, node in self._lists:
-            if head in names:
-                yield node
+        return (node for head, node in self._lists if head in names)
 
     @cached_property
     def _lists(self) -> tuple[tuple[str, SyntaxNode], ...]:
-        """All lists in the constructs, each with its first word."""
+        """All lists in the constructs, each with its first word: many checks search them."""
         nodes = (node for construct in self.constructs for node in construct.node.walk())
         return tuple((node.head, node) for node in nodes if node.head)
 
@@ -100,13 +99,13 @@ class ClipsFile:
         return read_source(str(self.path), self.text)
 
     @cached_property
-    def used(self) -> tuple[Construct, ...]:
-        """The constructs with their uses, unclosed constructs included."""
+    def all_constructs(self) -> tuple[Construct, ...]:
+        """The constructs and commands, unclosed constructs and those behind them included."""
         return () if self.names is None else constructs_of(self.names)
 
 
 @cache
-def _file_of_core(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
+def _core_file(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
     """Return a file of the built-in core; the cache shares the file between agents."""
     return ClipsFile(path, text, diagnostics, is_core=True)
 
@@ -122,33 +121,34 @@ class RequestedFile:
     place: SourcePlace
 
 
-@dataclass
 class Agent(Closing):
     """An agent under check. A context manager.
 
+    :param options: the options of a run.
     :param sources: receives each source file when it is read.
+    :ivar files: the loaded CLIPS files, in order.
+    :ivar requested_files: the files that the configuration and the CLIPS files name, found or not.
+    :ivar missing_files: the requested files that no folder has.
     """
 
-    options: RunOptions
-    sources: Sink | None = None
-    files: list[ClipsFile] = field(default_factory=list, init=False)
-    asked: list[RequestedFile] = field(default_factory=list, init=False)
-    missing: list[RequestedFile] = field(default_factory=list, init=False)
-    _requested: set[str] = field(default_factory=set, init=False)
-    _allowed: dict[tuple[str, str], frozenset[str]] = field(default_factory=dict, init=False)
-    _full_names: dict[str, str] = field(default_factory=dict, init=False)
-
-    def __post_init__(self) -> None:
-        base = make_base(self.options, VirtualClock())
-        if self.sources is not None:
-            base.bus.subscribe(self.sources, SourceRead)
-        options = replace(self.options, skiller="none", strict=False)
-        self.context = context = Run(options, base, is_look=True)
+    def __init__(self, options: RunOptions, sources: Sink | None = None) -> None:
+        self.options = options
+        self.files: list[ClipsFile] = []
+        self.requested_files: list[RequestedFile] = []
+        self.missing_files: list[RequestedFile] = []
+        self._requested_features: set[str] = set()
+        self._full_names: dict[str, str] = {}
+        base = make_base(options, VirtualClock())
+        if sources is not None:
+            base.bus.subscribe(sources, SourceRead)
+        # No skills are executed, and all files are read even if the first has a mistake.
+        run_options = replace(options, skiller="none", strict=False)
+        self.context = context = Run(run_options, base, is_look=True)
         context.memory = _VolatileMemory(context.config, context.clock, context.bus, context.board)
         try:
             self.manager, self.executive = make_executive(context, StubbedEnvironment)
             assert isinstance(self.env, StubbedEnvironment)
-            self.env.folders = self._around = folders_around(options.scenario)
+            self.env.folders = self._search_folders = folders_around(options.scenario)
             try:
                 self.executive.load_core()
                 for name in unasked_features(context):
@@ -186,6 +186,16 @@ class Agent(Closing):
         return [file for file in self.files if not file.is_core]
 
     @cached_property
+    def own_constructs(self) -> list[Construct]:
+        """The constructs that belong neither to the built-in core nor to Fawkes' core."""
+        return [each for each in self.usage.constructs if not self.is_of_core(each.file.path)]
+
+    def facts_of_agent(self, template: str) -> list[FactUse]:
+        """Return the facts of a template that the agent's own constructs assert."""
+        asserted = self.usage.asserted.get(template, ())
+        return [fact for construct, fact in asserted if not self.is_of_core(construct.file.path)]
+
+    @cached_property
     def model(self) -> AgentModel:
         """The names in all files."""
         model = AgentModel()
@@ -198,18 +208,18 @@ class Agent(Closing):
     def usage(self) -> Usage:
         """The uses of all constructs."""
         values = list(self.config.walk("/"))
-        words = {word for each in values for text in (each.text, *each.items) for word in text.split()}
+        words = {word for value in values for text in (value.text, *value.items) for word in text.split()}
         functions = (each.mention.name.text for each in self.model.defined(NameKind.FUNCTION))
         words.update(filter(self.context.source.calls, functions))
-        of_core = (
+        core_templates = frozenset(
             mention.name.text
             for file in self.model.files
             if self.is_of_core(file.path)
             for mention in file.mentions
             if mention.name.kind is NameKind.TEMPLATE
         )
-        constructs = tuple(construct for file in self.files for construct in file.used)
-        return Usage(self.model, frozenset(words), self.deftemplates, frozenset(of_core), constructs)
+        constructs = tuple(construct for file in self.files for construct in file.all_constructs)
+        return Usage(self.model, frozenset(words), self.deftemplates, core_templates, constructs)
 
     @cached_property
     def dropped(self) -> frozenset[tuple[str, str, str]]:
@@ -233,33 +243,33 @@ class Agent(Closing):
 
     @cached_property
     def _slots_of_clips(self) -> dict[str, set[str]]:
-        template_names = self.env.eval("(get-deftemplate-list *)")
         slots: dict[str, set[str]] = {}
-        for name in map(str, template_names if isinstance(template_names, tuple) else ()):
-            names = self.env.eval(f"(deftemplate-slot-names {name})")
-            if isinstance(names, tuple) and names != ("implied",):
+        for name in self.words_of("(get-deftemplate-list *)"):
+            slot_names = self.words_of(f"(deftemplate-slot-names {name})")
+            if slot_names != ["implied"]:  # the slot of ordered facts
                 self._full_names[without_module(name)] = name
-                slots.setdefault(without_module(name), set()).update(map(str, names))
+                slots.setdefault(without_module(name), set()).update(slot_names)
         return slots
+
+    def words_of(self, expression: str) -> list[str]:
+        """Return the fields of a multifield expression; empty if the value is no multifield."""
+        value = self.env.eval(expression)
+        return list(map(str, value)) if isinstance(value, tuple) else []
 
     @cached_property
     def slots(self) -> dict[str, set[str]]:
         """The slots by deftemplate, of deftemplates in CLIPS and in dropped constructs."""
         slots = {name: set(names) for name, names in self._slots_of_clips.items()}
-        for each in self.model.defined(NameKind.SLOT):
-            slots.setdefault(each.mention.name.owner, set()).add(each.mention.name.text)
+        for definition in self.model.defined(NameKind.SLOT):
+            slots.setdefault(definition.mention.name.owner, set()).add(definition.mention.name.text)
         return slots
 
     def allowed(self, template: str, slot: str) -> frozenset[str]:
         """Return the allowed values of a slot; empty if any value is allowed or the slot is unknown."""
-        key = template, slot
-        if key not in self._allowed:
-            found = ()
-            if slot in self._slots_of_clips.get(template, ()):
-                name = self._full_names[template]
-                found = self.env.eval(f"(deftemplate-slot-allowed-values {name} {slot})")
-            self._allowed[key] = frozenset(map(str, found)) if isinstance(found, tuple) else frozenset()
-        return self._allowed[key]
+        if slot not in self._slots_of_clips.get(template, ()):
+            return frozenset()
+        name = self._full_names[template]
+        return frozenset(self.words_of(f"(deftemplate-slot-allowed-values {name} {slot})"))
 
     @property
     def time_fields(self) -> int:
@@ -267,28 +277,27 @@ class Agent(Closing):
         now = self.env.call("now")
         return len(now) if isinstance(now, tuple) else 1
 
-    @property
-    def domains(self) -> list[Path]:
-        """The existing PDDL domains that the files parse."""
-        calls = (call for file in self.files for call in file.calls("parse-pddl-domain") if call.arguments)
-        paths = (self.find(name) for call in calls if (name := self.text_of(call.arguments[0])))
-        return [*dict.fromkeys(path for path in paths if path is not None)]
+    def action_mappings(self) -> Iterator[tuple[str, str, SourcePlace | None]]:
+        """Yield the action mapping: action, template of the skill string, position.
+
+        The position is None for a mapping that a plug-in and no configuration file has.
+        """
+        base = f"/clips-executive/specs/{self.spec}/action-mapping"
+        for action, template in action_mapping(self.config, self.spec).items():
+            key = f"{base}/{action}"
+            place = place_of(self.config.get(key)) if self.config.exists(key) else None
+            yield action, template, place
 
     def find(self, name: str) -> Path | None:
         """Resolve a file name as the agent does; return None if no folder has the file."""
         module = self._enter(_MAIN)  # a loaded file may have left another module current
-        resolved_path = (
-            self.env.call("path-resolve", name) if self.env.has_deffunction("path-resolve") else None
-        )
+        has_library = self.env.has_deffunction("path-resolve")  # a CLIPS program may lack it
+        resolved_path = self.env.call("path-resolve", name) if has_library else None
         self._enter(module)
         if isinstance(resolved_path, str) and resolved_path != "FALSE":
             return Path(resolved_path)
-        paths = [
-            *((Path(name),) if resolved_path is None else ()),
-            *(folder / name for folder in self._around),
-        ]
-        # `path-resolve` is missing: a CLIPS program without our library
-        return next(filter(is_readable_file, paths), None)
+        paths = [folder / name for folder in self._search_folders]
+        return next(filter(is_readable_file, paths if has_library else [Path(name), *paths]), None)
 
     def feature_with(self, function: str) -> str:
         """Return the first unrequested feature that provides a function; empty if none does.
@@ -296,28 +305,25 @@ class Agent(Closing):
         Call this after loading all files: the features tried stay in the environment.
         """
         for feature in self.manager.features:
-            if feature not in self._requested:
+            if feature not in self._requested_features:
                 self._request(feature)
                 if self.env.has_function(function):
                     return feature
         return ""
-
-    def text_of(self, node: SyntaxNode) -> str:
-        """Return the value of a literal expression; empty for a computed value."""
-        return _written_text(node)
 
     # ---- loading
 
     def _load_files(self) -> None:
         loaded_files = self.context.source.loaded_files(self.manager)
         if loaded_files is not None:
-            for each in loaded_files:
-                place = SourcePlace(each.mark.file, each.mark.line, each.mark.column)
-                self.asked.append(RequestedFile(str(each.path), place))
-                self._load_found(each.path, batch=each.is_batch)
+            for file in loaded_files:
+                place = SourcePlace(file.mark.file, file.mark.line, file.mark.column)
+                self.requested_files.append(RequestedFile(str(file.path), place))
+                self._load_path(file.path, batch=file.is_batch)
             return
+        # `load_core` has loaded these two: the order below is that of a run's initialisation.
         for name in ("saliences.clp", "init.clp"):
-            self._note(self.context.paths.cx / name, ())
+            self._add_file(self.context.paths.cx / name, ())
         self._request("blackboard")
         for interface in self.config.get_strings(
             f"/clips-executive/specs/{self.spec}/blackboard-preload", default=[]
@@ -326,8 +332,9 @@ class Agent(Closing):
         for stage in STAGES:
             for name in self._core_files(stage):
                 self._load(name, SourcePlace(_FROM_CORE))
-            for path in self._entries(stage):
-                self._load_entry(stage, path)
+            base = f"/clips-executive/specs/{self.spec}/init/{stage}"
+            for index in self.config.keys(base):
+                self._load_entry(stage, f"{base}/{index}")
 
     def _core_files(self, stage: str) -> tuple[str, ...]:
         """Return the files that the core loads before the entries of a stage."""
@@ -341,10 +348,6 @@ class Agent(Closing):
             files = self.env.eval("?*CX-STAGE2-FILES*")
         return tuple(map(str, files)) if isinstance(files, tuple) else ()
 
-    def _entries(self, stage: str) -> list[str]:
-        base = f"/clips-executive/specs/{self.spec}/init/{stage}"
-        return [f"{base}/{index}" for index in self.config.keys(base)]
-
     def _load_entry(self, stage: str, path: str) -> None:
         name = self.config.get_str(f"{path}/name", default="")
         if self.config.get_bool(f"{path}/feature-request", default=stage == STAGES[0]):
@@ -354,7 +357,8 @@ class Agent(Closing):
                 continue
             value = self.config.get(f"{path}/{key}")
             for file in value.items if value.is_list else (value.text,):
-                is_batch = bool(self._around) and has_commands(self._around[0] / file)
+                folders = self._search_folders
+                is_batch = bool(folders) and has_commands(folders[0] / file)
                 self._load(f"BATCH|{file}" if is_batch else file, place_of(value))
                 self._enter(_MAIN)  # In a run, functions of MAIN load each file.
 
@@ -366,55 +370,53 @@ class Agent(Closing):
         """Load a file and its loaded files, each once."""
         loader_prefix, _, bare = name.rpartition("|")
         path = self.find(bare)
-        asked_file = RequestedFile(bare, place)
+        requested_file = RequestedFile(bare, place)
         if place.file != _FROM_CORE:
-            self.asked.append(asked_file)
+            self.requested_files.append(requested_file)
         if path is None:
-            self.missing.append(asked_file)
+            self.missing_files.append(requested_file)
         else:
-            self._load_found(path, batch=loader_prefix.startswith("BATCH"))
+            self._load_path(path, batch=loader_prefix.startswith("BATCH"))
 
-    def _load_found(self, found: Path, *, batch: bool) -> None:
+    def _load_path(self, path: Path, *, batch: bool) -> None:
         """Load an existing file and its loaded files."""
-        if any(file.path == found for file in self.files):
+        if any(file.path == path for file in self.files):
             return
         loader = self.env.loader
-        known_diagnostics, known_files = len(loader.diagnostics), len(loader.files)
-        (loader.batch if batch else loader.load)(str(found))
-        new_diagnostics = loader.diagnostics[known_diagnostics:]
-        paths = dict.fromkeys((found, *loader.files[known_files:]))  # a batch file loads further files
-        files = [
-            self._note(path, tuple(each for each in new_diagnostics if each.file == str(path)))
-            for path in paths
-            if all(file.path != path for file in self.files)
+        diagnostic_count, file_count = len(loader.diagnostics), len(loader.files)
+        (loader.batch if batch else loader.load)(str(path))
+        diagnostics = loader.diagnostics[diagnostic_count:]
+        new_paths = dict.fromkeys((path, *loader.files[file_count:]))  # a batch file loads further files
+        new_files = [
+            self._add_file(new_path, tuple(each for each in diagnostics if each.file == str(new_path)))
+            for new_path in new_paths
+            if all(file.path != new_path for file in self.files)
         ]
-        for file in files:
+        # Only after all of them are listed: a file that loads one of them must not load it again.
+        for file in new_files:
             self._follow(file)
 
     def _follow(self, file: ClipsFile) -> None:
         """Carry out the requests of a loaded file: load files, request features, open interfaces."""
         for call in file.calls("ff-feature-request"):
-            self._request(_literal(call))
+            self._request(_first_argument(call))
         for call in file.calls(*_INTERFACES):
-            self._preload(_literal(call))
+            self._preload(_first_argument(call))
         for call in file.calls(*_LOADERS, *_BATCHES):
-            if literal := _literal(call):
+            if name := _first_argument(call):
                 prefix = "BATCH|" if call.head in _BATCHES else ""
-                self._load(f"{prefix}{literal}", file.place(call))
+                self._load(f"{prefix}{name}", file.place(call))
 
-    def _note(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
+    def _add_file(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
         text = path.read_text("utf-8", "surrogateescape")
         is_core = path.is_relative_to(self.context.paths.cx) and self.context.paths.builtin
-        if is_core:
-            file = _file_of_core(path, text, diagnostics)
-        else:
-            file = ClipsFile(path, text, diagnostics, is_core=False)
+        file = (_core_file if is_core else ClipsFile)(path, text, diagnostics)
         self.files.append(file)
         return file
 
     def _request(self, feature: str) -> None:
-        if feature in self.manager.features and feature not in self._requested:
-            self._requested.add(feature)
+        if feature in self.manager.features and feature not in self._requested_features:
+            self._requested_features.add(feature)
             self.manager.request(self.env.name, feature)
 
     def _preload(self, interface: str) -> None:
@@ -460,16 +462,15 @@ def agents(options: RunOptions) -> list[str | None]:
     return [*agent_names(source_of(options).load_configuration()[0])] or [None]
 
 
-def _literal(call: SyntaxNode) -> str:
+def _first_argument(call: SyntaxNode) -> str:
     """Return the literal first argument of a call; empty for a computed argument."""
-    if not call.arguments:
-        return ""
-    return _written_text(call.arguments[0])
+    return literal_text(call.arguments[0]) if call.arguments else ""
 
 
-def _written_text(node: SyntaxNode) -> str:
+def literal_text(node: SyntaxNode) -> str:
+    """Return the value of a literal or of ``(path-resolve LITERAL)``; empty for a computed value."""
     if node.head == "path-resolve":
-        return _literal(node)
+        return _first_argument(node)
     if node.items is not None or node.text.startswith(("?", "$?")):
         return ""
     return node.text[1:-1] if node.text.startswith('"') else node.text

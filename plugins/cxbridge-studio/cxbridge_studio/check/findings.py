@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
 
+from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line
 
@@ -43,6 +44,14 @@ class SourcePlace:
     line: int = 0
     column: int = 0
 
+    @classmethod
+    def at(cls, file: str, lines: Lines, offset: int) -> SourcePlace:
+        """Return the position of an offset in a file.
+
+        :param lines: the lines of the file.
+        """
+        return cls(file, lines.at(offset), lines.column(offset))
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -69,27 +78,25 @@ class Finding:
         }
 
     def __str__(self) -> str:
-        place = self.place.file
-        if self.place.line:
-            place += f":{self.place.line}"
-            if self.place.column:
-                place += f":{self.place.column}"
-        text = _line(f"{place}: {self.code.severity.value} {self.code.name}: {self.message}")
+        line = f":{self.place.line}" if self.place.line else ""
+        column = f":{self.place.column}" if line and self.place.column else ""
+        position = f"{self.place.file}{line}{column}"
+        text = _line(f"{position}: {self.code.severity.value} {self.code.name}: {self.message}")
         return text + (f"\n  hint: {_line(self.hint)}" if self.hint else "")
 
 
 def _line(text: str) -> str:
-    """Return a text on one line; line ends become blanks."""
-    return one_line(" ".join(part.strip() for part in text.splitlines()))
+    """Return a text on one line, so that editors can parse the output; line ends become blanks."""
+    return one_line(" ".join(line.strip() for line in text.splitlines()))
 
 
+# The two codes that no module of checks has: they are about the files before anything is loaded.
 INPUT: Final = Code(
     "CX101",
     Severity.ERROR,
     "the agent cannot be read",
     "A file of the configuration is missing or wrong, or a value in it is of the wrong type. Nothing "
-    "can be loaded "
-    "before that is mended.",
+    "can be loaded before that is mended.",
 )
 
 

@@ -1,10 +1,14 @@
-"""The configuration keys that the program reads, as listed in docs/configuration.md."""
+"""The configuration keys that the program reads, as listed in docs/configuration.md.
+
+A test compares the list with the page; the list is here, because an installed program has no pages.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import cache
 from typing import Final
 
+# A line: a base, and the keys below it. In capitals: any name; ``...``: any keys below.
 _KEYS: Final = """
 clips-executive: spec clips-dirs assert-time-each-loop automatic-goal-retraction steal-skiller-control
 clips-executive: exact-retry request-redefine-warning-feature refresh-rate
@@ -42,50 +46,31 @@ skiller/instances/NAME: kind skillspace mode
 """
 
 
+@cache
 def known_keys() -> tuple[tuple[str, ...], ...]:
-    """Return all keys, split into parts; a part in capitals is any name, ``...`` is any key below."""
+    """Return all keys, split at the slashes."""
     lines = (line.partition(": ") for line in _KEYS.split("\n") if line)
-    return tuple(tuple(f"{base}/{key}".split("/")) for base, _, keys in lines for key in keys.split())
+    return tuple(split_path(f"{base}/{key}") for base, _, keys in lines for key in keys.split())
 
 
-class KeyCheck:
-    """Finder of unknown keys."""
-
-    def __init__(self) -> None:
-        self._known = known_keys()
-
-    def sections(self) -> set[str]:
-        """Return the top-level keys."""
-        return {key[0] for key in self._known}
-
-    def first_unknown(self, path: tuple[str, ...]) -> tuple[int, set[str]] | None:
-        """Return the index of the first unknown part and the known names there, or None."""
-        keys = list(self._known)
-        for index, part in enumerate(path):
-            if any(key[index] == "..." for key in keys):
-                return None
-            after = [key for key in keys if _fits(key[index], part)]
-            if not after:
-                return index, {key[index] for key in keys if not _is_any(key[index])}
-            keys = [key for key in after if len(key) > index + 1]
-            if not keys:
-                return None  # a value with keys below it is an error of type, not of name
-        return None
+def first_unknown(path: tuple[str, ...]) -> tuple[int, set[str]] | None:
+    """Return the index of the first unknown name of a path and the known names there, or None."""
+    keys = list(known_keys())
+    for index, name in enumerate(path):
+        if any(key[index] == "..." for key in keys):
+            return None
+        matching = [key for key in keys if key[index] == name or _is_any_name(key[index])]
+        if not matching:
+            return index, {key[index] for key in keys if not _is_any_name(key[index])}
+        keys = [key for key in matching if len(key) > index + 1]
+        if not keys:
+            return None  # a value with keys below it is an error of type, not of name
+    return None
 
 
-def _is_any(part: str) -> bool:
-    return part.isupper() or part == "..."
+def _is_any_name(name: str) -> bool:
+    return name.isupper() or name == "..."
 
 
-def _fits(part: str, name: str) -> bool:
-    return part == name or _is_any(part)
-
-
-def parts_of(path: str) -> tuple[str, ...]:
-    return tuple(part for part in path.split("/") if part)
-
-
-def prefixes(path: tuple[str, ...]) -> Iterator[str]:
-    """Yield a path and its parents, longest first."""
-    for end in range(len(path), 0, -1):
-        yield "/" + "/".join(path[:end])
+def split_path(path: str) -> tuple[str, ...]:
+    return tuple(name for name in path.split("/") if name)

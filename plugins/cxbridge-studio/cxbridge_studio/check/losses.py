@@ -1,21 +1,25 @@
-"""The consequences of dropped constructs: constructs that need them, and goals and actions only they make."""
+"""The consequences of dropped constructs: constructs that need them, and goals and actions only they make.
+
+CLIPS drops a construct with a mistake. A finding names the losses, because a missing function or template may
+disable an agent far from the mistake.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.usage import Construct, Usage
 
-_LISTED: Final = 5  # maximum number of names in a message
-_NEEDS: Final = {
+_MAX_LISTED: Final = 5  # names in a message
+# The constructs without which CLIPS drops the constructs that name them.
+_NEEDED_KINDS: Final = {
     "deffunction": NameKind.FUNCTION,
     "defgeneric": NameKind.FUNCTION,
     "deftemplate": NameKind.TEMPLATE,
 }
-_MAKES: Final = (Use.ASSERTED, Use.NAMED)
 
 
 @dataclass
@@ -35,63 +39,59 @@ class Losses:
         return bool(self.constructs or self.goals or self.actions)
 
     def __str__(self) -> str:
-        if not self:
-            return ""
-        parts = [
-            _some(self.constructs, ""),
-            _some(self.goals, "goals of class "),
-            _some(self.actions, "the action "),
-        ]
-        return f"lost with it: {', '.join(filter(None, parts))}"
+        lists = (
+            _listed(self.constructs, ""),
+            _listed(self.goals, "goals of class "),
+            _listed(self.actions, "the action "),
+        )
+        return f"lost with it: {', '.join(filter(None, lists))}" if self else ""
 
 
-def _some(names: list[str], prefix: str) -> str:
-    """Return the first names, and the number of the remaining ones."""
-    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return ", ".join(f"{prefix}{name}" for name in names[:_LISTED]) + more
+def _listed(names: list[str], prefix: str) -> str:
+    """Return the first names, and the number of further names."""
+    further = f" and {len(names) - _MAX_LISTED} more" if len(names) > _MAX_LISTED else ""
+    return ", ".join(f"{prefix}{name}" for name in names[:_MAX_LISTED]) + further
 
 
 class LossFinder:
     """Finder of the losses caused by dropped constructs.
 
-    :param is_of_core: returns whether a file belongs to the core, whose constructs are never lost.
+    :param own_constructs: the agent's constructs; those of a core are never lost.
     """
 
-    def __init__(self, usage: Usage, is_of_core: Callable[[str], bool]) -> None:
+    def __init__(self, usage: Usage, own_constructs: Sequence[Construct]) -> None:
         self._usage = usage
-        self._own = [each for each in usage.constructs if not is_of_core(each.file.path)]
-        self._classes = usage.model.names(NameKind.GOAL_CLASS, Use.MATCHED)
+        self._own_constructs = own_constructs
+        self._matched_classes = usage.model.names(NameKind.GOAL_CLASS, Use.MATCHED)
 
     def swallowed(self, file: str, start: int) -> Losses:
         """Return the losses of an unclosed construct, including all constructs after it."""
         dropped = [
             each for each in self._usage.constructs if each.file.path == file and each.placed.start >= start
         ]
-        lost = self.of(dropped)
-        lost.constructs[:0] = [each.name for each in dropped[1:] if each.name]
-        return lost
+        losses = self.of(dropped)
+        losses.constructs[:0] = [each.name for each in dropped[1:] if each.name]
+        return losses
 
-    def of(self, dropped: Iterable[Construct]) -> Losses:
-        first = list(dropped)
-        dead = {id(each): each for each in first}
+    def of(self, dropped: Sequence[Construct]) -> Losses:
+        # By identity: two constructs with the same text are different losses.
+        dead = {id(construct): construct for construct in dropped}
         goals: dict[str, None] = {}
         grows = True
-        # LossFinder cause further losses: repeat until nothing is added.
+        # Losses cause further losses: repeat until nothing is added.
         while grows:
             previous_sizes = len(dead), len(goals)
             goals |= dict.fromkeys(self._goals_of(dead))
-            facts, gone = self._facts_of(dead), self._names_of(dead)
-            for construct in self._own:
-                if id(construct) not in dead and self._dies(construct, gone, facts, goals):
+            facts, names = self._facts_of(dead), self._names_of(dead)
+            for construct in self._own_constructs:
+                if id(construct) not in dead and self._needs_any(construct, names, facts, goals):
                     dead[id(construct)] = construct
             grows = previous_sizes != (len(dead), len(goals))
-        names = {id(each) for each in first}
-        anonymous_constructs = [
-            each for each in self._usage.constructs if id(each) in dead and id(each) not in names
-        ]
-        return Losses([each.name for each in anonymous_constructs], list(goals), self._actions_of(dead))
+        new_ids = dead.keys() - set(map(id, dropped))
+        further = [construct.name for construct in self._usage.constructs if id(construct) in new_ids]
+        return Losses(further, list(goals), self._actions_of(dead))
 
-    def _dies(
+    def _needs_any(
         self, construct: Construct, names: set[tuple[NameKind, str]], facts: set[str], goals: dict[str, None]
     ) -> bool:
         """Return whether a construct needs a lost function, template, fact or goal."""
@@ -112,42 +112,44 @@ class LossFinder:
 
     def _names_of(self, dead: dict[int, Construct]) -> set[tuple[NameKind, str]]:
         """Return the functions and templates that no remaining construct defines."""
-        gone = {(_NEEDS[each.keyword], each.name) for each in dead.values() if each.keyword in _NEEDS}
-        for each in self._usage.constructs if gone else ():
-            if each.keyword in _NEEDS and id(each) not in dead:
-                gone.discard((_NEEDS[each.keyword], each.name))
-        return gone
+        names = _needed_names(dead.values())
+        alive = (each for each in self._usage.constructs if id(each) not in dead)
+        return names - _needed_names(alive) if names else names
 
     def _facts_of(self, dead: dict[int, Construct]) -> set[str]:
         """Return the templates whose facts no remaining construct asserts."""
         return {
             template
-            for template, makers in self._usage.made.items()
-            if all(id(construct) in dead for construct, _ in makers)
+            for template, facts in self._usage.asserted.items()
+            if all(id(construct) in dead for construct, _ in facts)
             and not self._usage.is_made_elsewhere(template)
         }
 
     def _goals_of(self, dead: dict[int, Construct]) -> list[str]:
-        lost = {word for each in dead.values() for word in each.symbols & self._classes}
-        lost -= self._usage.others
+        """Return the goal classes that rules match and only dropped constructs name."""
+        classes = {word for construct in dead.values() for word in construct.symbols & self._matched_classes}
+        classes -= self._usage.configured_words
         for construct in self._usage.constructs:
-            if lost and id(construct) not in dead:
-                lost -= construct.words
-        return sorted(lost)
+            if classes and id(construct) not in dead:
+                classes -= construct.words
+        return sorted(classes)
 
     def _actions_of(self, dead: dict[int, Construct]) -> list[str]:
-        asserted_templates = set[str]()
-        for each in dead.values():
-            asserted_templates |= _planned(each)
+        """Return the actions that only dropped constructs put into plans."""
+        actions = {action for construct in dead.values() for action in _planned_actions(construct)}
         for construct in self._usage.constructs:
-            if asserted_templates and id(construct) not in dead:
-                asserted_templates -= _planned(construct)
-        return sorted(asserted_templates)
+            if actions and id(construct) not in dead:
+                actions -= _planned_actions(construct)
+        return sorted(actions)
 
 
-def _planned(construct: Construct) -> set[str]:
+def _needed_names(constructs: Iterable[Construct]) -> set[tuple[NameKind, str]]:
+    return {(_NEEDED_KINDS[each.keyword], each.name) for each in constructs if each.keyword in _NEEDED_KINDS}
+
+
+def _planned_actions(construct: Construct) -> set[str]:
     return {
         mention.name.text
         for mention in construct.placed.piece.mentions
-        if mention.name.kind is NameKind.ACTION and mention.use in _MAKES
+        if mention.name.kind is NameKind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
     }

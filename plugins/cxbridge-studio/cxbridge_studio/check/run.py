@@ -1,10 +1,17 @@
-"""Runs the checks on a scenario, a CLIPS file or a PDDL file."""
+"""Runs the checks on a scenario, a CLIPS file or a PDDL file.
+
+A comment silences a finding in the same or the next line: ``cx-check: ignore CODE REASON``.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from typing import Final
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError
@@ -15,9 +22,10 @@ from cxbridge.run.source import CLIPS_SUFFIX
 from cxbridge_studio.check.agent import MAX_FOLDERS, Agent, agents, folders_around, has_commands
 from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
 from cxbridge_studio.check.pddl_files import SUFFIX, findings_of
-from cxbridge_studio.check.silence import without_silenced
 from cxbridge_studio.check.stubbed_environment import StubbedEnvironment
 from cxbridge_studio.check.table import findings
+
+_SILENCED: Final = re.compile(r"[;#-]\s*cx-check: ignore (?P<codes>CX\d+(?:, ?CX\d+)*)\s+\S")
 
 
 def check(options: RunOptions, *, errors_only: bool = False, portable: bool = False) -> list[Finding]:
@@ -33,17 +41,16 @@ def check(options: RunOptions, *, errors_only: bool = False, portable: bool = Fa
         return without_silenced(findings_of(file))
     if file is not None and file.suffix == CLIPS_SUFFIX and file.is_file():
         return _of_file(options, file.resolve(), errors_only=errors_only, portable=portable)
-    return without_silenced(_found(options, errors_only=errors_only, portable=portable))
+    return without_silenced(_of_agents(options, errors_only=errors_only, portable=portable))
 
 
-def _found(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Finding]:
-    unique_findings: dict[Finding, None] = {}
+def _of_agents(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Finding]:
+    unique_findings: dict[Finding, None] = {}  # agents of one scenario share files
     try:
         for name in agents(options):
             with Agent(replace(options, agent=name)) as agent:
-                unique_findings.update(
-                    dict.fromkeys(findings(agent, errors_only=errors_only, portable=portable))
-                )
+                agent_findings = findings(agent, errors_only=errors_only, portable=portable)
+                unique_findings |= dict.fromkeys(agent_findings)
     except CxbridgeError as error:
         unique_findings[of_error(error)] = None
     return list(unique_findings)
@@ -54,19 +61,21 @@ def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bo
     for folder in file.parents[:MAX_FOLDERS]:
         scenario = folder / SCENARIO_FILE
         if scenario.is_file():
-            around = replace(options, scenario=folder)
-            with suppress(CxbridgeError), Agent(replace(around, agent=agents(around)[0])) as agent:
-                if any(each.path.resolve() == file for each in agent.files):
-                    file_findings = _found(around, errors_only=errors_only, portable=portable)
-                    here = (each for each in file_findings if Path(each.place.file).resolve() == file)
-                    return without_silenced(here)
-    file_findings = _found(options, errors_only=errors_only, portable=portable)
-    if any(each.code.severity is Severity.ERROR for each in file_findings) and _is_program(file):
-        file_findings = [each for each in file_findings if each.code.severity is not Severity.ERROR]
+            scenario_options = replace(options, scenario=folder)
+            first_agent = replace(scenario_options, agent=agents(scenario_options)[0])
+            # A scenario that cannot be read, or does not load the file, says nothing about the file.
+            with suppress(CxbridgeError), Agent(first_agent) as agent:
+                if any(loaded.path.resolve() == file for loaded in agent.files):
+                    all_findings = _of_agents(scenario_options, errors_only=errors_only, portable=portable)
+                    return without_silenced(
+                        finding for finding in all_findings if Path(finding.place.file).resolve() == file
+                    )
+    file_findings = _of_agents(options, errors_only=errors_only, portable=portable)
+    mild = [finding for finding in file_findings if finding.code.severity is not Severity.ERROR]
+    if len(mild) < len(file_findings) and _is_program(file):
         hint = "run it with CLIPS, or give its facts and rules names that the core does not have"
-        file_findings.append(
-            Finding(PROGRAM, SourcePlace(str(file)), "the names are those of the CX core", hint)
-        )
+        message = "the names are those of the CX core"
+        file_findings = [*mild, Finding(PROGRAM, SourcePlace(str(file)), message, hint)]
     return without_silenced(file_findings)
 
 
@@ -79,3 +88,26 @@ def _is_program(file: Path) -> bool:
         return not env.loader.diagnostics
     finally:
         env.destroy()
+
+
+def without_silenced(findings: Iterable[Finding]) -> list[Finding]:
+    """Return the findings that no comment silences. A comment without a reason has no effect."""
+    lines_of = cache(_lines)  # a file is read once for all its findings
+    return [finding for finding in findings if not _is_silenced(finding, lines_of(finding.place.file))]
+
+
+def _is_silenced(finding: Finding, lines: list[str]) -> bool:
+    number = finding.place.line
+    return any(
+        finding.code.name in re.split(r", ?", match["codes"])
+        for line in lines[max(number - 2, 0) : number]
+        if (match := _SILENCED.search(line))
+    )
+
+
+def _lines(file: str) -> list[str]:
+    """Return the lines of a file; empty if it cannot be read."""
+    try:
+        return Path(file).read_text("utf-8", "surrogateescape").splitlines()
+    except (OSError, ValueError):
+        return []

@@ -1,4 +1,4 @@
-"""The source files of a scenario, and the scenario's rules to explain a recording with."""
+"""The source files of a scenario, and the scenario's rules for explaining a recording that lacks them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.sourcing import emit_configuration
 from cxbridge_studio.check.agent import Agent, agents
+from cxbridge_studio.check.domain_calls import domain_calls
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.environment import rulebook, source_form, take
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
@@ -81,7 +82,7 @@ def scenario_sources(options: RunOptions) -> list[SourceRead]:
 
     with Agent(options, keep) as agent:
         emit_configuration(agent.context.bus, agent.config)
-        for path in agent.domains:
+        for path in dict.fromkeys(call.path for call in domain_calls(agent) if call.path is not None):
             agent.context.bus.emit_source("pddl", "", str(path), path.read_bytes(), kind="domain")
     return sources
 

@@ -1,4 +1,7 @@
-"""The uses of an agent's constructs: patterns with constraints, asserted facts, words."""
+"""The facts that an agent's constructs match and assert, and the words in the constructs.
+
+The checks compare both sides: a pattern without a fact never matches, a fact without a pattern is useless.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +18,11 @@ from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge.suggestions import nearest
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile, Use
+from cxbridge_studio.check.findings import SourcePlace
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 _FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
-_NEARLY: Final = 0.93  # similarity above which one name is taken as a misspelling of the other
+_MISSPELT: Final = 0.93  # similarity above which one name is taken as a misspelling of the other
 _COMPARISONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
 # Templates of facts that the program or its features assert.
@@ -34,28 +38,28 @@ Slots = Mapping[str, frozenset[str]]  # possible words by slot; a missing slot c
 class FactUse:
     """A pattern of a rule, or an asserted fact.
 
-    :param start: offset in the piece.
+    :param start: offset in the construct.
     :param slots: the constraints of a pattern, or the literal words of a fact.
-    :param named: the slots that are written.
+    :param slot_names: the slots that are written, with any value.
     :param count: minimum and maximum number of fields if ordered; None for a pattern with slots.
     """
 
     template: str
     start: int
     slots: Slots
-    named: frozenset[str]
+    slot_names: frozenset[str]
     count: tuple[int, float] | None = None
 
-    def fits(self, made: FactUse, defaults: Mapping[str, str]) -> bool:
+    def fits(self, fact: FactUse, defaults: Mapping[str, str]) -> bool:
         """Return whether this pattern can match an asserted fact.
 
         :param defaults: default words of slots that the fact may omit; other omitted slots match any word.
         """
         for slot, words in self.slots.items():
-            have = made.slots.get(slot)
-            if have is None and slot not in made.named and slot in defaults:
-                have = frozenset({defaults[slot]})
-            if have is not None and not have & words:
+            fact_words = fact.slots.get(slot)
+            if fact_words is None and slot not in fact.slot_names and slot in defaults:
+                fact_words = frozenset({defaults[slot]})
+            if fact_words is not None and not fact_words & words:
                 return False
         return True
 
@@ -84,9 +88,19 @@ class Construct:
         written = self.node.arguments[0].text if is_construct else ""
         return written if self.keyword == "defmodule" else written.rpartition("::")[0]
 
+    def place(self, offset: int = 0) -> SourcePlace:
+        """Return the position of an offset in the construct."""
+        return SourcePlace.at(self.file.path, self.file.lines, self.placed.start + offset)
+
     @cached_property
     def node(self) -> SyntaxNode:
+        """The construct as a list of nodes, with offsets in the construct; an unclosed list is closed."""
         return read(self.placed.piece.text, close=True)[0]
+
+    @cached_property
+    def action_nodes(self) -> tuple[SyntaxNode, ...]:
+        """All nodes in :attr:`actions`."""
+        return tuple(node for action in self.actions for node in action.walk())
 
     @cached_property
     def patterns(self) -> tuple[FactUse, ...]:
@@ -111,32 +125,30 @@ class Construct:
     def facts(self) -> tuple[FactUse, ...]:
         """The literal facts that the construct asserts."""
         nodes: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
-        for action in self.actions:
-            nodes += (fact for node in action.walk() if node.head == "assert" for fact in node.arguments)
-        single = self._single
-        return tuple(_fact(node, single) for node in nodes if node.head)
+        nodes += [fact for node in self.action_nodes if node.head == "assert" for fact in node.arguments]
+        single_valued = self._single_valued_variables()
+        return tuple(_fact(node, single_valued) for node in nodes if node.head)
 
-    @cached_property
-    def _single(self) -> frozenset[str]:
-        """The single-valued variables in the condition of a rule, as ``?x``."""
+    def _single_valued_variables(self) -> frozenset[str]:
+        """Return the single-valued variables in the condition of a rule, as ``?x``."""
         if self.keyword != "defrule":
             return frozenset()
         words = [node.text for node in self.node.walk() if node.items is None]
         condition_words = set(words[: words.index("=>")] if "=>" in words else ())
-        bound = {
+        # A variable that an action binds again may hold a multifield.
+        rebound = {
             node.arguments[0].text for node in self.node.walk() if node.head == "bind" and node.arguments
         }
         return frozenset(
             word
-            for word in condition_words - bound
+            for word in condition_words - rebound
             if word.startswith("?") and f"${word}" not in condition_words
         )
 
     @cached_property
     def symbols(self) -> frozenset[str]:
         """The words and strings in the commands."""
-        nodes = (node for action in self.actions for node in action.walk() if node.items is None)
-        return frozenset(map(literal, nodes))
+        return frozenset(literal(node) for node in self.action_nodes if node.items is None)
 
     @cached_property
     def compared(self) -> frozenset[str]:
@@ -152,19 +164,14 @@ class Construct:
         """Return whether the construct may set a goal to this mode, or to a computed mode."""
         return any(
             node.head == "mode" and any(literal(value) in (mode, "") for value in node.arguments)
-            for action in self.actions
-            for node in action.walk()
+            for node in self.action_nodes
         )
 
     @cached_property
     def words(self) -> frozenset[str]:
         """All words in the commands, including the words within strings."""
         return frozenset(
-            word
-            for action in self.actions
-            for node in action.walk()
-            if node.items is None
-            for word in _WORD.findall(node.text)
+            word for node in self.action_nodes if node.items is None for word in _WORD.findall(node.text)
         )
 
 
@@ -173,65 +180,64 @@ def constructs_of(file: SourceFile) -> tuple[Construct, ...]:
 
 
 def _pattern(ce: PatternCE) -> FactUse:
-    named = frozenset(part.slot for part in ce.parts if part.slot)
+    slot_names = frozenset(constraint.slot for constraint in ce.parts if constraint.slot)
     count = ce.count if ce.is_ordered else None
-    return FactUse(without_module(ce.template), ce.node.start, ce.slots, named, count)
+    return FactUse(without_module(ce.template), ce.node.start, ce.slots, slot_names, count)
 
 
-def _fact(node: SyntaxNode, single: frozenset[str]) -> FactUse:
+def _fact(node: SyntaxNode, single_valued: frozenset[str]) -> FactUse:
     """Return an asserted fact.
 
-    :param single: the single-valued variables.
+    :param single_valued: the single-valued variables.
     """
-    named = [item for item in node.arguments if item.head]
-    slots = {
-        item.head: frozenset({literal(item.arguments[0])})
-        for item in named
-        if len(item.arguments) == 1 and literal(item.arguments[0])
+    slots = [item for item in node.arguments if item.head]
+    words = {
+        slot.head: frozenset({literal(slot.arguments[0])})
+        for slot in slots
+        if len(slot.arguments) == 1 and literal(slot.arguments[0])
     }
-    least = sum(bool(literal(item)) or item.text in single for item in node.arguments)
-    count = (least, least if least == len(node.arguments) else inf)
-    return FactUse(
-        without_module(node.head), node.start, slots, frozenset(item.head for item in named), count
-    )
+    minimum = sum(bool(literal(item)) or item.text in single_valued for item in node.arguments)
+    # A call or another variable gives any number of fields.
+    count = (minimum, minimum if minimum == len(node.arguments) else inf)
+    slot_names = frozenset(slot.head for slot in slots)
+    return FactUse(without_module(node.head), node.start, words, slot_names, count)
 
 
 @dataclass
 class Usage:
     """All facts that an agent's files match and assert.
 
-    :param others: words that reach rules from the configuration.
+    :param configured_words: words that reach rules from the configuration.
     :param deftemplates: CLIPS' deftemplates with slots.
-    :param of_core: templates that files of the core name.
+    :param core_templates: templates that files of the core name.
     :param constructs: the constructs of all files, in order.
     """
 
     model: AgentModel
-    others: frozenset[str] = frozenset()
+    configured_words: frozenset[str] = frozenset()
     deftemplates: frozenset[str] = frozenset()
-    of_core: frozenset[str] = frozenset()
+    core_templates: frozenset[str] = frozenset()
     constructs: tuple[Construct, ...] = ()
 
     @cached_property
-    def made(self) -> dict[str, list[tuple[Construct, FactUse]]]:
+    def asserted(self) -> dict[str, list[tuple[Construct, FactUse]]]:
         """The asserted facts by template, with their constructs."""
-        makers: dict[str, list[tuple[Construct, FactUse]]] = {}
+        asserted: dict[str, list[tuple[Construct, FactUse]]] = {}
         for construct in self.constructs:
             for fact in construct.facts:
-                makers.setdefault(fact.template, []).append((construct, fact))
-        return makers
+                asserted.setdefault(fact.template, []).append((construct, fact))
+        return asserted
 
     @cached_property
     def templates_in_texts(self) -> frozenset[str]:
         """Words after a parenthesis in strings: ``assert-string`` or ``eval`` may assert such facts."""
-        texts = (
-            node.text
+        return frozenset(
+            word
             for construct in self.constructs
-            for action in construct.actions
-            for node in action.walk()
+            for node in construct.action_nodes
             if node.text.startswith('"')
+            for word in _FACT_IN_TEXT.findall(node.text)
         )
-        return frozenset(word for text in texts for word in _FACT_IN_TEXT.findall(text))
 
     @cached_property
     def symbols(self) -> Counter[str]:
@@ -244,8 +250,7 @@ class Usage:
             node.head == "duplicate"
             for construct in self.constructs
             if template in {pattern.template for pattern in construct.patterns}
-            for action in construct.actions
-            for node in action.walk()
+            for node in construct.action_nodes
         )
 
     def is_made_elsewhere(self, template: str) -> bool:
@@ -259,23 +264,13 @@ class Usage:
     @cached_property
     def _loads_facts(self) -> bool:
         """Whether facts are loaded from files that the check does not read."""
-        called = self.model.names(NameKind.FUNCTION, Use.CALLED)
-        return not called.isdisjoint(("load-facts", "bload-facts", "bload"))
+        functions = self.model.names(NameKind.FUNCTION, Use.CALLED)
+        return not functions.isdisjoint(("load-facts", "bload-facts", "bload"))
 
     def _is_of_program(self, template: str) -> bool:
         """Return whether the program may assert a template, unless the name resembles a known template."""
-        if not OF_PROGRAM.fullmatch(template) or template in self.of_core:
-            return bool(OF_PROGRAM.fullmatch(template))
-        return not nearest(template, self.of_core | self.made.keys(), _NEARLY)
-
-    def find(self, file: str, keyword: str, name: str) -> Construct | None:
-        matches = [
-            each
-            for each in self.constructs
-            if (each.file.path, each.keyword, each.name) == (file, keyword, name)
-        ]
-        return matches[-1] if matches else None
-
-    def read_templates(self) -> set[str]:
-        """Return the templates in patterns and queries."""
-        return self.model.names(NameKind.TEMPLATE, Use.MATCHED, Use.QUERIED)
+        if not OF_PROGRAM.fullmatch(template):
+            return False
+        # OF_PROGRAM has prefixes: (skill-statu ...) is a misspelling and no fact of the program.
+        known = self.core_templates | self.asserted.keys()
+        return template in self.core_templates or not nearest(template, known, _MISSPELT)

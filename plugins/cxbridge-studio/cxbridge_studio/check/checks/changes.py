@@ -7,9 +7,10 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import literal, read
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
+from cxbridge_studio.agent.names import Mention, NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge_studio.check.findings import Code, Finding, Severity
+from cxbridge_studio.check.usage import Construct
 
 SLOT: Final = Code(
     "CX210",
@@ -35,45 +36,38 @@ def check(agent: Agent) -> Iterator[Finding]:
     """Yield the slots and values that the deftemplate of the variable's fact does not allow."""
     slots = agent.slots
     for construct in agent.usage.constructs:
-        file, placed = construct.file, construct.placed
-        if (file.path, construct.keyword, construct.name) in agent.dropped or not placed.piece.closed:
+        piece = construct.placed.piece
+        if (construct.file.path, construct.keyword, construct.name) in agent.dropped or not piece.closed:
             continue
-        for mention in placed.piece.mentions:
-            owner = mention.name.owner
+        for mention in piece.mentions:
+            owner = mention.name.owner  # empty if the template of the variable's fact is ambiguous
             if mention.name.kind is not NameKind.SLOT or mention.use not in _USES or owner not in slots:
                 continue
             if mention.name.text not in slots[owner]:
-                yield _unknown(file, placed, mention, slots[owner])
+                yield _unknown_slot(construct, mention, slots[owner])
             elif mention.use is Use.CHANGED:
-                yield from _values(agent, file, placed, mention)
+                yield from _forbidden_values(agent, construct, mention)
 
 
-def _place(file: SourceFile, offset: int) -> SourcePlace:
-    return SourcePlace(file.path, file.lines.at(offset), file.lines.column(offset))
-
-
-def _unknown(file: SourceFile, placed: PlacedPiece, mention: Mention, slots: set[str]) -> Finding:
+def _unknown_slot(construct: Construct, mention: Mention, slots: set[str]) -> Finding:
     name, owner = mention.name.text, mention.name.owner
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
-    message = f"{_named(placed)}the deftemplate '{owner}' has no slot '{name}'"
-    return Finding(SLOT, _place(file, placed.start + mention.start), message, hint)
+    message = f"{_prefix(construct)}the deftemplate '{owner}' has no slot '{name}'"
+    return Finding(SLOT, construct.place(mention.start), message, hint)
 
 
-def _values(agent: Agent, file: SourceFile, placed: PlacedPiece, mention: Mention) -> Iterator[Finding]:
-    known = agent.allowed(mention.name.owner, mention.name.text)
-    if not known:
-        return
-    begin = placed.piece.text.rfind("(", 0, mention.start)
-    for value in read(placed.piece.text[begin:], close=True)[0].arguments:
+def _forbidden_values(agent: Agent, construct: Construct, mention: Mention) -> Iterator[Finding]:
+    slot, template = mention.name.text, mention.name.owner
+    allowed = agent.allowed(template, slot)
+    text = construct.placed.piece.text
+    begin = text.rfind("(", 0, mention.start)
+    for value in read(text[begin:], close=True)[0].arguments if allowed else ():
         word = literal(value)
-        if word and word not in known:
-            message = (
-                f"{_named(placed)}the slot '{mention.name.text}' of '{mention.name.owner}' cannot be {word}"
-            )
-            hint = did_you_mean(word, known) or f"it can be: {', '.join(sorted(known))}"
-            yield Finding(VALUE, _place(file, placed.start + begin + value.start), message, hint)
+        if word and word not in allowed:
+            message = f"{_prefix(construct)}the slot '{slot}' of '{template}' cannot be {word}"
+            hint = did_you_mean(word, allowed) or f"it can be: {', '.join(sorted(allowed))}"
+            yield Finding(VALUE, construct.place(begin + value.start), message, hint)
 
 
-def _named(placed: PlacedPiece) -> str:
-    name = placed.piece.name
-    return "" if name is None else f"{placed.piece.keyword} {name.text}: "
+def _prefix(construct: Construct) -> str:
+    return f"{construct.keyword} {construct.name}: " if construct.name else ""

@@ -13,7 +13,7 @@ from cxbridge.run.specs import check_spec, mistaken_keys
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.check.agent import Agent, place_of
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge_studio.check.keys import KeyCheck, parts_of, prefixes
+from cxbridge_studio.check.keys import first_unknown, split_path
 
 STRANGE: Final = Code(
     "CX111",
@@ -69,33 +69,34 @@ MISTAKEN_KEY: Final = Code(
 
 CODES: Final = (STRANGE, NO_TIME, TIME, UNKNOWN_KEY, SPEC_NAME, OLD_FORMAT, MISTAKEN_KEY)
 
-_PLACE = re.compile(r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL)
+# A warning of the configuration's reader: position and message.
+_WARNING = re.compile(r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL)
 _ROOT: Final = "/clips-executive"
 _TIME_KEY: Final = f"{_ROOT}/assert-time-each-loop"
 _CLIPS: Final = re.compile(r"\S+\.clp")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    seen: set[SourcePlace] = set()
+    reported: set[SourcePlace] = set()
     for error in () if agent.is_lenient else mistaken_keys(agent.config, agent.spec):
         finding = of_error(error, MISTAKEN_KEY)
-        seen.add(finding.place)
+        reported.add(finding.place)
         yield finding
     for text in (*map(str, agent.config.warnings), *check_spec(agent.config, agent.spec)):
-        match = _PLACE.match(text)
+        match = _WARNING.match(text)
         place = SourcePlace(str(agent.context.paths.config_file))
         if match:
             place = SourcePlace(match["file"], int(match["line"]), int(match["column"] or 0))
         # A second warning at the same position is a consequence of the first.
-        if not match or place not in seen:
+        if not match or place not in reported:
             yield Finding(STRANGE, place, match["text"] if match else text)
-        seen.add(place)
+        reported.add(place)
     if agent.context.source.has_fawkes_configuration:
         yield from _check_time(agent)
         yield from _check_spec_name(agent)
-        old = _old_keys(agent)
-        yield from _check_format(agent, old)
-        yield from _check_keys(agent, {place_of(value) for value in old} | seen)
+        obsolete = _obsolete_keys(agent)
+        yield from _check_format(agent, obsolete)
+        yield from _check_keys(agent, {place_of(value) for value in obsolete} | reported)
 
 
 def _check_time(agent: Agent) -> Iterator[Finding]:
@@ -105,13 +106,10 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
     if value is not None and value.file:
         place = place_of(value)
     if not config.get_bool(_TIME_KEY, default=False):
-        yield Finding(
-            NO_TIME,
-            place,
-            f"assert-time-each-loop is {'absent' if value is None else 'false'}: "
-            "nothing is read, no time passes",
-            "set assert-time-each-loop: true below clips-executive",
-        )
+        state = "absent" if value is None else "false"
+        message = f"assert-time-each-loop is {state}: nothing is read, no time passes"
+        yield Finding(NO_TIME, place, message, "set assert-time-each-loop: true below clips-executive")
+    # A value without a line is the default for scenarios; a CLIPS program alone never runs in Fawkes.
     elif not place.line and not place.file.endswith(CLIPS_SUFFIX):
         yield Finding(TIME, place, "assert-time-each-loop is absent: here that means true, in Fawkes false")
 
@@ -119,22 +117,15 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
 def _check_spec_name(agent: Agent) -> Iterator[Finding]:
     key = f"{_ROOT}/spec"
     if agent.config.exists(key) and (value := agent.config.get(key)).type is not ConfigType.STRING:
-        yield Finding(
-            SPEC_NAME,
-            place_of(value),
-            f"the name of the spec, '{value.text}', is not a text but {_article(value.type)}",
-            "choose another name, such as my-spec",
-        )
-
-
-def _article(kind: ConfigType) -> str:
-    return {ConfigType.BOOL: "a Boolean", ConfigType.FLOAT: "a number"}.get(kind, "an integer")
+        kind = {ConfigType.BOOL: "a Boolean", ConfigType.FLOAT: "a number"}.get(value.type, "an integer")
+        message = f"the name of the spec, '{value.text}', is not a text but {kind}"
+        yield Finding(SPEC_NAME, place_of(value), message, "choose another name, such as my-spec")
 
 
 # ---- keys
 
 
-def _old_keys(agent: Agent) -> list[ConfigValue]:
+def _obsolete_keys(agent: Agent) -> list[ConfigValue]:
     """Return the file lists directly below the spec: the old format without ``init``."""
     base = f"{_ROOT}/specs/{agent.spec}"
     return [
@@ -145,42 +136,39 @@ def _old_keys(agent: Agent) -> list[ConfigValue]:
     ]
 
 
-def _check_format(agent: Agent, old: list[ConfigValue]) -> Iterator[Finding]:
-    if old:
-        keys = ", ".join(value.path.rpartition("/")[2] for value in old)
-        yield Finding(
-            OLD_FORMAT,
-            place_of(old[0]),
-            f"the spec '{agent.spec}' names files in the old format ({keys}), which is not loaded",
-            "list the files below init: stage-3: - name: NAME, files: [...]",
-        )
+def _check_format(agent: Agent, obsolete: list[ConfigValue]) -> Iterator[Finding]:
+    if obsolete:
+        keys = ", ".join(value.path.rpartition("/")[2] for value in obsolete)
+        message = f"the spec '{agent.spec}' names files in the old format ({keys}), which is not loaded"
+        hint = "list the files below init: stage-3: - name: NAME, files: [...]"
+        yield Finding(OLD_FORMAT, place_of(obsolete[0]), message, hint)
 
 
-def _check_keys(agent: Agent, named: set[SourcePlace]) -> Iterator[Finding]:
+def _check_keys(agent: Agent, reported: set[SourcePlace]) -> Iterator[Finding]:
     """Yield the keys that are never read, except at positions with another finding."""
-    checked, seen = KeyCheck(), set[str]()
+    reported_keys: set[str] = set()
     in_scenario = agent.context.paths.config_file.name == SCENARIO_FILE
-    lines = {(place.file, place.line) for place in named}
+    lines = {(place.file, place.line) for place in reported}
     for value in agent.config.walk("/"):
-        path = parts_of(value.path)
-        unknown = checked.first_unknown(path)
+        path = split_path(value.path)
+        unknown = first_unknown(path)
         if unknown is None or not value.file or (value.file, value.line) in lines:
             continue
-        index, known = unknown
+        index, names = unknown
         key = "/".join(path[: index + 1])
-        hint = did_you_mean(path[index], known)
-        if key in seen or _is_read(agent, value, index):
+        hint = did_you_mean(path[index], names)
+        if key in reported_keys or _is_read(agent, value, index):
             continue
-        if not (hint or index) if in_scenario else not (hint and _is_of_spec(agent, path[:index])):
-            continue
-        seen.add(key)
-        above = f" below {'/'.join(path[:index])}" if index else ""
-        yield Finding(
-            UNKNOWN_KEY,
-            place_of(value),
-            f"'{path[index]}' is never read{above}",
-            hint or f"known are: {', '.join(sorted(known))}",
-        )
+        # A scenario belongs to cxbridge alone, apart from sections of unknown programs. A Fawkes
+        # configuration has keys of many programs: there, only likely misspellings count.
+        is_likely = bool(hint or index) if in_scenario else bool(hint) and _is_of_spec(agent, path[:index])
+        if is_likely:
+            reported_keys.add(key)
+            below = f" below {'/'.join(path[:index])}" if index else ""
+            message = f"'{path[index]}' is never read{below}"
+            yield Finding(
+                UNKNOWN_KEY, place_of(value), message, hint or f"known are: {', '.join(sorted(names))}"
+            )
 
 
 def _is_of_spec(agent: Agent, parents: tuple[str, ...]) -> bool:
@@ -191,7 +179,8 @@ def _is_of_spec(agent: Agent, parents: tuple[str, ...]) -> bool:
     return parents[:1] == ("clips-executive",) and parents[1:3] in ((), ("specs", agent.spec))
 
 
-def _is_read(agent: Agent, value: ConfigValue, unknown: int) -> bool:
-    """Return whether a CLIPS file names the path, or one of its unknown parts."""
-    paths = [path for path in prefixes(parts_of(value.path)) if path.count("/") > unknown]
-    return any(f'"{path}' in file.text for path in paths for file in agent.own_files)
+def _is_read(agent: Agent, value: ConfigValue, unknown_index: int) -> bool:
+    """Return whether a CLIPS file names the path, or one of its unknown prefixes."""
+    path = split_path(value.path)
+    prefixes = ("/" + "/".join(path[:end]) for end in range(len(path), unknown_index, -1))
+    return any(f'"{prefix}' in file.text for prefix in prefixes for file in agent.own_files)

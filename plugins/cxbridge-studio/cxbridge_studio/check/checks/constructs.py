@@ -1,14 +1,19 @@
-"""Check for constructs that CLIPS drops, with the position of the wrong word."""
+"""Check for constructs that CLIPS drops, with the position of the wrong word.
+
+CLIPS has loaded the files: its diagnostics are the mistakes. The check finds the word that a message means,
+and leaves out mistakes that only follow from an earlier mistake.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 from cxbridge.clipstext.condition import OBJECT, condition_of, patterns
-from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, read, without_module
+from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, without_module
+from cxbridge.executive.host.loading import UNCLOSED as UNCLOSED_CODE
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
@@ -73,6 +78,7 @@ CONSTRUCT: Final = Code(
 
 CODES: Final = (UNCLOSED, TEMPLATE, SLOT, FUNCTION, GLOBAL, ARGUMENTS, VARIABLE, CONSTRUCT)
 
+# The codes for CLIPS' own error codes; CONSTRUCT for all others.
 _OF_CLIPS: Final = {
     "TMPLTDEF1": SLOT,
     "EXPRNPSR3": FUNCTION,
@@ -82,7 +88,7 @@ _OF_CLIPS: Final = {
     "TMPLTDEF2": ARGUMENTS,
     "PRCCODE3": VARIABLE,
     "ANALYSIS4": VARIABLE,
-    "UNCLOSED": UNCLOSED,
+    UNCLOSED_CODE: UNCLOSED,
 }
 
 _LITERAL = "CSTRNCHK1"  # CLIPS' error code for a literal that its slot does not allow
@@ -91,66 +97,51 @@ _QUOTED = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 
 
-@dataclass(frozen=True, slots=True)
-class _Known:
-    """The names that the agent defines, in dropped constructs, too."""
-
-    constructs: dict[str, set[str]]
-
-    @classmethod
-    def of(cls, files: Iterable[ClipsFile]) -> _Known:
-        names_of_kinds: dict[str, set[str]] = {}
-        for file in files:
-            for construct in _all_constructs(file):
-                names_of_kinds.setdefault(construct.kind, set()).add(construct.name)
-        return cls(names_of_kinds)
-
-    def names(self, *kinds: str) -> set[str]:
-        """Return the names of all constructs of these kinds."""
-        return {name for kind in kinds for name in self.constructs.get(kind, ())}
-
-
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the constructs that CLIPS drops for a mistake, not those that follow from another mistake."""
-    known, losses = _Known.of(agent.files), LossFinder(agent.usage, agent.is_of_core)
-    dropped = {
-        d.construct.partition(" ")[2] for file in agent.files for d in file.diagnostics if d.construct
-    } | {name for file in agent.files for name in _lost(file)}
+    loss_finder = LossFinder(agent.usage, agent.own_constructs)
+    dropped = {d.construct.partition(" ")[2] for file in agent.files for d in file.diagnostics if d.construct}
+    dropped |= {name for file in agent.files for name in _swallowed_names(file)}
     for file in agent.files:
-        unclosed = any(d.code == "UNCLOSED" for d in file.diagnostics)
+        line = _unclosed_line(file)
         for diagnostic in file.diagnostics:
-            if unclosed and diagnostic.code != "UNCLOSED" and _last_of(file, diagnostic):
-                continue  # CLIPS' own error for the unclosed parenthesis
-            if diagnostic.code == "UNCLOSED":
-                yield from _unclosed(agent, file, diagnostic, losses)
-                continue
-            finding = _finding(agent, file, diagnostic, known)
-            if finding is not None and not _follows(finding, diagnostic, dropped, known):
-                yield _with_lost(agent, file, diagnostic, finding, losses)
+            if diagnostic.code == UNCLOSED_CODE:
+                yield from _unclosed(agent, file, diagnostic, loss_finder)
+            # After the unclosed parenthesis, CLIPS reports its own error about it.
+            elif line is None or (diagnostic.line is not None and diagnostic.line < line):
+                finding = _finding(agent, file, diagnostic)
+                if not _is_consequence(agent, finding, diagnostic, dropped):
+                    yield _with_losses(file, diagnostic, finding, loss_finder)
 
 
-def _with_lost(
-    agent: Agent, file: ClipsFile, diagnostic: Diagnostic, finding: Finding, losses: LossFinder
+def _names(agent: Agent, *keywords: str) -> set[str]:
+    """Return the names that constructs of these kinds define, dropped constructs included."""
+    return {each.name for each in agent.usage.constructs if each.keyword in keywords and each.name}
+
+
+def _with_losses(
+    file: ClipsFile, diagnostic: Diagnostic, finding: Finding, loss_finder: LossFinder
 ) -> Finding:
     """Return the finding with the losses of its construct added to the message."""
-    kind, _, name = diagnostic.construct.partition(" ")
-    construct = agent.usage.find(str(file.path), kind, without_module(name))
-    lost = losses.of([construct]) if construct is not None else None
-    return replace(finding, message=f"{finding.message}; {lost}") if lost else finding
+    keyword, _, name = diagnostic.construct.partition(" ")
+    key = (keyword, without_module(name))
+    constructs = [each for each in file.all_constructs if (each.keyword, each.name) == key]
+    losses = loss_finder.of(constructs[-1:]) if constructs else None
+    return replace(finding, message=f"{finding.message}; {losses}") if losses else finding
 
 
-def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Known) -> Finding | None:
+def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Finding:
     construct = _construct(file, diagnostic)
     code = _OF_CLIPS.get(diagnostic.code, CONSTRUCT)
     prefix = f"{diagnostic.construct}: " if diagnostic.construct else ""
     unknown = _unknown_template(agent, construct) if construct is not None else None
-    if construct is not None and unknown is not None:
-        name = unknown.head
-        hint = did_you_mean(name, known.names("deftemplate"))
-        return Finding(TEMPLATE, file.place(unknown), f"{prefix}there is no deftemplate '{name}'", hint)
+    if unknown is not None:
+        hint = did_you_mean(unknown.head, _names(agent, "deftemplate"))
+        message = f"{prefix}there is no deftemplate '{unknown.head}'"
+        return Finding(TEMPLATE, file.place(unknown), message, hint)
     if construct is not None and code is CONSTRUCT:
-        is_value = diagnostic.code == _LITERAL
-        finding = (_refused if is_value else _ordered)(agent, file, construct, prefix)
+        explain = _forbidden_literal if diagnostic.code == _LITERAL else _field_instead_of_slot
+        finding = explain(agent, file, construct, prefix)
         if finding is not None:
             return finding
     word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
@@ -159,9 +150,7 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
     place = SourcePlace(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
     text = "" if word is None else word.text
     if code is FUNCTION:
-        return Finding(
-            code, place, f"{prefix}there is no function '{text}'", _function_hint(agent, text, known)
-        )
+        return Finding(code, place, f"{prefix}there is no function '{text}'", _function_hint(agent, text))
     if code is GLOBAL:
         return Finding(code, place, f"{prefix}there is no global variable {text}", _global_hint(agent, text))
     if code is SLOT:
@@ -169,7 +158,7 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
     return Finding(code, place, f"{prefix}{diagnostic.message} [{diagnostic.code}]")
 
 
-def _refused(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) -> Finding | None:
+def _forbidden_literal(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) -> Finding | None:
     """Return the finding for the first literal that its slot does not allow."""
     for fact in _facts(construct):
         template = without_module(fact.head)
@@ -177,12 +166,9 @@ def _refused(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) 
             allowed = agent.allowed(template, slot.head)
             for value in slot.arguments if allowed else ():
                 if (word := literal(value)) and word not in allowed:
-                    known = f"it can be: {', '.join(sorted(allowed))}"
-                    near = did_you_mean(word, allowed)
+                    hint = f"{did_you_mean(word, allowed)} it can be: {', '.join(sorted(allowed))}"
                     message = f"{prefix}the slot '{slot.head}' of '{template}' cannot be {word}"
-                    return Finding(
-                        CONSTRUCT, file.place(value), message, f"{near} {known}" if near else known
-                    )
+                    return Finding(CONSTRUCT, file.place(value), message, hint.strip())
     return None
 
 
@@ -198,7 +184,9 @@ def _defines(file: ClipsFile, template: str) -> bool:
     return any(each.kind == "deftemplate" and each.name == template for each in file.constructs)
 
 
-def _ordered(agent: Agent, file: ClipsFile, construct: Definition, prefix: str) -> Finding | None:
+def _field_instead_of_slot(
+    agent: Agent, file: ClipsFile, construct: Definition, prefix: str
+) -> Finding | None:
     """Return the finding for the first pattern or fact without slots whose deftemplate has slots."""
     for fact in _facts(construct):
         name = without_module(fact.head)
@@ -226,13 +214,11 @@ def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | 
     """Return the node that a message quotes, or the construct if the message quotes none."""
     if construct is None:
         return None
-    quoted = _QUOTED.findall(diagnostic.message)
-    wanted = quoted[:1] or _VARIABLE.findall(diagnostic.message)[:1]
-    wanted += [
-        f"?*{name[1:]}*" for name in wanted if name.startswith("?")
-    ]  # in conditions, CLIPS' messages name a global without the asterisks
+    words = _QUOTED.findall(diagnostic.message)[:1] or _VARIABLE.findall(diagnostic.message)[:1]
+    # In conditions, CLIPS' messages name a global without the asterisks.
+    words += [f"?*{word[1:]}*" for word in words if word.startswith("?")]
     for node in construct.node.walk():
-        if node.items is None and node.start > construct.node.start and node.text in wanted:
+        if node.items is None and node.start > construct.node.start and node.text in words:
             return node
     return construct.node
 
@@ -240,55 +226,41 @@ def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | 
 # ---- parentheses
 
 
-def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, losses: LossFinder) -> Iterator[Finding]:
+def _unclosed(
+    agent: Agent, file: ClipsFile, diagnostic: Diagnostic, loss_finder: LossFinder
+) -> Iterator[Finding]:
     """Yield a finding at the open list of each unclosed construct."""
-    for part in top_level_lists(file.text):
-        if part.closed:
+    for top_list in top_level_lists(file.text):
+        if top_list.closed:
             continue
-        description = describe_unclosed(part.text, part.start, file.lines, file.text, agent.slots)
-        is_first = file.lines.at(part.start) == diagnostic.line
-        lost = losses.swallowed(str(file.path), part.start) if is_first else None
-        message = description.message + (f"; {lost}" if lost else "")
+        description = describe_unclosed(top_list.text, top_list.start, file.lines, file.text, agent.slots)
+        # CLIPS stops reading at the first unclosed construct.
+        is_first = file.lines.at(top_list.start) == diagnostic.line
+        losses = loss_finder.swallowed(str(file.path), top_list.start) if is_first else None
+        message = description.message + (f"; {losses}" if losses else "")
         yield Finding(UNCLOSED, file.place_at(description.start), message, description.hint)
 
 
-def _lost(file: ClipsFile) -> Iterator[str]:
+def _unclosed_line(file: ClipsFile) -> int | None:
+    """Return the line of the unclosed construct; None without an unclosed construct."""
+    return next((d.line for d in file.diagnostics if d.code == UNCLOSED_CODE), None)
+
+
+def _swallowed_names(file: ClipsFile) -> Iterator[str]:
     """Yield the names of the unclosed construct and of all constructs after it."""
-    line = next((d.line for d in file.diagnostics if d.code == "UNCLOSED"), None)
-    if line is None:
-        return
-    for row in file.text.splitlines()[line - 1 :]:
-        match = re.match(r"\(def\w+\s+([^\s()\";]+)", row)
-        if match:
-            yield without_module(match[1])
-
-
-def _all_constructs(file: ClipsFile) -> Iterator[Definition]:
-    """Yield the constructs of a file, including those after an unclosed parenthesis."""
-    yield from file.constructs
-    line = next((d.line for d in file.diagnostics if d.code == "UNCLOSED"), None)
-    if line is None:
-        return
-    rest = file.text.splitlines(keepends=True)[line:]
-    start = next((number for number, row in enumerate(rest) if row.startswith("(def")), len(rest))
-    text = "".join(rest[start:])
-    for node in read(text):
-        if node.arguments:
-            yield Definition(node.head, without_module(node.arguments[0].text), line + start + 1, node)
-
-
-def _last_of(file: ClipsFile, diagnostic: Diagnostic) -> bool:
-    line = next(d.line for d in file.diagnostics if d.code == "UNCLOSED")
-    return diagnostic.line is None or line is None or diagnostic.line >= line
+    line = _unclosed_line(file)
+    for construct in file.all_constructs if line is not None else ():
+        if construct.name and construct.place().line >= (line or 0):
+            yield construct.name
 
 
 # ---- consequences of other mistakes
 
 
-def _follows(finding: Finding, diagnostic: Diagnostic, dropped: set[str], known: _Known) -> bool:
+def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, dropped: set[str]) -> bool:
     """Return whether the construct is dropped only because a construct it needs is dropped."""
     names = _QUOTED.findall(finding.message) + _QUOTED.findall(diagnostic.message)
-    return any(name in dropped and name in known.names("deftemplate", "deffunction") for name in names)
+    return not _names(agent, "deftemplate", "deffunction").isdisjoint(dropped.intersection(names))
 
 
 # ---- names
@@ -296,39 +268,36 @@ def _follows(finding: Finding, diagnostic: Diagnostic, dropped: set[str], known:
 
 def _unknown_template(agent: Agent, construct: Definition) -> SyntaxNode | None:
     """Return the first pattern with slots whose deftemplate does not exist."""
-    known = agent.deftemplates | {OBJECT}
+    templates = agent.deftemplates | {OBJECT}
     for ce in patterns(condition_of(construct.node)):
-        if not ce.is_ordered and without_module(ce.template) not in known:
+        if not ce.is_ordered and without_module(ce.template) not in templates:
             return ce.node
     return None
 
 
-def _function_hint(agent: Agent, name: str, known: _Known) -> str:
+def _function_hint(agent: Agent, name: str) -> str:
     functions = ("deffunction", "defgeneric")
-    later = [
-        file for file in agent.files if any(c.kind in functions and c.name == name for c in file.constructs)
-    ]
-    if later:
-        return f"{later[0].path.name} defines it, and is loaded later: load it before"
-    feature = agent.feature_with(name)
-    if feature:
+    for file in agent.files:
+        if any(each.kind in functions and each.name == name for each in file.constructs):
+            return f"{file.path.name} defines it, and is loaded later: load it before"
+    if feature := agent.feature_with(name):
         return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
-    return did_you_mean(name, known.names("deffunction", "defgeneric", "defmethod"))
+    return did_you_mean(name, _names(agent, *functions, "defmethod"))
 
 
 def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
     """Return the first undefined global variable: CLIPS' message does not name it."""
-    global_names = agent.env.eval("(get-defglobal-list *)")
-    known = {without_module(str(name)) for name in (global_names if isinstance(global_names, tuple) else ())}
-    for node in () if construct is None else construct.node.walk():
-        if node.text.startswith(("?*", "$?*")) and node.text.strip("$?*") not in known:
+    if construct is None:
+        return None
+    defined = set(map(without_module, agent.words_of("(get-defglobal-list *)")))
+    for node in construct.node.walk():
+        if node.text.startswith(("?*", "$?*")) and node.text.strip("$?*") not in defined:
             return node
-    return None if construct is None else construct.node
+    return construct.node
 
 
 def _global_hint(agent: Agent, text: str) -> str:
-    known = agent.model.names(NameKind.GLOBAL, Use.DEFINED)
-    hint = did_you_mean(text.strip("$?*"), known)
+    hint = did_you_mean(text.strip("$?*"), agent.model.names(NameKind.GLOBAL, Use.DEFINED))
     return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)
 
 
@@ -339,6 +308,5 @@ def _slot_message(diagnostic: Diagnostic) -> str:
 
 def _slot_hint(agent: Agent, diagnostic: Diagnostic) -> str:
     slot, template = [*_QUOTED.findall(diagnostic.message), "", ""][:2]
-    slots = agent.env.eval(f"(deftemplate-slot-names {template})") if template else ()
-    names = [str(each) for each in slots] if isinstance(slots, tuple) else []
+    names = agent.words_of(f"(deftemplate-slot-names {template})") if template else []
     return did_you_mean(slot, names) or f"it has: {', '.join(names)}"

@@ -1,6 +1,7 @@
 """Check for rules, facts, goal classes and functions that are never used.
 
-Only the agent's own files are checked: a core is a library, and no agent uses all of it.
+Only the agent's own files are checked: a core is a library, and no agent uses all of it. The check stays
+silent if in doubt, since a text or a computed word may name anything.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from cxbridge.executive import sub_types
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge_studio.check.findings import Code, Finding, Severity
 from cxbridge_studio.check.usage import OF_PROGRAM, Construct, FactUse, Usage
 
 RULE: Final = Code(
@@ -73,35 +74,25 @@ _CLASS: Final = "class"
 # Default values of the goal slots that select the expanding rule.
 _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 _GOAL: Final = "goal"
-_SORTS: Final = frozenset({"class", "type", "sub-type"})
+_SELECTING_SLOTS: Final = frozenset({"class", "type", "sub-type"})
 _COMMITTED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
 _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 # Functions without effect on a goal.
-_QUIET: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
+_WITHOUT_EFFECT: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     usage = agent.usage
-    own_constructs = [each for each in usage.constructs if _is_own(agent, each)]
+    # A dropped construct has another finding, and the end of an unclosed construct is a guess.
+    own_constructs = [
+        each
+        for each in agent.own_constructs
+        if each.placed.piece.closed and (each.file.path, each.keyword, each.name) not in agent.dropped
+    ]
     yield from _rules(agent, usage, own_constructs)
     yield from _facts(agent, usage, own_constructs)
     yield from _goals(agent, usage, own_constructs)
     yield from _functions(usage, own_constructs)
-
-
-def _is_own(agent: Agent, construct: Construct) -> bool:
-    """Return whether a construct is the agent's and is loaded; a dropped construct has another finding."""
-    if agent.is_of_core(construct.file.path) or not construct.placed.piece.closed:
-        return False
-    return (construct.file.path, construct.keyword, construct.name) not in agent.dropped
-
-
-def _finding(code: Code, construct: Construct, start: int, message: str, hint: str = "") -> Finding:
-    offset = construct.placed.start + start
-    lines = construct.file.lines
-    return Finding(
-        code, SourcePlace(construct.file.path, lines.at(offset), lines.column(offset)), message, hint
-    )
 
 
 # ---- rules and facts
@@ -113,40 +104,39 @@ def _rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Itera
             unmatched = _unmatched(agent, usage, pattern)
             if unmatched is not None:
                 message = f"defrule {construct.name} can never match: {unmatched[0]}"
-                yield _finding(RULE, construct, pattern.start, message, unmatched[1])
+                yield Finding(RULE, construct.place(pattern.start), message, unmatched[1])
                 break  # one unmatched pattern is enough
 
 
 def _unmatched(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
     """Return the reason why no fact can match a pattern and a hint, or None if a fact can match."""
     name = pattern.template
-    if name not in usage.made and name in _INITIAL:
+    if name not in usage.asserted and name in _INITIAL:
         return (
             f"CLIPS 6.4 has no '{name}'",
             f"leave ({name}) out: a rule without a pattern fires at the start",
         )
-    if name not in usage.made and not usage.is_made_elsewhere(name):
-        return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.made) - {name})
+    if name not in usage.asserted and not usage.is_made_elsewhere(name):
+        return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted) - {name})
     counts = _counts(agent, usage, name)
     if pattern.count is None or not counts:
         return None
-    least, most = pattern.count
-    if any(least <= most_made and fewest <= most for fewest, most_made in counts):
+    minimum, maximum = pattern.count
+    if any(minimum <= most_fields and fewest_fields <= maximum for fewest_fields, most_fields in counts):
         return None
-    have = " or ".join(str(fewest) for fewest, _ in sorted(set(counts)))
-    expected_fields = (
-        f"{least} or more fields" if most > least else f"{least} field{'' if least == 1 else 's'}"
-    )
-    first = f"({name}{' ?' * counts[0][0]})"
+    numbers = " or ".join(str(fewest_fields) for fewest_fields, _ in sorted(set(counts)))
+    plural = "" if minimum == 1 else "s"
+    expected_fields = f"{minimum} or more fields" if maximum > minimum else f"{minimum} field{plural}"
+    example = f"({name}{' ?' * counts[0][0]})"
     return (
-        f"({name} ...) asks for {expected_fields} here, and facts '{name}' have {have}",
-        f"write {first}, or $? for any number of fields",
+        f"({name} ...) asks for {expected_fields} here, and facts '{name}' have {numbers}",
+        f"write {example}, or $? for any number of fields",
     )
 
 
 def _counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
     """Return the numbers of fields in ordered facts of a template; empty if they are unknown."""
-    assertion_counts = [fact.count for _, fact in usage.made.get(template, ()) if fact.count is not None]
+    assertion_counts = [fact.count for _, fact in usage.asserted.get(template, ()) if fact.count is not None]
     if template in agent.deftemplates or template in usage.templates_in_texts:
         return []
     if template == _TIME:
@@ -155,37 +145,29 @@ def _counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]
 
 
 def _facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
-    read = usage.read_templates()
+    read = usage.model.names(NameKind.TEMPLATE, Use.MATCHED, Use.QUERIED)
     reported: set[str] = set()
     for construct in own_constructs:
         for fact in construct.facts:
             name = fact.template
             if name in reported | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
                 continue
-            if usage.symbols[name] > _asserts(usage, name):
+            asserting_constructs = {asserting.placed for asserting, _ in usage.asserted.get(name, ())}
+            if usage.symbols[name] > len(asserting_constructs):
                 continue  # the word is also an argument of a function that may query such facts
             if not agent.model.is_defined(Name(NameKind.TEMPLATE, name)) and name in agent.deftemplates:
-                continue
+                continue  # the deftemplate of a feature, which may read the facts
             reported.add(name)
-            yield _finding(
-                FACT,
-                construct,
-                fact.start,
-                f"no rule matches the fact '{name}'",
-                did_you_mean(name, read - {name}),
-            )
-
-
-def _asserts(usage: Usage, template: str) -> int:
-    """Return the number of constructs that assert a fact of a template."""
-    return len({construct.placed for construct, _ in usage.made.get(template, ())})
+            message = f"no rule matches the fact '{name}'"
+            yield Finding(FACT, construct.place(fact.start), message, did_you_mean(name, read - {name}))
 
 
 # ---- goals
 
 
 def _goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
-    words_in_use = {word for construct in usage.constructs for word in construct.words} | usage.others
+    words_in_use = {word for construct in usage.constructs for word in construct.words}
+    words_in_use |= usage.configured_words
     reported: set[str] = set()
     unhandled = dict(_sub_types(agent, usage, own_constructs))
     yield from unhandled.values()
@@ -194,34 +176,33 @@ def _goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Itera
             for name in sorted(pattern.slots.get(_CLASS, ()) if pattern.template == _GOAL else ()):
                 if name not in words_in_use | reported:
                     reported.add(name)
-                    hint = did_you_mean(name, _classes(usage))
+                    asserted_goals = usage.asserted.get(_GOAL, ())
+                    classes = {each for _, goal in asserted_goals for each in goal.slots.get(_CLASS, ())}
                     message = (
                         f"nothing formulates a goal of class {name}, which defrule {construct.name} needs"
                     )
-                    yield _finding(NOT_FORMULATED, construct, pattern.start, message, hint)
+                    place = construct.place(pattern.start)
+                    yield Finding(NOT_FORMULATED, place, message, did_you_mean(name, classes))
         for fact in construct.facts:
             name = next(iter(fact.slots.get(_CLASS, ())), "")
             if fact.template == _GOAL and name and name not in reported:
                 reported.add(name)
-                if (construct, fact.start) in unhandled:
-                    continue
-                yield from _way(agent, usage, construct, fact, name)
+                if (construct, fact.start) not in unhandled:
+                    yield from _life_cycle(agent, usage, construct, fact, name)
 
 
-def _classes(usage: Usage) -> set[str]:
-    return {name for _, fact in usage.made.get(_GOAL, ()) for name in fact.slots.get(_CLASS, ())}
-
-
-def _way(agent: Agent, usage: Usage, construct: Construct, fact: FactUse, name: str) -> Iterator[Finding]:
+def _life_cycle(
+    agent: Agent, usage: Usage, construct: Construct, fact: FactUse, name: str
+) -> Iterator[Finding]:
     """Yield a finding if an asserted goal is never selected, or never expanded after its selection."""
     if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
         return
     functions = (each for each in usage.constructs if each.keyword == "deffunction")
     setters = {each.name for each in functions if each.sets_mode("SELECTED")}
     if not any(_leads(each, fact, "FORMULATED", "SELECTED", setters) for each in usage.constructs):
-        yield _finding(NOT_SELECTED, construct, fact.start, f"nothing selects goals of class {name}")
+        yield Finding(NOT_SELECTED, construct.place(fact.start), f"nothing selects goals of class {name}")
     elif not any(_expands(agent, each, fact, name) for each in usage.constructs):
-        yield _finding(NOT_EXPANDED, construct, fact.start, f"nothing expands goals of class {name}")
+        yield Finding(NOT_EXPANDED, construct.place(fact.start), f"nothing expands goals of class {name}")
 
 
 def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
@@ -231,15 +212,13 @@ def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bo
     """
     if name in construct.compared:
         return True
-    if not any(
-        node.head and node.head not in _QUIET for action in construct.actions for node in action.walk()
-    ):
+    if not any(node.head and node.head not in _WITHOUT_EFFECT for node in construct.action_nodes):
         return False
     is_of_core = agent.is_of_core(construct.file.path)
     return any(
         _fits(pattern, goal, "SELECTED")
         for pattern in construct.patterns
-        if not is_of_core or pattern.slots.keys() & _SORTS
+        if not is_of_core or pattern.slots.keys() & _SELECTING_SLOTS
     )
 
 
@@ -263,9 +242,10 @@ def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
     """Return whether a pattern matches such a goal in a mode."""
     if pattern.template != _GOAL or mode not in pattern.slots.get("mode", {mode}):
         return False
-    defaults = _DEFAULTS if "sub-type" not in goal.named else {"type": _DEFAULTS["type"]}
-    kept = {slot: words for slot, words in pattern.slots.items() if slot in _SORTS}
-    return FactUse(_GOAL, 0, kept, pattern.named).fits(goal, defaults)
+    # A computed sub-type may be any; an omitted sub-type is the default.
+    defaults = _DEFAULTS if "sub-type" not in goal.slot_names else {"type": _DEFAULTS["type"]}
+    slots = {slot: words for slot, words in pattern.slots.items() if slot in _SELECTING_SLOTS}
+    return FactUse(_GOAL, 0, slots, pattern.slot_names).fits(goal, defaults)
 
 
 # ---- sub-types
@@ -275,12 +255,12 @@ def _sub_types(
     agent: Agent, usage: Usage, own_constructs: list[Construct]
 ) -> Iterator[tuple[tuple[Construct, int], Finding]]:
     """Yield a finding, with its construct and offset, for each goal whose sub-type no rule handles."""
-    known = frozenset().union(*(sub_types.handled(each.condition) for each in usage.constructs))
-    compared = usage.others.union(*(each.compared for each in usage.constructs))
+    handled = frozenset().union(*(sub_types.handled(each.condition) for each in usage.constructs))
+    compared = usage.configured_words.union(*(each.compared for each in usage.constructs))
     files = sub_types.files_of_core(*agent.context.paths.before, agent.context.paths.cx)
-    for construct, goal, start in _with_sub_type(agent, usage, own_constructs, known | files.keys()):
-        for name in goal.slots[sub_types.SLOT] - known - compared - {sub_types.NONE}:
-            hint = sub_types.advice(name, known, files)
+    for construct, goal, start in _with_sub_type(agent, usage, own_constructs, handled | files.keys()):
+        for name in goal.slots[sub_types.SLOT] - handled - compared - {sub_types.NONE}:
+            hint = sub_types.advice(name, handled, files)
             is_led = any(
                 _leads(each, goal, "EXPANDED", mode, set(), by_class=bool(hint))
                 for each in usage.constructs
@@ -288,36 +268,37 @@ def _sub_types(
             )
             if not is_led:
                 message = f"no rule handles goals of the sub-type {name}"
-                yield (construct, start), _finding(SUB_TYPE, construct, start, message, hint)
+                yield (construct, start), Finding(SUB_TYPE, construct.place(start), message, hint)
 
 
 def _with_sub_type(
-    agent: Agent, usage: Usage, own_constructs: list[Construct], known: frozenset[str]
+    agent: Agent, usage: Usage, own_constructs: list[Construct], names: frozenset[str]
 ) -> Iterator[tuple[Construct, FactUse, int]]:
     """Yield the goals with a literal sub-type: asserted, modified, or made by functions of the core.
 
-    :param known: the sub-types that functions of the core may assign.
+    :param names: the sub-types that functions of the core may assign.
     """
-    makers = {
-        each.name: found
+    core_functions = {
+        each.name: assigned
         for each in usage.constructs
         if each.keyword == "deffunction" and agent.is_of_core(each.file.path)
-        if (found := each.symbols & known)
+        if (assigned := each.symbols & names)
     }
+    # A `modify` does not name its template: the slot must belong to goals alone.
     is_of_goals = not any(sub_types.SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL})
     for construct in own_constructs:
         for fact in construct.facts:
             if fact.template == _GOAL and sub_types.SLOT in fact.slots:
                 yield construct, fact, fact.start
-        for node in (node for action in construct.actions for node in action.walk()):
+        for node in construct.action_nodes:
             if node.head in _CHANGES and is_of_goals:
                 slots = {
                     item.head: frozenset({name})
                     for item in node.arguments
                     if item.head == sub_types.SLOT and (name := _first_word(item))
                 }
-            elif node.head in makers:
-                slots = {sub_types.SLOT: makers[node.head]}
+            elif node.head in core_functions:
+                slots = {sub_types.SLOT: core_functions[node.head]}
                 if name := _first_word(node):
                     slots[_CLASS] = frozenset({name})
             else:
@@ -335,13 +316,13 @@ def _first_word(node: SyntaxNode) -> str:
 
 
 def _functions(usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
-    called = usage.model.names(NameKind.FUNCTION, Use.CALLED)
+    called = usage.model.names(NameKind.FUNCTION, Use.CALLED) | usage.configured_words
     for construct in own_constructs:
         name = construct.name
-        if construct.keyword != "deffunction" or name in called or name in usage.others:
+        if construct.keyword != "deffunction" or name in called:
             continue
-        elsewhere = usage.symbols[name] - (name in construct.symbols)
-        elsewhere += name in usage.templates_in_texts
-        if not elsewhere:
-            start = construct.node.arguments[0].start
-            yield _finding(FUNCTION, construct, start, f"nothing calls the function '{name}'")
+        # A word or a text with the name may reach funcall, apply or eval.
+        occurrences_elsewhere = usage.symbols[name] - (name in construct.symbols)
+        if not occurrences_elsewhere and name not in usage.templates_in_texts:
+            place = construct.place(construct.node.arguments[0].start)
+            yield Finding(FUNCTION, place, f"nothing calls the function '{name}'")

@@ -32,34 +32,20 @@ CODES: Final = (MISSING, SHADOWED)
 
 def check(agent: Agent) -> Iterator[Finding]:
     folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
-    for missing in agent.missing:
+    for missing in agent.missing_files:
         searched = ", ".join(map(str, folders))
-        paths = [each / missing.name for each in folders]
-        reasons = ((path, why_unreadable(path)) for path in paths)
-        unreadable = next((f"{path} {why}" for path, why in reasons if why != ABSENT), None)
-        yield Finding(
-            MISSING,
-            missing.place,
-            f"there is no file {missing.name}",
-            did_you_mean(missing.name, _files(folders), f"searched: {searched}")
-            if unreadable is None
-            else unreadable,
-        )
-    core = agent.context.paths.cx
-    for asked_file in agent.asked:
-        candidates = (folder / asked_file.name for folder in agent.context.paths.clips_dirs)
+        reasons = ((path, why_unreadable(path)) for path in (folder / missing.name for folder in folders))
+        unreadable = next((f"{path} {why}" for path, why in reasons if why != ABSENT), "")
+        # A file that the user may not read is more likely meant than a file of a similar name.
+        hint = unreadable or did_you_mean(missing.name, _files(folders), f"searched: {searched}")
+        yield Finding(MISSING, missing.place, f"there is no file {missing.name}", hint)
+    for requested in agent.requested_files:
+        core_file = agent.context.paths.cx / requested.name
+        candidates = (folder / requested.name for folder in agent.context.paths.clips_dirs)
         hidden = next((path for path in candidates if path.is_file()), None)
-        if (
-            (core / asked_file.name).is_file()
-            and hidden is not None
-            and not hidden.samefile(core / asked_file.name)
-        ):
-            yield Finding(
-                SHADOWED,
-                asked_file.place,
-                f"{asked_file.name} is the core's file, not {hidden}",
-                "give the file of the agent another name",
-            )
+        if hidden is not None and core_file.is_file() and not hidden.samefile(core_file):
+            message = f"{requested.name} is the core's file, not {hidden}"
+            yield Finding(SHADOWED, requested.place, message, "give the file of the agent another name")
 
 
 def _files(folders: tuple[Path, ...]) -> set[str]:

@@ -7,7 +7,7 @@ from typing import Final
 
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge_studio.check.findings import Code, Finding, Severity
 
 IDENTITY: Final = Code(
     "CX507",
@@ -27,23 +27,21 @@ _LOCKS: Final = ("mutex-try-lock-async", "mutex-lock-async", "mutex-try-lock")
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for the first lock in each file."""
-    own_constructs = [each for each in agent.usage.constructs if not agent.is_of_core(each.file.path)]
-    if any(_FACT in each.placed.piece.text for each in own_constructs):
+    # A rule may also assert the fact that the function asserts.
+    if any(_FACT in construct.placed.piece.text for construct in agent.own_constructs):
         return
-    called = agent.model.mentions(Name(NameKind.FUNCTION, _SET), Use.CALLED)
-    if any(not agent.is_of_core(call.file.path) for call in called):
+    calls = agent.model.mentions(Name(NameKind.FUNCTION, _SET), Use.CALLED)
+    if any(not agent.is_of_core(call.file.path) for call in calls):
         return
-    reported: set[str] = set()
-    for construct in own_constructs:
+    reported_files: set[str] = set()
+    for construct in agent.own_constructs:
         starts = [
             node.start
-            for action in construct.actions
-            for node in action.walk()
+            for node in construct.action_nodes
             if (node.head == _SLOT and node.arguments) or node.head in _LOCKS
         ]
-        if starts and construct.file.path not in reported:
-            reported.add(construct.file.path)
-            offset, lines = construct.placed.start + starts[0], construct.file.lines
-            place = SourcePlace(construct.file.path, lines.at(offset), lines.column(offset))
+        if starts and construct.file.path not in reported_files:
+            reported_files.add(construct.file.path)
             hint = f'call ({_SET} "NAME") in a rule for (executive-init)'
-            yield Finding(IDENTITY, place, f"no rule calls {_SET}: no lock is ever acquired", hint)
+            message = f"no rule calls {_SET}: no lock is ever acquired"
+            yield Finding(IDENTITY, construct.place(starts[0]), message, hint)

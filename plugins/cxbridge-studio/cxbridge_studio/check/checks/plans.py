@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, literal, read
-from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.clipstext.syntax import literal, read
+from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
-from cxbridge.executive.features.pddl_parser import reads_as_fawkes
-from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of, pairs_of
+from cxbridge.executive.pddl import Domain, domain_facts, names_of, pairs_of
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
-from cxbridge_studio.check.agent import Agent, ClipsFile
+from cxbridge_studio.check.agent import Agent
+from cxbridge_studio.check.domain_calls import DomainCall, domain_calls, planner_goals
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge_studio.check.plan_actions import SourceAction, count, source_actions
 from cxbridge_studio.check.usage import Construct
@@ -64,42 +63,23 @@ FORMULA: Final = Code(
 _CONNECTIVES: Final = frozenset(
     {"and", "or", "not", "imply", "forall", "exists", "when", "=", ">", "<", ">=", "<=", "+", "-", "*", "/"}
 )
-_PLANNERS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
 
 CODES: Final = (FORMULA, PREDICATE, PARAMETERS, UNSAYABLE, TYPE, NOT_EXECUTED)
 
 
-@dataclass(frozen=True, slots=True)
-class _Parsed:
-    """A domain and the call that parses it."""
-
-    domain: Domain
-    file: ClipsFile
-    call: SyntaxNode
-
-
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the mismatches; none if a domain cannot be read."""
-    parsed: list[_Parsed] = []
-    for file in agent.own_files:
-        for call in file.calls("parse-pddl-domain"):
-            name = agent.text_of(call.arguments[0]) if call.arguments else ""
-            path = agent.find(name) if name else None
-            if path is None:
-                return
-            try:
-                compat = reads_as_fawkes(agent.config)
-                parsed.append(_Parsed(load_domain(path, fawkes_compat=compat), file, call))
-            except CxbridgeError:
-                return  # reported by the check of domains
-    for each in parsed:
-        yield from _check_facts(each.domain)
-    if parsed:
-        yield from _check_predicates(agent, [each.domain for each in parsed])
-        yield from _check_types(agent, [each.domain for each in parsed])
-        yield from _check_parameters(agent, [each.domain for each in parsed])
-        yield from _check_executed(agent, parsed)
-        yield from _check_formulas(agent, [each.domain for each in parsed])
+    """Yield the mismatches; none if a domain cannot be read, which another check reports."""
+    calls = list(domain_calls(agent))
+    domains = [call.domain for call in calls if call.domain is not None]
+    if not domains or len(domains) < len(calls):
+        return
+    for domain in domains:
+        yield from _check_facts(domain)
+    yield from _check_predicates(agent, domains)
+    yield from _check_types(agent, domains)
+    yield from _check_parameters(agent, domains)
+    yield from _check_executed(agent, calls)
+    yield from _check_formulas(agent, domains)
 
 
 def _check_facts(domain: Domain) -> Iterator[Finding]:
@@ -110,13 +90,15 @@ def _check_facts(domain: Domain) -> Iterator[Finding]:
         yield Finding(UNSAYABLE, place, error.message, error.hint or "")
 
 
+def _predicates(agent: Agent, domains: list[Domain]) -> set[str]:
+    """Return the predicates and functions of the domains, and the predicates of facts that rules make."""
+    declared = {each.name for domain in domains for each in (*domain.predicates, *domain.functions)}
+    return declared | agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
+
+
 def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
-    known = {each.name for domain in domains for each in domain.predicates}
-    known |= {each.name for domain in domains for each in domain.functions}
-    model = agent.model
-    # facts that the agent maintains itself
-    known |= model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
-    known |= {  # predicates that rules declare
+    predicates = _predicates(agent, domains)
+    predicates |= {  # those that rules declare
         literal(value)
         for file in agent.files
         for call in file.calls("domain-predicate")
@@ -125,45 +107,36 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for value in slot.arguments
     }
     reported: set[str] = set()
-    for file in model.files:
-        if agent.is_of_core(file.path):
-            continue
-        for mention in file.mentions:
-            name = mention.name
-            if (
-                name.kind is not NameKind.PREDICATE
-                or mention.use is not Use.MATCHED
-                or name.text in known | reported
-            ):
+    for construct in agent.own_constructs:
+        for mention in construct.placed.piece.mentions:
+            name = mention.name.text
+            is_matched = mention.name.kind is NameKind.PREDICATE and mention.use is Use.MATCHED
+            if not is_matched or name in predicates | reported:
                 continue
-            reported.add(name.text)
-            if any(f"domain/fact/{name.text}" in each.text for each in agent.files):
-                continue  # the fact is named by its id
-            position = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
-            message = f"no domain has a predicate '{name.text}'"
-            yield Finding(PREDICATE, position, message, did_you_mean(name.text, known))
+            reported.add(name)
+            if any(f"domain/fact/{name}" in file.text for file in agent.files):
+                continue  # a rule makes the fact by its id
+            message, hint = f"no domain has a predicate '{name}'", did_you_mean(name, predicates)
+            yield Finding(PREDICATE, construct.place(mention.start), message, hint)
 
 
 def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the predicates and objects in planner goals that nothing declares."""
-    predicates = {each.name for domain in domains for each in domain.predicates}
-    predicates |= {each.name for domain in domains for each in domain.functions}
-    predicates |= agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
+    predicates = _predicates(agent, domains)
     objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
-    objects_made = agent.usage.made.get("domain-object", ())
-    assertions = [fact for construct, fact in objects_made if not _is_core(agent, construct)]
-    objects |= {word for fact in assertions for word in fact.slots.get("name", ())}
-    objects_known = assertions != [] and all("name" in fact.slots for fact in assertions)
-    for file, call in _planner_calls(agent):
-        text = literal(call.arguments[1]) if len(call.arguments) > 1 else ""
-        place = file.place(call.arguments[1]) if text else None
+    asserted_objects = agent.facts_of_agent("domain-object")
+    objects |= {word for fact in asserted_objects for word in fact.slots.get("name", ())}
+    # Objects with computed names, or of another source than rules, may be any.
+    are_objects_known = asserted_objects != [] and all("name" in fact.slots for fact in asserted_objects)
+    for file, call, text in planner_goals(agent):
+        place = file.place(call.arguments[1]) if text else file.place(call)
         for node in (node for top in read(text, close=True) for node in top.walk()):
-            if place is None or not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
+            if not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
                 continue
             if node.head not in predicates:
                 hint = did_you_mean(node.head, predicates)
                 yield Finding(FORMULA, place, f"the planner's goal: no predicate '{node.head}'", hint)
-            for item in map(literal, node.arguments) if objects_known else ():
+            for item in map(literal, node.arguments) if are_objects_known else ():
                 if item and item not in objects:
                     hint = did_you_mean(item, objects)
                     yield Finding(FORMULA, place, f"the planner's goal: no object '{item}'", hint)
@@ -171,19 +144,18 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the object types in facts that no domain declares."""
-    known = {"object"} | {name for domain in domains for name, _ in pairs_of(domain.types)}
-    known |= {above for domain in domains for _, above in pairs_of(domain.types) if above}
-    assertions = agent.usage.made
-    for _, fact in assertions.get("domain-object-type", ()):
+    pairs = [pair for domain in domains for pair in pairs_of(domain.types)]
+    types = {"object", *(name for name, _ in pairs), *(parent for _, parent in pairs if parent)}
+    asserted = agent.usage.asserted
+    for _, fact in asserted.get("domain-object-type", ()):
         if "name" not in fact.slots:
             return  # the type is computed: any type is possible
-        known |= fact.slots["name"]
-    for construct, fact in assertions.get("domain-object", ()):
+        types |= fact.slots["name"]
+    for construct, fact in asserted.get("domain-object", ()):
         name = next(iter(fact.slots.get("type", ())), "")
-        if name and name not in known and not agent.is_of_core(construct.file.path):
-            at, lines = construct.placed.start + fact.start, construct.file.lines
-            place = SourcePlace(construct.file.path, lines.at(at), lines.column(at))
-            yield Finding(TYPE, place, f"no domain has a type '{name}'", did_you_mean(name, known))
+        if name and name not in types and not agent.is_of_core(construct.file.path):
+            place = construct.place(fact.start)
+            yield Finding(TYPE, place, f"no domain has a type '{name}'", did_you_mean(name, types))
 
 
 # ---- plan-actions
@@ -196,87 +168,74 @@ def _check_parameters(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for action in domain.actions
     }
     agent_files = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
-    for planned in source_actions(agent_files):
-        if literal(planned.name) in actions:
-            yield from _check_plan_action(planned, actions[literal(planned.name)])
+    for action in source_actions(agent_files):
+        if literal(action.name) in actions:
+            yield from _check_plan_action(action, actions[literal(action.name)])
 
 
-def _check_plan_action(planned: SourceAction, parameter_names: list[str]) -> Iterator[Finding]:
-    name, file = literal(planned.name), planned.file
+def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iterator[Finding]:
+    """Yield the first mistake in the parameters: the others often follow from it."""
+    name, file = literal(action.name), action.file
     it_has = f"it has: {', '.join(parameter_names) or 'none'}"
-    for argument_name in planned.names or ():
-        if literal(argument_name) and literal(argument_name) not in parameter_names:
-            message = f"the action '{name}' has no parameter '{literal(argument_name)}'"
-            yield Finding(
-                PARAMETERS,
-                file.place(argument_name),
-                message,
-                did_you_mean(literal(argument_name), parameter_names, it_has),
-            )
+    for node in action.names or ():
+        parameter = literal(node)
+        if parameter and parameter not in parameter_names:
+            message = f"the action '{name}' has no parameter '{parameter}'"
+            hint = did_you_mean(parameter, parameter_names, it_has)
+            yield Finding(PARAMETERS, file.place(node), message, hint)
             return
-    for slot, values in (("param-names", planned.names), ("param-values", planned.values)):
+    for slot, values in (("param-names", action.names), ("param-values", action.values)):
         number = None if values is None else count(values)
         if number is not None and number != len(parameter_names):
             message = (
                 f"the action '{name}' has {len(parameter_names)} parameters, and here are {number} in {slot}"
             )
-            yield Finding(PARAMETERS, file.place(values[0] if values else planned.node), message, it_has)
+            yield Finding(PARAMETERS, file.place(values[0] if values else action.node), message, it_has)
             return
 
 
 # ---- executors
 
 
-def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
+def _check_executed(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]:
     if agent.context.skill_board is not None:
         return  # Executors announce their actions at run time.
     mapped = set(action_mapping(agent.config, agent.spec))
-    usage = agent.usage
-    if not mapped and any(_takes_any_action(each) for each in usage.constructs if not _is_core(agent, each)):
+    if not mapped and any(map(_executes_any_action, agent.own_constructs)):
         return  # all actions are executed by rules
-    named = {
+    # The actions that rules match or compare: one of these rules may execute the action.
+    handled = {
         word
-        for construct in usage.constructs
+        for construct in agent.usage.constructs
         if construct.keyword == "defrule"
         for node in construct.node.walk()
         if node.head == "action-name" or node.head in ("eq", "member$", "test")
         for value in node.arguments
         if (word := literal(value)) and not any(node.start >= action.start for action in construct.actions)
     }
-    operators = {action.name for each in parsed for action in each.domain.actions}
-    reported = mapped | named
-    for file in agent.model.files:
-        for mention in () if agent.is_of_core(file.path) else file.mentions:
+    domain_actions = [(call, action.name) for call in calls if call.domain for action in call.domain.actions]
+    operators = {name for _, name in domain_actions}
+    reported = mapped | handled
+    for construct in agent.own_constructs:
+        for mention in construct.placed.piece.mentions:
             name = mention.name.text
             is_planned = mention.name.kind is NameKind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
             if is_planned and name in operators - reported:
                 reported.add(name)
-                at = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
-                hint = did_you_mean(name, mapped - operators)
-                yield Finding(NOT_EXECUTED, at, f"the action '{name}' has no executor", hint)
-    planner = next((call for call in _planner_calls(agent)), None)
-    for each in parsed if planner is not None else ():
-        for action in each.domain.actions:
-            if action.name not in reported:
-                reported.add(action.name)
-                message = f"the action '{action.name}', which a planner may plan, has no executor"
-                hint = did_you_mean(action.name, mapped - operators)
-                yield Finding(NOT_EXECUTED, each.file.place(each.call), message, hint)
+                message, hint = f"the action '{name}' has no executor", did_you_mean(name, mapped - operators)
+                yield Finding(NOT_EXECUTED, construct.place(mention.start), message, hint)
+    has_planner = next(planner_goals(agent), None) is not None
+    for call, name in domain_actions if has_planner else ():
+        if name not in reported:
+            reported.add(name)
+            message = f"the action '{name}', which a planner may plan, has no executor"
+            hint = did_you_mean(name, mapped - operators)
+            yield Finding(NOT_EXECUTED, call.file.place(call.node), message, hint)
 
 
-def _is_core(agent: Agent, construct: Construct) -> bool:
-    return agent.is_of_core(construct.file.path)
-
-
-def _takes_any_action(construct: Construct) -> bool:
+def _executes_any_action(construct: Construct) -> bool:
     """Return whether a rule matches plan-actions of any name and modifies them."""
     return any(
         pattern.template == "plan-action" and "action-name" not in pattern.slots
         for pattern in construct.patterns
-    ) and any(node.head == "modify" for action in construct.actions for node in action.walk())
-
-
-def _planner_calls(agent: Agent) -> Iterator[tuple[ClipsFile, SyntaxNode]]:
-    for file in agent.own_files:
-        for call in file.calls(*_PLANNERS):
-            yield file, call
+    ) and any(node.head == "modify" for node in construct.action_nodes)

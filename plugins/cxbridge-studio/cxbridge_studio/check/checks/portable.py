@@ -17,6 +17,7 @@ from cxbridge.executive.pddl import load_domain
 from cxbridge.resources import shipped_dir
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
+from cxbridge_studio.check.domain_calls import domain_calls
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
 
 REFUSED: Final = Code(
@@ -74,7 +75,7 @@ PDDL: Final = Code(
 
 CODES: Final = (REFUSED, FUNCTION, DEFINED, BOTH_WAYS, NOT_AN_INTERFACE, IN_SEC, ARGUMENT, PDDL)
 
-_OURS: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
+_OWN_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
 _CHANGES: Final = ("modify", "duplicate")
 _OF_SEVERAL: Final = ("max", "min")
 _READS: Final = ("blackboard-open", "blackboard-open-reading")
@@ -114,9 +115,9 @@ def _expressions(file: ClipsFile) -> Iterator[Finding]:
     for call in file.calls(*_CHANGES):
         fact = call.arguments[0] if call.arguments else None
         if fact is not None and (fact.items is not None or fact.text.isdecimal()):
-            shown = fact.text if fact.items is None else "(...)"
-            message = f"CLIPS 6.30 refuses ({call.head} {shown} ...)"
-            hint = f"bind the fact to a variable before: (bind ?fact {shown}) ({call.head} ?fact ...)"
+            argument = fact.text if fact.items is None else "(...)"
+            message = f"CLIPS 6.30 refuses ({call.head} {argument} ...)"
+            hint = f"bind the fact to a variable before: (bind ?fact {argument}) ({call.head} ?fact ...)"
             yield Finding(REFUSED, file.place(fact), message, hint)
     for call in file.calls(*_OF_SEVERAL):
         if len(call.arguments) == 1:
@@ -139,23 +140,22 @@ def _names(file: ClipsFile) -> Iterator[Finding]:
 def _functions(agent: Agent) -> Iterator[Finding]:
     """Yield the calls of functions that only CLIPS 6.4 or a feature of cxbridge has."""
     feature_functions = agent.manager.feature_functions(agent.env.name)
-    features = {name: feature for feature in _OURS for name in feature_functions.get(feature, ())}
+    features = {name: feature for feature in _OWN_FEATURES for name in feature_functions.get(feature, ())}
     defined_functions = agent.model.names(NameKind.FUNCTION, Use.DEFINED)
     for name in sorted((ADDED | features.keys()) - defined_functions):
         for call in agent.model.mentions(Name(NameKind.FUNCTION, name), Use.CALLED):
             if agent.is_of_core(call.file.path):
                 continue
-            at, lines = call.mention.start, call.file.lines
-            place = SourcePlace(call.file.path, lines.at(at), lines.column(at))
-            whose = f"the feature {features[name]} is ours" if name in features else "CLIPS 6.30 lacks it"
-            yield Finding(FUNCTION, place, f"Fawkes has no function '{name}': {whose}")
+            place = SourcePlace.at(call.file.path, call.file.lines, call.mention.start)
+            reason = f"the feature {features[name]} is ours" if name in features else "CLIPS 6.30 lacks it"
+            yield Finding(FUNCTION, place, f"Fawkes has no function '{name}': {reason}")
 
 
 def _both_ways(files: list[ClipsFile]) -> Iterator[Finding]:
-    read = {name for file in files for name, _ in _opened(file, _READS)}
+    read_types = {name for file in files for name, _ in _opened(file, _READS)}
     for file in files:
         for name, node in _opened(file, _WRITES):
-            if name in read:
+            if name in read_types:
                 message = f"interfaces of type {name} are opened for reading and for writing"
                 hint = "write it in another environment, or another program"
                 yield Finding(BOTH_WAYS, file.place(node), message, hint)
@@ -170,9 +170,9 @@ def _opened(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, 
 
 def _domains(agent: Agent) -> Iterator[Finding]:
     """Yield the valid domains that Fawkes' parser rejects."""
-    for path in agent.domains:
+    for path in dict.fromkeys(call.path for call in domain_calls(agent) if call.path is not None):
         with suppress(CxbridgeError):
-            load_domain(path)
+            load_domain(path)  # the check of domains reports an invalid domain
             try:
                 load_domain(path, fawkes_compat=True)
             except PddlError as error:
@@ -180,8 +180,9 @@ def _domains(agent: Agent) -> Iterator[Finding]:
 
 
 def _lua(path: str, text: str) -> Iterator[Finding]:
-    code, lines = _COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
-    for kind, pattern, hint in _IN_LUA:
-        for match in pattern.finditer(code):
-            place = SourcePlace(path, lines.at(match.start()), lines.column(match.start()))
-            yield Finding(kind, place, kind.title.removeprefix("not in Fawkes: "), hint)
+    # Blanks in place of comments keep the offsets.
+    text_without_comments, lines = _COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
+    for code, pattern, hint in _IN_LUA:
+        for match in pattern.finditer(text_without_comments):
+            place = SourcePlace.at(path, lines, match.start())
+            yield Finding(code, place, code.title.removeprefix("not in Fawkes: "), hint)

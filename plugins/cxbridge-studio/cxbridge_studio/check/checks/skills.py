@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.executive import action_mapping
 from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.make import DEFAULT_SPACE, SKILL_SPACE
@@ -74,29 +73,24 @@ def check(agent: Agent) -> Iterator[Finding]:
     yield from _check_files(agent)
     yield from _check_executors(agent)
     yield from _check_arguments(agent, skills)
-    base = f"/clips-executive/specs/{agent.spec}/action-mapping"
-    for action, template in action_mapping(agent.config, agent.spec).items():
+    for action, template, place in agent.action_mappings():
         match = _NAME.match(template)
-        if match is None or match[1] in skills or not agent.config.exists(f"{base}/{action}"):
-            continue
-        hint = did_you_mean(match[1], skills, f"there are: {', '.join(sorted(skills))}")
-        place = place_of(agent.config.get(f"{base}/{action}"))
-        yield Finding(
-            UNKNOWN, place, f"'{action}' is mapped to the skill '{match[1]}', which does not exist", hint
-        )
+        if match is not None and match[1] not in skills and place is not None:
+            hint = did_you_mean(match[1], skills, f"there are: {', '.join(sorted(skills))}")
+            message = f"'{action}' is mapped to the skill '{match[1]}', which does not exist"
+            yield Finding(UNKNOWN, place, message, hint)
 
 
-def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
+def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
     """Yield the Lua files in the skill folders that do not compile.
 
-    :param known: a file that is already reported.
+    :param reported_file: a file with another finding.
     """
     compiler = LuaCompiler()
     for folder in agent.context.paths.skill_dirs:
         for path in sorted(folder.rglob("*.lua")):
-            if str(path) == known:
-                continue
-            if (problem := compiler.problem_of_file(path.read_bytes())) is not None:
+            problem = None if str(path) == reported_file else compiler.problem_of_file(path.read_bytes())
+            if problem is not None:
                 line, message = problem
                 yield Finding(COMPILES, SourcePlace(str(path), line), message)
 
@@ -114,17 +108,16 @@ def _check_executors(agent: Agent) -> Iterator[Finding]:
 def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
     """Yield the named arguments that a Lua skill does not know."""
     texts = {name: _text(path) for name, path in skills.items() if path is not None}
-    base = f"/clips-executive/specs/{agent.spec}/action-mapping"
-    for action, template in action_mapping(agent.config, agent.spec).items():
+    for _, template, place in agent.action_mappings():
         match = _NAME.match(template)
-        if match is None or match[1] not in texts or not agent.config.exists(f"{base}/{action}"):
+        if match is None or match[1] not in texts or place is None:
             continue
         documented, text = texts[match[1]]
         for name in _ARGUMENT.findall(template[match.end(1) :]):
+            # An undocumented argument that the text names may be read there.
             if name not in documented and not re.search(rf"\b{name}\b", text):
-                known = ", ".join(sorted(documented)) or "none"
-                hint = did_you_mean(name, documented, f"it has: {known}")
-                place = place_of(agent.config.get(f"{base}/{action}"))
+                it_has = f"it has: {', '.join(sorted(documented)) or 'none'}"
+                hint = did_you_mean(name, documented, it_has)
                 yield Finding(ARGUMENT, place, f"the skill '{match[1]}' has no argument '{name}'", hint)
 
 
@@ -140,11 +133,11 @@ def _skills(agent: Agent) -> dict[str, Path | None] | None:
     The skills of executors have no file.
     """
     context = agent.context
+    board = context.skill_board
     if agent.options.skiller != "lua" or not context.source.has_fawkes_configuration:
         return None
-    board = context.skill_board
     if board is not None and not board.in_process:
-        return None
+        return None  # executors in other processes announce their skills at run time
     skill_files: dict[str, Path | None] = {}
     for member in () if board is None else board.agents:
         for executor in member.executors:

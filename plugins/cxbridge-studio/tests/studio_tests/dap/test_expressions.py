@@ -43,7 +43,7 @@ def bound(env, rule, *facts):
     found = []
     for _, name, basis in agenda(env):
         assert name == "r"
-        found.append(bindings(take(env, "r", most_facts=0), basis, lambda index: fact(env, index)))
+        found.append(bindings(take(env, "r", max_facts=0), basis, lambda index: fact(env, index)))
     return found
 
 
@@ -80,7 +80,7 @@ def test_of_facts_that_match_both_ways_those_that_fired_it(env):
 
 def test_a_fact_that_is_not_known_any_more(env):
     env.build("(defrule r (level ?n) =>)")
-    bare = take(env, "r", most_facts=0)
+    bare = take(env, "r", max_facts=0)
     with pytest.raises(ClipsError, match="is not known any more"):
         bindings(bare, "f-1", lambda _index: None)
 
