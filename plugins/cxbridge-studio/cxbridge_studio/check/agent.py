@@ -252,7 +252,7 @@ class Agent(Closing):
         return slots
 
     def words_of(self, expression: str) -> list[str]:
-        """Return the fields of a multifield expression; empty if the value is no multifield."""
+        """Return the fields of a multifield expression; empty if the value has another type."""
         value = self.env.eval(expression)
         return list(map(str, value)) if isinstance(value, tuple) else []
 

@@ -92,8 +92,9 @@ def _check_facts(domain: Domain) -> Iterator[Finding]:
 
 def _predicates(agent: Agent, domains: list[Domain]) -> set[str]:
     """Return the predicates and functions of the domains, and the predicates of facts that rules make."""
-    declared = {each.name for domain in domains for each in (*domain.predicates, *domain.functions)}
-    return declared | agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
+    predicates = {predicate.name for domain in domains for predicate in domain.predicates}
+    functions = {function.name for domain in domains for function in domain.functions}
+    return predicates | functions | agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
 
 
 def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -174,7 +175,7 @@ def _check_parameters(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 
 def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iterator[Finding]:
-    """Yield the first mistake in the parameters: the others often follow from it."""
+    """Yield the first mistake in the parameters: further mistakes often follow from the first."""
     name, file = literal(action.name), action.file
     it_has = f"it has: {', '.join(parameter_names) or 'none'}"
     for node in action.names or ():

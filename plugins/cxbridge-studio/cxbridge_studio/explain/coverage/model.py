@@ -1,7 +1,7 @@
 """The coverage of an agent by recorded runs: rules, goal classes and their modes, actions, skills.
 
-:class:`AgentSources` has what the agent's files define, :class:`RecordedUse` what the runs have used;
-:func:`coverage_of` compares the two.
+:class:`AgentSources` has the names that the agent's files define, :class:`RecordedUse` the names that the
+runs have used; :func:`coverage_of` compares the two.
 """
 
 from __future__ import annotations
