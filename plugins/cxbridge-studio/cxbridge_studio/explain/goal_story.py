@@ -282,7 +282,7 @@ class GoalReporter:
         return self._decision_of(self._goals.rules(change), goal.name, change.outcome)
 
     def _decision_of(self, rules: Sequence[str], name: str, state: str) -> Cause:
-        """Return which of the rules that fired just before set a state. No event names the rule of a change."""
+        """Return which of the rules that fired just before set a state: no event names the rule."""
         if rules:
             return Cause(f"rule {rules[-1]} set {name} to {state}")
         if self._rules_known:
