@@ -50,7 +50,10 @@ def ours() -> dict[str, float]:
         add = node.client("/add", "example_interfaces/srv/AddTwoInts")
         count = ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci")
         limit = time.monotonic() + 20
-        while not (there.subscriptions and add.is_served and count.is_served) and time.monotonic() < limit:
+        while (
+            not (there.count_subscriptions() and add.is_served and count.is_served)
+            and time.monotonic() < limit
+        ):
             node.poll(0.1)
         time.sleep(1.0)
         node.poll()

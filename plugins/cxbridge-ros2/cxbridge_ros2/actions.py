@@ -1,4 +1,9 @@
-"""Clients and servers of ROS 2 actions, made from the services and topics of a node."""
+"""Clients and servers of ROS 2 actions, made from the services and topics of a node.
+
+A client sends a goal (service ``send_goal``), at once requests its result (``get_result``, which the server
+answers at the end), and may cancel it (``cancel_goal``). The topics ``feedback`` and ``status`` report what
+happens in between.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +12,19 @@ from collections.abc import Callable, Generator, Mapping
 from enum import IntEnum
 from typing import Any, Final
 
-from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.clock import Clock
 from cxbridge.closing import Closing
 from cxbridge.rights import Right, right_of_frame
 from cxbridge_ros2.builtin import CANCEL_GOAL
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.names import parse_type
-from cxbridge_ros2.node import Client, Node
+from cxbridge_ros2.node import Client, Node, SendResponse
 from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.stamps import nanoseconds_of, stamp_of
 
-_STATUS_TYPE: Final = "action_msgs/msg/GoalStatusArray"
+STATUS_TYPE: Final = "action_msgs/msg/GoalStatusArray"
+
+_MAX_RESULTS: Final = 100  # results that a server keeps for late requests
 
 
 class GoalStatus(IntEnum):
@@ -77,13 +85,13 @@ class SentGoal:
     :ivar reason: why the result is missing, if the transport knows; else empty.
     :ivar is_cancelled: whether a cancel request was sent.
     :ivar refused_cancel: the reason of a refused cancel request, or None.
-    :ivar servers: the servers at the last look.
+    :ivar servers: the servers at the last check.
     :ivar stamp: seconds of the acceptance; 0.0 before.
     """
 
-    def __init__(self, client: ActionClient, number: bytes, observer: GoalObserver) -> None:
+    def __init__(self, client: ActionClient, goal_id: bytes, observer: GoalObserver) -> None:
         self._client = client
-        self.number = number
+        self.goal_id = goal_id
         self.observer = observer
         self.stamp = 0.0
         self.is_accepted: bool | None = None
@@ -127,7 +135,7 @@ class ActionClient(Closing):
             ),
             node.subscribe(
                 f"{name}/_action/status",
-                _STATUS_TYPE,
+                STATUS_TYPE,
                 self._take_status,
                 PROFILES["action_status"],
                 needs=Right.LOOK,
@@ -136,7 +144,7 @@ class ActionClient(Closing):
 
     @property
     def is_served(self) -> bool:
-        return all(each.is_served for each in self._clients)
+        return all(client.is_served for client in self._clients)
 
     def why_unserved(self) -> str:
         """Return why there is no server, if the transport knows; else empty."""
@@ -152,18 +160,18 @@ class ActionClient(Closing):
         :param observer: handles the events of the goal.
         :raises Ros2Error: if the goal has another type.
         """
-        number = uuid.uuid4().bytes
-        sent = SentGoal(self, number, observer or GoalObserver())
+        goal_id = uuid.uuid4().bytes
+        sent = SentGoal(self, goal_id, observer or GoalObserver())
         sent.servers = self._get.servers
 
         def answered(response: Message) -> None:
             sent.is_accepted = bool(response["accepted"])
             if not sent.is_accepted:
-                self._goals.pop(number, None)
+                self._goals.pop(goal_id, None)
                 sent.observer.answered(sent)
                 return
-            sent.stamp = _nanoseconds(response["stamp"]) / 1e9
-            sent.status = max(sent.status, GoalStatus.ACCEPTED)
+            sent.stamp = nanoseconds_of(response["stamp"]) / 1e9
+            sent.status = max(sent.status, GoalStatus.ACCEPTED)  # the topic may have reported more
             sent.observer.answered(sent)
             self._request_result(sent)
             if sent.is_cancelled:  # an earlier cancel request may have been refused for an unknown goal
@@ -172,32 +180,32 @@ class ActionClient(Closing):
         def failed(reason: str) -> None:
             self._give_up(sent, GoalStatus.ABORTED, reason)
 
-        self._goals[number] = sent  # Feedback may arrive before the response.
+        self._goals[goal_id] = sent  # feedback may arrive before the response
         try:
-            self._send.call({"goal_id": {"uuid": number}, "goal": goal}, answered, failed)
+            self._send.call({"goal_id": {"uuid": goal_id}, "goal": goal}, answered, failed)
         except Exception:
-            del self._goals[number]
+            del self._goals[goal_id]
             raise
         return sent
 
-    def look(self, sent: SentGoal) -> None:
+    def check_server(self, sent: SentGoal) -> None:
         """End the goal with status UNKNOWN if its server has restarted and forgotten it."""
         present_servers = self._get.servers
         if present_servers - sent.servers and sent.is_accepted:
-            self._request_result(sent)
+            self._request_result(sent)  # a new server does not know the goal, and says so
         elif present_servers and sent.servers.isdisjoint(present_servers) and sent.is_accepted is None:
             self._give_up(sent, GoalStatus.UNKNOWN, "")  # the servers that could have accepted it are gone
         sent.servers |= present_servers
 
     def _give_up(self, sent: SentGoal, status: GoalStatus, reason: str) -> None:
-        if self._goals.pop(sent.number, None) is not None:
+        if self._goals.pop(sent.goal_id, None) is not None:
             sent.status, sent.result, sent.reason = status, {}, reason
             sent.observer.ended(sent)
 
     # The request is sent at once: the server holds the response until the goal ends.
     def _request_result(self, sent: SentGoal) -> None:
         def ended(response: Message) -> None:
-            if self._goals.pop(sent.number, None) is not None:
+            if self._goals.pop(sent.goal_id, None) is not None:
                 sent.status = GoalStatus(response["status"])
                 sent.result = response["result"]
                 sent.observer.ended(sent)
@@ -205,7 +213,7 @@ class ActionClient(Closing):
         def failed(reason: str) -> None:
             self._give_up(sent, GoalStatus.ABORTED, reason)
 
-        self._get.call({"goal_id": {"uuid": sent.number}}, ended, failed)
+        self._get.call({"goal_id": {"uuid": sent.goal_id}}, ended, failed)
 
     def cancel(self, sent: SentGoal) -> None:
         """Send a cancel request; if the goal is not accepted yet, send it again after the acceptance."""
@@ -216,23 +224,23 @@ class ActionClient(Closing):
             sent.refused_cancel = None if code == CancelCode.NONE else code
             sent.observer.cancel_answered(sent, response)
 
-        self._cancel.call({"goal_info": {"goal_id": {"uuid": sent.number}}}, answered)
+        self._cancel.call({"goal_info": {"goal_id": {"uuid": sent.goal_id}}}, answered)
 
     def cancel_until(self, seconds: float, done: Callable[[Message], None]) -> None:
         """Request to cancel the goals accepted until a time in seconds; 0.0 means all goals.
 
         :param done: called with the response.
         """
-        whole, rest = divmod(round(seconds * 1e9), 1_000_000_000)
-        self._cancel.call({"goal_info": {"stamp": {"sec": whole, "nanosec": rest}}}, done)
+        sec, nanosec = divmod(round(seconds * 1e9), 10**9)
+        self._cancel.call({"goal_info": {"stamp": {"sec": sec, "nanosec": nanosec}}}, done)
 
     def forget(self, sent: SentGoal) -> None:
         """Stop waiting for a goal whose server is gone."""
-        self._goals.pop(sent.number, None)
+        self._goals.pop(sent.goal_id, None)
 
     def close(self) -> None:
-        for each in self._clients:
-            each.close()
+        for client in self._clients:
+            client.close()
         for end in self._ends:
             end()
 
@@ -243,10 +251,10 @@ class ActionClient(Closing):
             sent.observer.feedback(sent, message["feedback"])
 
     def _take_status(self, message: Message) -> None:
-        for each in message["status_list"]:
-            sent = self._goals.get(each["goal_info"]["goal_id"]["uuid"])
+        for goal_status in message["status_list"]:
+            sent = self._goals.get(goal_status["goal_info"]["goal_id"]["uuid"])
             if sent is not None and not sent.status.is_final:
-                sent.status = GoalStatus(each["status"])
+                sent.status = GoalStatus(goal_status["status"])
 
 
 class GoalResponse(IntEnum):
@@ -263,13 +271,18 @@ class ServedGoal:
     :ivar wants_cancel: whether a client has requested to cancel the goal.
     """
 
-    def __init__(self, server: GoalServer, number: bytes, goal: Message, stamp: Message) -> None:
+    def __init__(self, server: GoalServer, goal_id: bytes, goal: Message, stamp: Message) -> None:
         self._server = server
-        self.number = number
+        self.goal_id = goal_id
         self.goal = goal
         self.stamp = stamp
         self.status = GoalStatus.ACCEPTED
         self.wants_cancel = False
+
+    @property
+    def info(self) -> Message:
+        """The goal's action_msgs/msg/GoalInfo."""
+        return {"goal_id": {"uuid": self.goal_id}, "stamp": self.stamp}
 
     def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
         self._server.publish_feedback(self, feedback)
@@ -304,7 +317,6 @@ class GoalServer(Closing):
     """Server of an action; its handler executes the goals.
 
     :param clock: for the stamps of goals.
-    :param keep: the number of results kept for late requests.
     :param needs: the right to send a goal.
     """
 
@@ -315,19 +327,20 @@ class GoalServer(Closing):
         action_type: str,
         handler: GoalHandler,
         clock: Clock,
-        keep: int = 100,
         *,
         needs: Right = Right.PROGRAMS,
     ) -> None:
         kind = parse_type(action_type, "action")
-        self._handler, self._clock, self._keep = handler, clock, keep
+        self._handler, self._clock = handler, clock
         self._goals: dict[bytes, ServedGoal] = {}
         self._results: dict[bytes, Mapping[str, Any]] = {}
-        self._result_requests: dict[bytes, list[Callable[[Mapping[str, Any]], None]]] = {}
+        self._result_requests: dict[bytes, list[SendResponse]] = {}
         self._feedback = node.publisher(f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")))
-        self._status = node.publisher(f"{name}/_action/status", _STATUS_TYPE, PROFILES["action_status"])
+        self._status = node.publisher(f"{name}/_action/status", STATUS_TYPE, PROFILES["action_status"])
         self._ends = [
-            node.serve(f"{name}/_action/send_goal", str(kind.derived("SendGoal")), self._sent, needs=needs),
+            node.serve(
+                f"{name}/_action/send_goal", str(kind.derived("SendGoal")), self._respond, needs=needs
+            ),
             node.serve_later(
                 f"{name}/_action/get_result",
                 str(kind.derived("GetResult")),
@@ -337,7 +350,7 @@ class GoalServer(Closing):
             node.serve(
                 f"{name}/_action/cancel_goal",
                 CANCEL_GOAL,
-                self._cancelled,
+                self._cancel,
                 needs=right_of_frame("ros2-action", "cancel_goal"),
                 refuse=lambda _request, _reason: {"return_code": CancelCode.REJECTED},
             ),
@@ -345,10 +358,10 @@ class GoalServer(Closing):
 
     @property
     def running(self) -> list[ServedGoal]:
-        return [served for number, served in self._goals.items() if number not in self._results]
+        return [served for goal_id, served in self._goals.items() if goal_id not in self._results]
 
     def publish_feedback(self, served: ServedGoal, feedback: Mapping[str, Any]) -> None:
-        self._feedback.publish({"goal_id": {"uuid": served.number}, "feedback": feedback})
+        self._feedback.publish({"goal_id": {"uuid": served.goal_id}, "feedback": feedback})
 
     def change(self, served: ServedGoal, status: GoalStatus) -> None:
         served.status = status
@@ -356,16 +369,17 @@ class GoalServer(Closing):
 
     def finish(self, served: ServedGoal, status: GoalStatus, result: Mapping[str, Any]) -> None:
         """End a goal and answer the requests for its result."""
-        number = served.number
+        goal_id = served.goal_id
         response = {"status": status, "result": result}
-        for answer in self._result_requests.get(number, ()):
-            answer(response)
-        self._result_requests.pop(number, None)
-        self._results[number] = response
+        # a wrong result is an error of the first reply: the goal continues then
+        for reply in self._result_requests.get(goal_id, ()):
+            reply(response)
+        self._result_requests.pop(goal_id, None)
+        self._results[goal_id] = response
         self.change(served, status)
-        while len(self._results) > self._keep:
-            old = next(iter(self._results))
-            del self._results[old], self._goals[old]
+        while len(self._results) > _MAX_RESULTS:
+            oldest = next(iter(self._results))
+            del self._results[oldest], self._goals[oldest]
 
     def close(self) -> None:
         for served in self.running:
@@ -375,67 +389,56 @@ class GoalServer(Closing):
         self._feedback.close()
         self._status.close()
 
-    def _sent(self, request: Message) -> Mapping[str, Any]:
-        number = request["goal_id"]["uuid"]
-        served = ServedGoal(self, number, request["goal"], self._now())
-        response = GoalResponse.REJECT if number in self._goals else self._handler.respond(served)
+    def _respond(self, request: Message) -> Mapping[str, Any]:
+        goal_id = request["goal_id"]["uuid"]
+        served = ServedGoal(self, goal_id, request["goal"], stamp_of(self._clock.now_us()))
+        response = GoalResponse.REJECT if goal_id in self._goals else self._handler.respond(served)
         if response == GoalResponse.REJECT:
-            return {"accepted": False, "stamp": self._now()}
-        self._goals[number] = served
+            return {"accepted": False, "stamp": served.stamp}
+        self._goals[goal_id] = served
         if response == GoalResponse.ACCEPT_AND_EXECUTE:
             served.status = GoalStatus.EXECUTING
         self._handler.begin(served)
         self._publish_status()
         return {"accepted": True, "stamp": served.stamp}
 
-    def _cancelled(self, request: Message) -> Mapping[str, Any]:
-        goal_number = request["goal_info"]["goal_id"]["uuid"]
-        known = self._goals.get(goal_number)
-        if known is not None and known.status.is_final:
+    def _cancel(self, request: Message) -> Mapping[str, Any]:
+        goal_id = request["goal_info"]["goal_id"]["uuid"]
+        goal = self._goals.get(goal_id)
+        if goal is not None and goal.status.is_final:
             return {"return_code": CancelCode.GOAL_TERMINATED}
-        if known is None and any(goal_number):
+        if goal is None and any(goal_id):
             return {"return_code": CancelCode.UNKNOWN_GOAL_ID}
-        stamp = _nanoseconds(request["goal_info"]["stamp"])
         # without an id: all goals, or those accepted until the stamp
-        matching = (
-            [known]
-            if known
-            else [each for each in self.running if not stamp or _nanoseconds(each.stamp) <= stamp]
+        until_ns = nanoseconds_of(request["goal_info"]["stamp"])
+        goals = (
+            [goal]
+            if goal
+            else [goal for goal in self.running if not until_ns or nanoseconds_of(goal.stamp) <= until_ns]
         )
-        chosen = [each for each in matching if self._handler.may_cancel(each)]
-        for each in chosen:
-            each.wants_cancel, each.status = True, GoalStatus.CANCELING
+        cancelled = [goal for goal in goals if self._handler.may_cancel(goal)]
+        for goal in cancelled:
+            goal.wants_cancel, goal.status = True, GoalStatus.CANCELING
         self._publish_status()
         return {
-            "return_code": CancelCode.NONE if chosen else CancelCode.REJECTED,
-            "goals_canceling": [{"goal_id": {"uuid": each.number}, "stamp": each.stamp} for each in chosen],
+            "return_code": CancelCode.NONE if cancelled else CancelCode.REJECTED,
+            "goals_canceling": [goal.info for goal in cancelled],
         }
 
-    def _get_result(self, request: Message, answer: Callable[[Mapping[str, Any]], None]) -> None:
-        number = request["goal_id"]["uuid"]
-        if number in self._results:
-            answer(self._results[number])
-        elif number in self._goals:
-            self._result_requests.setdefault(number, []).append(answer)
+    def _get_result(self, request: Message, reply: SendResponse) -> None:
+        goal_id = request["goal_id"]["uuid"]
+        if goal_id in self._results:
+            reply(self._results[goal_id])
+        elif goal_id in self._goals:
+            self._result_requests.setdefault(goal_id, []).append(reply)
         else:
-            answer({"status": GoalStatus.UNKNOWN})
+            reply({"status": GoalStatus.UNKNOWN})
 
     def _publish_status(self) -> None:
+        goals = self._goals.values()
         self._status.publish(
-            {
-                "status_list": [
-                    {
-                        "goal_info": {"goal_id": {"uuid": each.number}, "stamp": each.stamp},
-                        "status": each.status,
-                    }
-                    for each in self._goals.values()
-                ]
-            }
+            {"status_list": [{"goal_info": goal.info, "status": goal.status} for goal in goals]}
         )
-
-    def _now(self) -> Message:
-        seconds, micros = divmod(self._clock.now_us(), MICROSECONDS)
-        return {"sec": seconds, "nanosec": micros * 1000}
 
 
 # A goal's execution. Each step may yield feedback, and the return value is the result. It raises
@@ -458,9 +461,7 @@ class ActionServer(Closing, GoalHandler):
     """Server that executes one step of each goal per call of :meth:`step`.
 
     :param execute: starts the execution of a goal.
-    :param accept: decides about a new goal; by default all are accepted.
     :param clock: for the stamps of goals.
-    :param keep: the number of results kept for late requests.
     :param needs: the right to send a goal.
     """
 
@@ -471,49 +472,40 @@ class ActionServer(Closing, GoalHandler):
         action_type: str,
         execute: Callable[[ServedGoal], Execution],
         clock: Clock,
-        accept: Callable[[Message], bool] = lambda _goal: True,
-        keep: int = 100,
         *,
         needs: Right = Right.PROGRAMS,
     ) -> None:
-        self._execute, self._accept = execute, accept
+        self._execute = execute
         self._running: dict[bytes, tuple[ServedGoal, Execution]] = {}
-        self._server = GoalServer(node, name, action_type, self, clock, keep, needs=needs)
+        self._server = GoalServer(node, name, action_type, self, clock, needs=needs)
 
     @property
     def is_busy(self) -> bool:
         return bool(self._running)
 
     def step(self) -> None:
-        for number, (served, steps) in list(self._running.items()):
+        for goal_id, (served, steps) in list(self._running.items()):
             try:
                 feedback = next(steps)
             except StopIteration as end:
                 status = GoalStatus.CANCELED if served.wants_cancel else GoalStatus.SUCCEEDED
-                self._ended(number, status, end.value)
+                self._finish(goal_id, status, end.value)
             except AbortedError as error:
-                self._ended(number, GoalStatus.ABORTED, error.result)
+                self._finish(goal_id, GoalStatus.ABORTED, error.result)
             else:
                 if feedback is not None:
                     served.publish_feedback(feedback)
 
     def close(self) -> None:
         """Abort all goals and close the server."""
-        for number in list(self._running):
-            self._ended(number, GoalStatus.ABORTED, {})
+        for goal_id in list(self._running):
+            self._finish(goal_id, GoalStatus.ABORTED, {})
         self._server.close()
 
-    def respond(self, served: ServedGoal) -> GoalResponse:
-        return GoalResponse.ACCEPT_AND_EXECUTE if self._accept(served.goal) else GoalResponse.REJECT
-
     def begin(self, served: ServedGoal) -> None:
-        self._running[served.number] = (served, self._execute(served))
+        self._running[served.goal_id] = (served, self._execute(served))
 
-    def _ended(self, number: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        served, steps = self._running.pop(number)
+    def _finish(self, goal_id: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:
+        served, steps = self._running.pop(goal_id)
         steps.close()
         served.finish(status, result)
-
-
-def _nanoseconds(stamp: Message) -> int:
-    return int(stamp["sec"]) * 1_000_000_000 + int(stamp["nanosec"])

@@ -1,7 +1,7 @@
 """Built-in definitions that rosbags lacks, so that users need not have their packages.
 
 Constants of the hub messages are left out: they are neither on the wire nor in type hashes.
-:mod:`cxbridge_ros2.hub.words` has them as enums.
+:mod:`cxbridge_ros2.hub.protocol` has them as enums.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ lifecycle_msgs/State[] available_states
     "lifecycle_msgs/srv/GetAvailableTransitions": """---
 lifecycle_msgs/TransitionDescription[] available_transitions
 """,
-    "plansys2_msgs/msg/ActionExecution": """int16 type         # a Kind
+    "plansys2_msgs/msg/ActionExecution": """int16 type         # a MessageKind
 string node_id     # who asks in a REQUEST, else who performs
 string action
 string[] arguments
@@ -79,12 +79,12 @@ float32 completion # from 0 to 1
 string status      # what is being done, or why it failed
 """,
     "plansys2_msgs/msg/ActionPerformerStatus": """builtin_interfaces/Time status_stamp
-int8 state                      # a Life
+int8 state                      # a PerformerState
 string action
 string[] specialized_arguments  # those that it performs only; empty: any
 string node_name
 """,
-    "cx_msgs/msg/SkillExecution": """int16 type                 # a Kind
+    "cx_msgs/msg/SkillExecution": """int16 type                 # a MessageKind
 string node_id             # who asks in a REQUEST, else who executes
 string action
 string[] action_parameters
@@ -94,7 +94,7 @@ string status              # what is being done, or why it failed
 bool success               # of FINISH
 float32 progress           # from 0 to 1
 """,
-    "cx_msgs/msg/SkillExecutionerInformation": """int8 state           # a Life
+    "cx_msgs/msg/SkillExecutionerInformation": """int8 state           # a PerformerState
 string action_name
 string node_name
 """,

@@ -71,24 +71,22 @@ class Definitions:
     ) -> None:
         self._texts = {**BUILT_IN, **(texts or {})}
         self._store: Any = get_typestore(_store_of(distribution))
-        # The type char of ROS is uint8 in IDL, also for the hash.
         for name, (constants, fields) in self._store.fielddefs.items():
-            self._store.fielddefs[name] = (constants, [(each, _plain(kind)) for each, kind in fields])
+            self._store.fielddefs[name] = (constants, _without_char(fields))
         self._files: dict[str, Path] = {}
-        known = os.environ if environment is None else environment
-        sourced = [
-            Path(each) / "share" for each in known.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each
-        ]
+        prefixes = (os.environ if environment is None else environment).get("AMENT_PREFIX_PATH", "")
+        sourced = [Path(prefix) / "share" for prefix in prefixes.split(os.pathsep) if prefix]
+        # reversed: the first folder is read last and replaces the files of the later ones
         for folder in (
-            *reversed([each for each in sourced if each.is_dir()]),
-            *reversed([Path(each) for each in folders]),
+            *reversed([folder for folder in sourced if folder.is_dir()]),
+            *reversed([Path(folder) for folder in folders]),
         ):
             self._files.update(_files_in(folder))
-        for each in self._files:  # files override well-known types, which may differ
-            self._store.fielddefs.pop(each, None)
-            self._store.types.pop(each, None)
-        self._read: set[str] = set()
-        # Whether types have hashes and services have events: since ROS 2 Iron.
+        for name in self._files:  # files override well-known types, which may differ
+            self._store.fielddefs.pop(name, None)
+            self._store.types.pop(name, None)
+        self._loaded: set[str] = set()
+        # whether types have hashes and services have events: since ROS 2 Iron
         self.has_hashes = str(_EVENT_INFO) in {*self._store.fielddefs, *self._files}
         self._defaults = dict(_DEFAULTS)
 
@@ -96,7 +94,7 @@ class Definitions:
 
     def names(self) -> list[str]:
         """Return the names of all available types."""
-        well_known = (name for name in self._store.fielddefs if _is_whole(name))
+        well_known = (name for name in self._store.fielddefs if str(_definition_of(parse_type(name))) == name)
         return sorted({*well_known, *self._files, *self._texts})
 
     def fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
@@ -104,24 +102,25 @@ class Definitions:
 
         :raises Ros2Error: if the type is unknown, or its file is broken.
         """
-        self._need(name)
-        found: Sequence[tuple[str, FieldType]] = self._store.fielddefs[str(name)][1]
-        return found
+        self._load(name)
+        fields: Fields = self._store.fielddefs[str(name)][1]
+        return fields
 
-    def lacking(self, name: TypeName, path: str) -> tuple[str, list[str]] | None:
-        """Return the first part of a dotted path that a message lacks, and the fields there; or None.
+    def check_path(self, name: TypeName, path: str) -> None:
+        """Check that a message has the field at a dotted path.
 
-        :raises Ros2Error: if the type is unknown, or its file is broken.
+        :raises Ros2Error: if the message lacks a field, its type is unknown, or its file is broken.
         """
-        for part in path.split("."):
-            fields = dict(self.fields(name))
-            if part not in fields:
-                return part, list(fields)
-            inner = _nested(fields[part])
-            if inner is None:
-                return None
-            name = parse_type(inner)
-        return None
+        field, _, inner_path = path.partition(".")
+        fields = dict(self.fields(name))
+        if field not in fields:
+            hint = did_you_mean(field, fields, f"it has: {', '.join(fields)}")
+            raise Ros2Error(f"{name} has no field '{field}'", hint=hint)
+        node, details = fields[field]
+        if inner_path and node != Nodetype.NAME:
+            raise Ros2Error(f"the field '{field}' of {name} has no fields in it: '{path}'")
+        if inner_path:
+            self.check_path(parse_type(details), inner_path)
 
     def defaults(self, name: TypeName) -> Mapping[str, Any]:
         """Return the defaults of fields that are not zero."""
@@ -130,9 +129,9 @@ class Definitions:
     def type_hash(self, name: TypeName) -> str:
         """Return the hash of a type: ``RIHS01_`` and 64 hexadecimal digits.
 
-        :param name: a message, a service, an action, or a part of these.
+        :param name: a message, a service, an action, or a message derived from these.
         """
-        self._need(name)
+        self._load(name)
         return str(self._store.hash_rihs01(str(name)))
 
     @property
@@ -151,70 +150,68 @@ class Definitions:
             definitions = get_types_from_msg(text, name)
         except (TypesysError, ValueError) as error:
             raise Ros2Error(f"{name}: {' '.join(str(error).split())}") from None
-        new: dict[str, tuple[list[Any], Fields]] = {
-            key: ([], [(each, _plain(kind)) for each, kind in fields])
-            for key, (_, fields) in definitions.items()
-            if key not in self._store.fielddefs
+        embedded: dict[str, tuple[list[Any], Fields]] = {
+            nested_name: ([], _without_char(fields))
+            for nested_name, (_, fields) in definitions.items()
+            if nested_name not in self._store.fielddefs
         }
-        self._store.register(new)
-        self._read.update(new)
+        self._store.register(embedded)
+        self._loaded.update(embedded)
 
-    # --- reading ------------------------------------------------------------------------------------------
+    # --- loading ------------------------------------------------------------------------------------------
 
-    def _need(self, name: TypeName) -> None:
+    def _load(self, name: TypeName) -> None:
         """Load a type and its nested types into the store."""
-        whole = _whole(name)
-        for each in {str(name), str(whole)}:
-            if each in self._read:
-                return
+        definition = _definition_of(name)
+        if not self._loaded.isdisjoint((str(name), str(definition))):
+            return
         if name.kind == "msg" and str(name) not in self._files and str(name) in self._store.fielddefs:
-            self._read.add(str(name))
-            self._need_nested(self._store.fielddefs[str(name)][1])
+            self._loaded.add(str(name))
+            self._load_nested(self._store.fielddefs[str(name)][1])
         else:
-            self._define(whole)
+            self._register(definition)
         if str(name) not in self._store.fielddefs:
-            raise Ros2Error(
-                f"there is no ROS 2 type {name}",
-                hint=did_you_mean(str(name), self.names(), "name its package's folder"),
-            )
+            raise self._unknown(name)
 
-    def _define(self, name: TypeName) -> None:
-        """Load a type into the store, with the messages derived from it."""
-        generated = dict(self._made_of(name))
-        self._read.add(str(name))
+    def _register(self, name: TypeName) -> None:
+        """Register a definition in the store, with the messages derived from it."""
+        messages = dict(self._messages(name))
+        # before the nested types, which may contain this type
+        self._loaded.add(str(name))
         try:
-            self._store.register({key: ([], value) for key, value in generated.items()})
+            self._store.register({message: ([], fields) for message, fields in messages.items()})
         except TypesysError as error:
             raise Ros2Error(f"{name}: {error}", file=self._files.get(str(name))) from None
-        for fields in generated.values():
-            self._need_nested(fields, generated)
+        for fields in messages.values():
+            self._load_nested(fields, messages)
 
-    def _need_nested(self, fields: Fields, type_names: Collection[str] = ()) -> None:
-        """Load the nested types of fields, except those just made."""
+    def _load_nested(self, fields: Fields, registered: Collection[str] = ()) -> None:
+        """Load the nested types of fields, except those just registered."""
         for _, kind in fields:
             nested = _nested(kind)
-            if nested is not None and nested not in type_names:
-                self._need(parse_type(nested))
+            if nested is not None and nested not in registered:
+                self._load(parse_type(nested))
 
-    def _made_of(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
-        parts, defaults = self._parts(name)
-        for part, values in zip(_parts_of(name), defaults, strict=True):
-            self._defaults[str(part)] = values
+    def _messages(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
+        """Yield the messages of a definition with their fields."""
+        sections, defaults = self._sections(name)
+        suffixes = {"msg": (), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
+        section_names = [name.derived(suffix) for suffix in suffixes[name.kind]] or [name]
+        self._defaults.update(zip(map(str, section_names), defaults, strict=True))
         if name.kind == "msg":
-            yield str(name), parts[0]
+            yield str(name), sections[0]
         elif name.kind == "srv":
-            yield from _service(name, parts[0], parts[1], self.has_hashes)
+            yield from _service(name, sections[0], sections[1], self.has_hashes)
         else:
-            yield from _action(name, parts, self.has_hashes)
+            yield from _action(name, sections, self.has_hashes)
 
-    def _parts(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
+    def _sections(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
         """Return the fields and the defaults of each section of a definition."""
         file = self._files.get(str(name))
+        if file is None and str(name) not in self._texts:
+            raise self._unknown(name)
         try:
             text = self._texts[str(name)] if file is None else file.read_text("utf-8")
-        except KeyError:
-            hint = did_you_mean(str(name), self.names(), "name the folder of its package")
-            raise Ros2Error(f"there is no ROS 2 type {name}", hint=hint) from None
         except (OSError, UnicodeDecodeError) as error:
             raise Ros2Error(f"cannot read the definition of {name}: {error}", file=file) from None
         if file is not None and file.suffix == ".idl":
@@ -228,6 +225,10 @@ class Definitions:
             )
         fields = [_parse(section, name, file, line) for line, section in sections]
         return fields, [_defaults_in(section) for _, section in sections]
+
+    def _unknown(self, name: TypeName) -> Ros2Error:
+        hint = did_you_mean(str(name), self.names(), "name the folder of its package")
+        return Ros2Error(f"there is no ROS 2 type {name}", hint=hint)
 
 
 def _store_of(distribution: str | None) -> Stores:
@@ -259,7 +260,7 @@ def _files_in(folder: Path) -> dict[str, Path]:
         for file in sorted(files):
             path = directory / file
             if path.suffix in (f".{directory.name}", ".idl"):
-                # An installed package has both files; only the original has defaults.
+                # an installed package has both files; only the original has defaults
                 name = f"{package}/{directory.name}/{path.stem}"
                 if path.suffix != ".idl" or name not in definition_files:
                     definition_files[name] = path
@@ -294,124 +295,120 @@ def _parse(text: str, name: TypeName, file: Path | None, line: int) -> Fields:
     except (TypesysError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise Ros2Error(f"{name}: {reason}", file=file, line=line if file else None) from None
-    plain_fields = [(each, _plain(kind)) for each, kind in fields]
-    for field, kind in plain_fields:
-        if _nested(kind) in (f"{name.package}/msg/wstring", f"{name.package}/msg/wchar"):
+    # rosbags takes wstring for a type of this package
+    wide_types = (f"{name.package}/msg/wstring", f"{name.package}/msg/wchar")
+    for field, kind in fields:
+        if _nested(kind) in wide_types:
             raise Ros2Error(
                 f"{name}: the field '{field}' is a wide string, which is not supported", file=file
             )
-    return plain_fields
+    return _without_char(fields)
 
 
 def _defaults_in(text: str) -> dict[str, Any]:
+    """Return the default values of fields, which rosbags ignores."""
     matches = (_DEFAULT.match(line.strip()) for line in text.splitlines())
-    return {each[1]: yaml.safe_load(each[2]) for each in matches if each}
+    return {match[1]: yaml.safe_load(match[2]) for match in matches if match}
 
 
 def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
     try:
-        types = get_types_from_idl(text)
-        return [(each, _plain(kind)) for each, kind in types[str(name)][1]]
+        return _without_char(get_types_from_idl(text)[str(name)][1])
     except (TypesysError, KeyError, ValueError) as error:
         raise Ros2Error(f"{name}: {' '.join(str(error).split())}", file=file) from None
 
 
-# --- messages derived from services and actions
+# --- messages derived from services and actions -------------------------------------------------------------
 
 
 def _service(
     name: TypeName, request: Fields, response: Fields, has_event: bool
 ) -> Iterator[tuple[str, Fields]]:
     """Yield a service's messages: request, response, event, and the type for its hash."""
-    parts = {each: name.derived(each) for each in ("Request", "Response", "Event")}
-    yield str(parts["Request"]), request
-    yield str(parts["Response"]), response
+    yield str(name.derived("Request")), request
+    yield str(name.derived("Response")), response
     if not has_event:
         return
     yield (
-        str(parts["Event"]),
+        str(name.derived("Event")),
         [
-            ("info", _is(_EVENT_INFO)),
-            ("request", _at_most_one(parts["Request"])),
-            ("response", _at_most_one(parts["Response"])),
+            ("info", _named(_EVENT_INFO)),
+            ("request", (Nodetype.SEQUENCE, (_named(name.derived("Request")), 1))),  # at most one
+            ("response", (Nodetype.SEQUENCE, (_named(name.derived("Response")), 1))),
         ],
     )
-    yield str(name), [(f"{each.lower()}_message", _is(part)) for each, part in parts.items()]
+    suffixes = ("Request", "Response", "Event")
+    yield str(name), [(f"{suffix.lower()}_message", _named(name.derived(suffix))) for suffix in suffixes]
 
 
-def _action(name: TypeName, parts: list[Fields], has_events: bool) -> Iterator[tuple[str, Fields]]:
+def _action(name: TypeName, sections: list[Fields], has_events: bool) -> Iterator[tuple[str, Fields]]:
     """Yield an action's messages: goal, result, feedback, and those of its services and topics."""
-    goal, result, feedback = (name.derived(each) for each in ("Goal", "Result", "Feedback"))
-    for part, fields in zip((goal, result, feedback), parts, strict=True):
-        yield str(part), fields
-    send, get, message = (name.derived(each) for each in ("SendGoal", "GetResult", "FeedbackMessage"))
-    goal_id = ("goal_id", _is(_UUID))
-    accepted: Fields = [("accepted", _base("bool")), ("stamp", _is(_TIME))]
-    yield from _service(send, [goal_id, ("goal", _is(goal))], accepted, has_events)
-    yield from _service(get, [goal_id], [("status", _base("int8")), ("result", _is(result))], has_events)
-    yield str(message), [goal_id, ("feedback", _is(feedback))]
+    goal, result, feedback = (name.derived(suffix) for suffix in ("Goal", "Result", "Feedback"))
+    for section_name, fields in zip((goal, result, feedback), sections, strict=True):
+        yield str(section_name), fields
+    send_goal, get_result, feedback_message = (
+        name.derived(suffix) for suffix in ("SendGoal", "GetResult", "FeedbackMessage")
+    )
+    goal_id = ("goal_id", _named(_UUID))
+    acceptance: Fields = [("accepted", _base("bool")), ("stamp", _named(_TIME))]
+    status_and_result: Fields = [("status", _base("int8")), ("result", _named(result))]
+    yield from _service(send_goal, [goal_id, ("goal", _named(goal))], acceptance, has_events)
+    yield from _service(get_result, [goal_id], status_and_result, has_events)
+    yield str(feedback_message), [goal_id, ("feedback", _named(feedback))]
     if not has_events:
         return
-    whole = {
+    # the type of the action itself, whose hash peers compare
+    members = {
         "goal": goal,
         "result": result,
         "feedback": feedback,
-        "send_goal_service": send,
-        "get_result_service": get,
-        "feedback_message": message,
+        "send_goal_service": send_goal,
+        "get_result_service": get_result,
+        "feedback_message": feedback_message,
     }
-    yield str(name), [(field, _is(part)) for field, part in whole.items()]
+    yield str(name), [(field, _named(member)) for field, member in members.items()]
 
 
 def _base(name: str) -> FieldType:
     return Nodetype.BASE, (name, 0)
 
 
-def _is(name: TypeName) -> FieldType:
+def _named(name: TypeName) -> FieldType:
     return Nodetype.NAME, str(name)
 
 
-def _at_most_one(name: TypeName) -> FieldType:
-    return Nodetype.SEQUENCE, (_is(name), 1)
+def _without_char(fields: Fields) -> Fields:
+    """Return fields with ``uint8`` in place of ``char``, as in IDL and type hashes."""
+    return [(field, _replace_char(kind)) for field, kind in fields]
 
 
-def _plain(kind: FieldType) -> FieldType:
-    """Return a type with ``uint8`` in place of ``char``."""
-    node, rest = kind
+def _replace_char(kind: FieldType) -> FieldType:
+    node, details = kind
     if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        return node, (_plain(rest[0]), rest[1])
-    return (node, ("uint8", 0)) if node == Nodetype.BASE and rest[0] == "char" else kind
+        return node, (_replace_char(details[0]), details[1])
+    return _base("uint8") if node == Nodetype.BASE and details[0] == "char" else kind
 
 
 def _nested(kind: FieldType) -> str | None:
-    node, rest = kind
+    """Return the message type of a field or of its elements; None for base types."""
+    node, details = kind
     if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        return _nested(rest[0])
-    return str(rest) if node == Nodetype.NAME else None
+        return _nested(details[0])
+    return str(details) if node == Nodetype.NAME else None
 
 
-_MADE: Final = (
+# The longest suffixes first: SendGoal_Request ends with Request, too.
+_DERIVED_SUFFIXES: Final = (
     *("SendGoal_Request", "SendGoal_Response", "SendGoal_Event", "GetResult_Request", "GetResult_Response"),
     *("GetResult_Event", "SendGoal", "GetResult", "FeedbackMessage", "Goal", "Result", "Feedback"),
     *("Request", "Response", "Event"),
 )
 
 
-def _parts_of(name: TypeName) -> list[TypeName]:
-    """Return the names of the messages that a definition contains."""
-    parts = {"msg": (), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}[name.kind]
-    return [name.derived(part) for part in parts] or [name]
-
-
-def _whole(name: TypeName) -> TypeName:
-    """Return the service or action that a type is a part of, or the type itself."""
+def _definition_of(name: TypeName) -> TypeName:
+    """Return the message, service or action with the definition of a type."""
     if name.kind != "msg":
-        for part in _MADE:
-            if name.name.endswith(f"_{part}"):
-                return TypeName(name.package, name.kind, name.name.removesuffix(f"_{part}"))
+        for suffix in _DERIVED_SUFFIXES:
+            if name.name.endswith(f"_{suffix}"):
+                return TypeName(name.package, name.kind, name.name.removesuffix(f"_{suffix}"))
     return name
-
-
-def _is_whole(name: str) -> bool:
-    type_name = parse_type(name)
-    return _whole(type_name) == type_name

@@ -7,31 +7,24 @@ from typing import Any, Final
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
-from cxbridge.clock import MICROSECONDS, split_us
 from cxbridge.closing import Closing
 from cxbridge.space.tf.buffer import StampedTransform
 from cxbridge.space.tf.geometry import Transform
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.stamps import microseconds_of, stamp_of
 
 TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
 FROM_ROS: Final = "/tf/ros2/"  # id prefix of frames from ROS, which are not sent back
 
 _TYPE: Final = "TransformInterface"
-_NANOSECONDS: Final = 1000  # per microsecond
-
-
-def stamp(time_us: int) -> Message:
-    """Return a time as a message, limited to the range of its 32 bits."""
-    seconds, micros = split_us(max(0, min(time_us, 2**31 * 10**6 - 1)))
-    return {"sec": seconds, "nanosec": micros * _NANOSECONDS}
 
 
 def transform_message(values: Mapping[str, Any], time_us: int) -> Message:
     """Return a TransformInterface's values as a geometry_msgs/msg/TransformStamped."""
     return {
-        "header": {"stamp": stamp(time_us), "frame_id": values["frame"]},
+        "header": {"stamp": stamp_of(time_us), "frame_id": values["frame"]},
         "child_frame_id": values["child_frame"],
         "transform": {
             "translation": dict(zip("xyz", map(float, values["translation"]), strict=True)),
@@ -42,17 +35,18 @@ def transform_message(values: Mapping[str, Any], time_us: int) -> Message:
 
 def stamped_transform(message: Message) -> StampedTransform:
     """Return the values of a geometry_msgs/msg/TransformStamped."""
-    stamp, moved, turned = (
-        message["header"]["stamp"],
-        message["transform"]["translation"],
-        message["transform"]["rotation"],
+    header, transform = message["header"], message["transform"]
+    translation, rotation = transform["translation"], transform["rotation"]
+    return StampedTransform(
+        Transform(
+            (translation["x"], translation["y"], translation["z"]),
+            (rotation["x"], rotation["y"], rotation["z"], rotation["w"]),
+        ),
+        microseconds_of(header["stamp"]),
+        # tf of ROS 1 began its names with a slash, and some old nodes still do
+        header["frame_id"].lstrip("/"),
+        message["child_frame_id"].lstrip("/"),
     )
-    transform = Transform(
-        (moved["x"], moved["y"], moved["z"]), (turned["x"], turned["y"], turned["z"], turned["w"])
-    )
-    at_us = stamp["sec"] * MICROSECONDS + stamp["nanosec"] // _NANOSECONDS
-    frame, child = message["header"]["frame_id"], message["child_frame_id"]
-    return StampedTransform(transform, at_us, frame.lstrip("/"), child.lstrip("/"))
 
 
 class FrameSender(Closing):
@@ -78,7 +72,7 @@ class FrameSender(Closing):
         if not values["static_transform"]:
             self._moving.publish({"transforms": [message]})
         elif self._static_frames.get(uid) != message:
-            # Send all static frames: a late subscription gets only the last message.
+            # all static frames: a late subscription gets the last message only
             self._static_frames[uid] = message
             self._static.publish({"transforms": list(self._static_frames.values())})
 

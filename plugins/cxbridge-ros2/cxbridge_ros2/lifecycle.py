@@ -1,10 +1,16 @@
-"""Managed nodes, whose clients configure, activate, deactivate, clean up and shut down (lifecycle_msgs)."""
+"""Managed nodes, whose clients configure, activate, deactivate, clean up and shut down (lifecycle_msgs).
+
+A transition leads from a primary state through a transition state, such as CONFIGURING, to the goal state; it
+is carried out while the node is in the transition state. Each of the two changes of state is published.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import IntEnum
 from typing import Any, Final
+
+from msgspec import Struct
 
 from cxbridge.clock import Clock
 from cxbridge.closing import Closing
@@ -12,9 +18,9 @@ from cxbridge.rights import right_of_frame
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.stamps import NANOSECONDS
 
 _PACKAGE: Final = "lifecycle_msgs"
-_NANOSECONDS: Final = 1000  # per microsecond
 
 
 class LifecycleState(IntEnum):
@@ -33,41 +39,56 @@ class LifecycleState(IntEnum):
     ERRORPROCESSING = 15
 
     @property
-    def label(self) -> str:
-        return self.name.lower()
+    def message(self) -> Message:
+        return {"id": int(self), "label": self.name.lower()}
 
 
 class TransitionOutcome(IntEnum):
-    """The result of a transition, as offset from the transition's number."""
+    """The result of a transition, as offset from the number in :data:`_END_NUMBERS`."""
 
     SUCCESS = 0
     FAILURE = 1
     ERROR = 2
 
+    @property
+    def label(self) -> str:
+        return f"transition_{self.name.lower()}"
 
-_LABELS: Final = {
-    TransitionOutcome.SUCCESS: "transition_success",
-    TransitionOutcome.FAILURE: "transition_failure",
-    TransitionOutcome.ERROR: "transition_error",
-}
 
 # names of the transitions that a node implements
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = "configure", "cleanup", "activate", "deactivate"
 SHUTDOWN: Final = "shutdown"
 ERROR: Final = "error"
 
-# number, name, start state, transition state, goal state
-_ORDERS: Final = (
-    (1, CONFIGURE, LifecycleState.UNCONFIGURED, LifecycleState.CONFIGURING, LifecycleState.INACTIVE),
-    (2, CLEANUP, LifecycleState.INACTIVE, LifecycleState.CLEANINGUP, LifecycleState.UNCONFIGURED),
-    (3, ACTIVATE, LifecycleState.INACTIVE, LifecycleState.ACTIVATING, LifecycleState.ACTIVE),
-    (4, DEACTIVATE, LifecycleState.ACTIVE, LifecycleState.DEACTIVATING, LifecycleState.INACTIVE),
-    (5, SHUTDOWN, LifecycleState.UNCONFIGURED, LifecycleState.SHUTTINGDOWN, LifecycleState.FINALIZED),
-    (6, SHUTDOWN, LifecycleState.INACTIVE, LifecycleState.SHUTTINGDOWN, LifecycleState.FINALIZED),
-    (7, SHUTDOWN, LifecycleState.ACTIVE, LifecycleState.SHUTTINGDOWN, LifecycleState.FINALIZED),
+
+class _Transition(Struct, frozen=True):
+    """A transition on a client's request.
+
+    :param number: its number in lifecycle_msgs/msg/Transition.
+    :param during: the transition state.
+    """
+
+    number: int
+    name: str
+    start: LifecycleState
+    during: LifecycleState
+    goal: LifecycleState
+
+
+_TRANSITIONS: Final = tuple(
+    _Transition(number, name, LifecycleState[start], LifecycleState[during], LifecycleState[goal])
+    for number, name, start, during, goal in (
+        (1, CONFIGURE, "UNCONFIGURED", "CONFIGURING", "INACTIVE"),
+        (2, CLEANUP, "INACTIVE", "CLEANINGUP", "UNCONFIGURED"),
+        (3, ACTIVATE, "INACTIVE", "ACTIVATING", "ACTIVE"),
+        (4, DEACTIVATE, "ACTIVE", "DEACTIVATING", "INACTIVE"),
+        (5, SHUTDOWN, "UNCONFIGURED", "SHUTTINGDOWN", "FINALIZED"),
+        (6, SHUTDOWN, "INACTIVE", "SHUTTINGDOWN", "FINALIZED"),
+        (7, SHUTDOWN, "ACTIVE", "SHUTTINGDOWN", "FINALIZED"),
+    )
 )
 # Number of the successful transition out of each transition state.
-_ENDS: Final = {
+_END_NUMBERS: Final = {
     LifecycleState.CONFIGURING: 10,
     LifecycleState.CLEANINGUP: 20,
     LifecycleState.ACTIVATING: 30,
@@ -78,10 +99,6 @@ _ENDS: Final = {
 
 # Carries out a transition and returns its success. An exception is an error.
 Work = Callable[[], bool]
-
-
-def _nothing() -> bool:
-    return True
 
 
 class Lifecycle(Closing):
@@ -116,10 +133,10 @@ class Lifecycle(Closing):
             node.serve(
                 f"/{name}/{service}",
                 f"{_PACKAGE}/srv/{kind}",
-                answer,
+                handler,
                 needs=right_of_frame("ros2-lifecycle", service),
             )
-            for service, (kind, answer) in services.items()
+            for service, (kind, handler) in services.items()
         ]
         self._events = node.publisher(
             f"/{name}/transition_event", f"{_PACKAGE}/msg/TransitionEvent", PROFILES["default"]
@@ -127,79 +144,71 @@ class Lifecycle(Closing):
 
     def change(self, name: str) -> bool:
         """Carry out a transition as on a client's request, and return its success."""
-        order = next((each for each in _ORDERS if each[1] == name and each[2] is self.state), None)
-        if order is None:
+        transition = next((each for each in self._available if each.name == name), None)
+        if transition is None:
             return False
-        number, _, start, during, goal = order
-        self._move(number, name, during)
+        self._move(transition.number, name, transition.during)
         outcome = self._carry_out(name)
-        fallback = LifecycleState.FINALIZED if during is LifecycleState.SHUTTINGDOWN else start
-        self._leave_transition(
-            {
-                TransitionOutcome.SUCCESS: goal,
-                TransitionOutcome.FAILURE: fallback,
-                TransitionOutcome.ERROR: LifecycleState.ERRORPROCESSING,
-            },
-            outcome,
-        )
+        self._end_transition(outcome)
         if outcome is TransitionOutcome.ERROR:
+            # the node is in ERRORPROCESSING now, and only its own function can rescue it
             recovered = self._carry_out(ERROR) if ERROR in self._work else TransitionOutcome.FAILURE
-            self._leave_transition({TransitionOutcome.SUCCESS: LifecycleState.UNCONFIGURED}, recovered)
+            self._end_transition(recovered)
         return outcome is TransitionOutcome.SUCCESS
-
-    def _leave_transition(
-        self, goals: Mapping[TransitionOutcome, LifecycleState], outcome: TransitionOutcome
-    ) -> None:
-        number = _ENDS[self.state] + outcome
-        self._move(number, _LABELS[outcome], goals.get(outcome, LifecycleState.FINALIZED))
 
     def follow(self, state: LifecycleState) -> None:
         """Report a transition that was carried out in another way than over lifecycle_msgs."""
-        order = next((each for each in _ORDERS if each[2] is self.state and each[4] is state), None)
-        if order is not None:
-            self._move(order[0], order[1], order[3])
-            self._leave_transition({TransitionOutcome.SUCCESS: state}, TransitionOutcome.SUCCESS)
+        transition = next((each for each in self._available if each.goal is state), None)
+        if transition is not None:
+            self._move(transition.number, transition.name, transition.during)
+            self._end_transition(TransitionOutcome.SUCCESS)
+
+    @property
+    def _available(self) -> Iterator[_Transition]:
+        return (transition for transition in _TRANSITIONS if transition.start is self.state)
 
     def _carry_out(self, name: str) -> TransitionOutcome:
         try:
-            return (
-                TransitionOutcome.SUCCESS if self._work.get(name, _nothing)() else TransitionOutcome.FAILURE
-            )
+            succeeded = self._work[name]() if name in self._work else True
         except Exception as error:  # noqa: BLE001 - any exception is an error of the transition
             self._report(f"{name} has failed: {error}")
             return TransitionOutcome.ERROR
+        return TransitionOutcome.SUCCESS if succeeded else TransitionOutcome.FAILURE
+
+    def _end_transition(self, outcome: TransitionOutcome) -> None:
+        """Leave the current transition state."""
+        goal = _ends_of(self.state)[outcome]
+        self._move(_END_NUMBERS[self.state] + outcome, outcome.label, goal)
 
     def _move(self, number: int, label: str, goal: LifecycleState) -> None:
         start, self.state = self.state, goal
-        self._events.publish(
-            {
-                "timestamp": self._clock.now_us() * _NANOSECONDS,
-                "transition": {"id": number, "label": label},
-                "start_state": _state(start),
-                "goal_state": _state(goal),
-            }
-        )
+        timestamp = self._clock.now_us() * NANOSECONDS
+        self._events.publish({"timestamp": timestamp, **_description(number, label, start, goal)})
 
     # --- services -----------------------------------------------------------------------------------------
 
     def _change(self, request: Message) -> Mapping[str, Any]:
-        transition = request["transition"]
-        name = transition["label"] or next(
-            (order[1] for order in _ORDERS if order[0] == transition["id"]), ""
-        )
-        return {"success": self.change(name)}
+        requested = request["transition"]
+        # a client names the transition by its label or by its number
+        names = (transition.name for transition in _TRANSITIONS if transition.number == requested["id"])
+        return {"success": self.change(requested["label"] or next(names, ""))}
 
     def _get_state(self, _request: Message) -> Mapping[str, Any]:
-        return {"current_state": _state(self.state)}
+        return {"current_state": self.state.message}
 
     def _get_states(self, _request: Message) -> Mapping[str, Any]:
-        return {"available_states": [_state(each) for each in LifecycleState]}
+        return {"available_states": [state.message for state in LifecycleState]}
 
     def _get_transitions(self, _request: Message) -> Mapping[str, Any]:
-        return {"available_transitions": [_order(each) for each in _ORDERS if each[2] is self.state]}
+        return {"available_transitions": [*_beginnings(self._available)]}
 
     def _get_graph(self, _request: Message) -> Mapping[str, Any]:
-        return {"available_transitions": [*map(_order, _ORDERS), *_ends()]}
+        ends = (
+            _description(number + outcome, outcome.label, during, _ends_of(during)[outcome])
+            for during, number in _END_NUMBERS.items()
+            for outcome in TransitionOutcome
+        )
+        return {"available_transitions": [*_beginnings(_TRANSITIONS), *ends]}
 
     def close(self) -> None:
         for end in self._ends:
@@ -207,33 +216,26 @@ class Lifecycle(Closing):
         self._events.close()
 
 
-def _state(state: LifecycleState) -> Mapping[str, Any]:
-    return {"id": int(state), "label": state.label}
+def _ends_of(during: LifecycleState) -> tuple[LifecycleState, LifecycleState, LifecycleState]:
+    """Return the states after success, failure and an error in a transition state."""
+    if during is LifecycleState.ERRORPROCESSING:
+        return LifecycleState.UNCONFIGURED, LifecycleState.FINALIZED, LifecycleState.FINALIZED
+    transition = next(each for each in _TRANSITIONS if each.during is during)
+    # a node that fails to shut down is finalized all the same
+    is_final = transition.goal is LifecycleState.FINALIZED
+    failed = LifecycleState.FINALIZED if is_final else transition.start
+    return transition.goal, failed, LifecycleState.ERRORPROCESSING
 
 
-def _order(order: tuple[int, str, LifecycleState, LifecycleState, LifecycleState]) -> Mapping[str, Any]:
-    number, name, start, during, _ = order
+def _beginnings(transitions: Iterable[_Transition]) -> Iterator[Message]:
+    for transition in transitions:
+        yield _description(transition.number, transition.name, transition.start, transition.during)
+
+
+def _description(number: int, label: str, start: LifecycleState, goal: LifecycleState) -> Message:
+    """Return a lifecycle_msgs/msg/TransitionDescription."""
     return {
-        "transition": {"id": number, "label": name},
-        "start_state": _state(start),
-        "goal_state": _state(during),
+        "transition": {"id": number, "label": label},
+        "start_state": start.message,
+        "goal_state": goal.message,
     }
-
-
-def _ends() -> Iterator[Mapping[str, Any]]:
-    """Yield the transitions that follow automatically."""
-    outcomes = {during: (goal, start) for _, _, start, during, goal in _ORDERS}
-    outcomes[LifecycleState.SHUTTINGDOWN] = (LifecycleState.FINALIZED, LifecycleState.FINALIZED)
-    outcomes[LifecycleState.ERRORPROCESSING] = (LifecycleState.UNCONFIGURED, LifecycleState.FINALIZED)
-    for during, (goal, fallback) in outcomes.items():
-        error_state = (
-            LifecycleState.FINALIZED
-            if during is LifecycleState.ERRORPROCESSING
-            else LifecycleState.ERRORPROCESSING
-        )
-        for outcome, end in zip(TransitionOutcome, (goal, fallback, error_state), strict=True):
-            yield {
-                "transition": {"id": _ENDS[during] + outcome, "label": _LABELS[outcome]},
-                "start_state": _state(during),
-                "goal_state": _state(end),
-            }

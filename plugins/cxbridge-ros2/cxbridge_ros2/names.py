@@ -1,4 +1,4 @@
-"""Type names of ROS 2, and type names on the wire."""
+"""Names of ROS 2: types, topics, services and actions."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from cxbridge.errors import Ros2Error
 # Folders of definitions in a package, and the middle part of a type's name.
 KINDS: Final = ("msg", "srv", "action")
 
+_TOPIC: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
 _TYPE: Final = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Za-z][A-Za-z0-9_]*)")
 
 
@@ -51,3 +52,17 @@ def parse_type(text: str, kind: str = "msg") -> TypeName:
             hint="write PACKAGE/msg/NAME, PACKAGE/srv/NAME or PACKAGE/action/NAME",
         )
     return TypeName(match[1], match[2] or kind, match[3])
+
+
+def check_topic(name: str) -> str:
+    """Return the absolute name of a topic, a service or an action: ``/robot1/odom``.
+
+    :raises Ros2Error: if the name is invalid in ROS.
+    """
+    # ROS 2 reserves two underscores in a row for mappings of names, such as / to __
+    if _TOPIC.fullmatch(name) is None or "__" in name:
+        raise Ros2Error(
+            f"'{name}' is no whole name of a topic, a service or an action",
+            hint="it begins with / and has letters, digits and single _",
+        )
+    return name

@@ -1,7 +1,7 @@
 """The interface of a ROS 2 node, for every transport. :mod:`cxbridge_ros2.actions` builds on it.
 
 A node does nothing by itself. :meth:`Node.poll` receives messages and calls the callbacks in the polling
-thread.
+thread, so that callbacks may touch the blackboard and the executive without locks.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from itertools import count
 from typing import Any
 
 from msgspec import Struct
@@ -20,22 +21,20 @@ from cxbridge.rights import EVERYTHING, Right, Rights
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.qos import PROFILES, QosProfile
 
-Receive = Callable[[Message], None]  # handles a message
+MessageCallback = Callable[[Message], None]
 
-# Handles a complaint about another node: a broken message, or a mismatch of type or QoS.
+# Gets a problem of another node: a broken message, or a mismatch of type or QoS.
 Report = Callable[[str], None]
 
-Failed = Callable[[str], None]  # called with the reason why a call has no response
+FailureCallback = Callable[[str], None]  # gets the reason why a call has no response
 
-Answer = Callable[[Message], Mapping[str, Any]]  # handles a request and returns the response
+SendResponse = Callable[[Mapping[str, Any]], None]  # sends the response to a request; called once
 
-Reply = Callable[[Mapping[str, Any]], None]  # sends the response to a request; called once
+# Gets a request, and sends the response at once or later.
+RequestHandler = Callable[[Message, SendResponse], None]
 
-# Handles a request, and calls the reply function at once or later.
-AnswerLater = Callable[[Message, Reply], None]
-
-# Returns the response to a refused request; called with the request and the reason.
-Refuse = Callable[[Message, str], Mapping[str, Any]]
+# Makes the response to a refused request from the request and the reason.
+RefusalResponse = Callable[[Message, str], Mapping[str, Any]]
 
 
 class Domain(Struct, frozen=True):
@@ -61,38 +60,48 @@ class Ros2Warning(UserWarning):
 
 
 def _warn(text: str) -> None:
+    # level 1 is this function, 2 Complaints.add, 3 Node.complain, 4 its caller
     warnings.warn(text, Ros2Warning, stacklevel=4)
 
 
-class Publisher(ABC):
-    @abstractmethod
-    def publish(self, message: Mapping[str, Any]) -> None:
-        """Send a message.
+class Publisher(Struct, frozen=True, eq=False):
+    """Sends messages on a topic.
 
-        :raises Ros2Error: if the message has another type.
-        """
+    :param publish: sends a message; raises `Ros2Error` if the message has another type.
+    :param count_subscriptions: returns the number of subscriptions, as far as the transport knows.
+    :param close: leaves the topic.
+    """
 
-    @property
-    @abstractmethod
-    def subscriptions(self) -> int:
-        """The current number of subscriptions, as far as the transport knows."""
-
-    @abstractmethod
-    def close(self) -> None: ...
+    publish: Callable[[Mapping[str, Any]], None]
+    count_subscriptions: Callable[[], int]
+    close: Callable[[], None]
 
 
 class Client(ABC):
+    """A client of a service, with the callbacks of its pending requests by number."""
+
+    def __init__(self) -> None:
+        self._numbers = count(1)
+        self._pending: dict[int, tuple[MessageCallback, FailureCallback | None]] = {}
+
+    def _add_request(self, done: MessageCallback, failed: FailureCallback | None) -> int:
+        number = next(self._numbers)
+        self._pending[number] = done, failed
+        return number
+
     @abstractmethod
-    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
+    def call(
+        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+    ) -> int:
         """Send a request and return its number; ``done`` is called with the response.
 
-        :param failed: called with the reason if there is no response and the transport knows it.
+        :param failed: called with the reason if there is no response and the transport knows the reason.
         :raises Ros2Error: if the request has another type.
         """
 
-    @abstractmethod
     def forget(self, number: int) -> None:
         """Stop waiting for a response."""
+        self._pending.pop(number, None)
 
     @property
     @abstractmethod
@@ -131,15 +140,15 @@ class Node(Closing):
         """
         self._complaints.add(kind, text)
 
-    def _intact(self, place: str, decode: Callable[[], Message]) -> Message | None:
+    def _decoded(self, name: str, decode: Callable[[], Message]) -> Message | None:
         """Return a received message, or None after reporting a broken message.
 
-        :param place: the topic or service.
+        :param name: the topic or service.
         """
         try:
             return decode()
         except Ros2Error as error:
-            self.complain(f"broken {place}", f"{place}: {error.message}")
+            self.complain(f"broken {name}", f"{name}: {error.message}")
             return None
 
     @abstractmethod
@@ -153,26 +162,26 @@ class Node(Closing):
         self,
         topic: str,
         message_type: str,
-        receive: Receive,
+        callback: MessageCallback,
         qos: QosProfile = PROFILES["default"],
         *,
         needs: Right = Right.PROGRAMS,
     ) -> Callable[[], None]:
-        """Call ``receive`` for each message of a topic; return the function that ends the subscription.
+        """Call ``callback`` for each message of a topic; return the function that ends the subscription.
 
         :param needs: the right to send messages; without it, each message is reported and dropped.
         :raises Ros2Error: if the topic or type is invalid.
         """
         if not self.rights.allow(needs):
+            # a node without the right subscribes too: its log shows that the right is missing
+            def callback(_message: Message) -> None:
+                self._report_refusal(topic, needs)
 
-            def receive(_message: Message) -> None:
-                self._refusal(topic, needs)
-
-        return self._subscribe(topic, message_type, receive, qos)
+        return self._subscribe(topic, message_type, callback, qos)
 
     @abstractmethod
     def _subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
+        self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
         """Subscribe without a check of rights; see :meth:`subscribe`."""
 
@@ -187,26 +196,26 @@ class Node(Closing):
         self,
         service: str,
         service_type: str,
-        answer: Answer,
+        handler: Callable[[Message], Mapping[str, Any]],
         *,
         needs: Right = Right.PROGRAMS,
-        refuse: Refuse = _empty,
+        refuse: RefusalResponse = _empty,
     ) -> Callable[[], None]:
         """Serve a service with immediate responses; see :meth:`serve_later`."""
 
-        def later(request: Message, reply: Reply) -> None:
-            reply(answer(request))
+        def respond(request: Message, reply: SendResponse) -> None:
+            reply(handler(request))
 
-        return self.serve_later(service, service_type, later, needs=needs, refuse=refuse)
+        return self.serve_later(service, service_type, respond, needs=needs, refuse=refuse)
 
     def serve_later(
         self,
         service: str,
         service_type: str,
-        answer: AnswerLater,
+        handler: RequestHandler,
         *,
         needs: Right = Right.PROGRAMS,
-        refuse: Refuse = _empty,
+        refuse: RefusalResponse = _empty,
     ) -> Callable[[], None]:
         """Serve a service with immediate or later responses; return the function that ends the service.
 
@@ -216,19 +225,19 @@ class Node(Closing):
         """
         if not self.rights.allow(needs):
 
-            def answer(request: Message, reply: Reply) -> None:
-                reply(refuse(request, self._refusal(service, needs)))
+            def handler(request: Message, reply: SendResponse) -> None:
+                reply(refuse(request, self._report_refusal(service, needs)))
 
-        return self._serve_later(service, service_type, answer)
+        return self._serve_later(service, service_type, handler)
 
-    def _refusal(self, place: str, needs: Right) -> str:
-        """Report a request without the right, and return the reason of its refusal."""
-        reason = f"refused: {place}: {self.rights.why_not(needs)}"
-        self.complain(f"refused {place}", reason)
+    def _report_refusal(self, name: str, needs: Right) -> str:
+        """Report a message to a topic or service without the right, and return the reason."""
+        reason = f"refused: {name}: {self.rights.why_not(needs)}"
+        self.complain(f"refused {name}", reason)
         return reason
 
     @abstractmethod
-    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         """Serve without a check of rights; see :meth:`serve_later`."""
 
     @abstractmethod

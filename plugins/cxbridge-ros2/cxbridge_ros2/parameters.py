@@ -1,4 +1,7 @@
-"""Parameters of a node that clients can read and set: six services and the topic /parameter_events."""
+"""Parameters of a node that clients can read and set: six services and the topic /parameter_events.
+
+A parameter has a declared type, which no client changes, and may check each new value.
+"""
 
 from __future__ import annotations
 
@@ -7,24 +10,24 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Final, TypeAlias
 
-from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.clock import Clock
 from cxbridge.closing import Closing
 from cxbridge.errors import Ros2Error
 from cxbridge.rights import right_of_frame
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.stamps import stamp_of
 
 # The value of a parameter; None before it is set.
 Value: TypeAlias = bool | int | float | str | bytes | list[bool] | list[int] | list[float] | list[str] | None
 
 # Returns why a client's value is refused; empty if it is accepted.
-Refuse: TypeAlias = Callable[[Value], str]
+WhyRefused: TypeAlias = Callable[[Value], str]
 
 EVENTS: Final = "/parameter_events"
 _PACKAGE: Final = "rcl_interfaces"
 _SEPARATOR: Final = "."
-_NANOSECONDS: Final = 1000  # per microsecond
 _INT64: Final = 2**63  # ROS has 64-bit integers, Python any
 
 
@@ -54,17 +57,12 @@ _FIELDS: Final = {
     ParameterType.DOUBLE_ARRAY: "double_array_value",
     ParameterType.STRING_ARRAY: "string_array_value",
 }
-_SCALARS: Final = {
-    bool: ParameterType.BOOL,
-    int: ParameterType.INTEGER,
-    float: ParameterType.DOUBLE,
-    str: ParameterType.STRING,
-}
-_ARRAYS: Final = {
-    bool: ParameterType.BOOL_ARRAY,
-    int: ParameterType.INTEGER_ARRAY,
-    float: ParameterType.DOUBLE_ARRAY,
-    str: ParameterType.STRING_ARRAY,
+# Types of a scalar, and of an array of such scalars.
+_TYPES: Final = {
+    bool: (ParameterType.BOOL, ParameterType.BOOL_ARRAY),
+    int: (ParameterType.INTEGER, ParameterType.INTEGER_ARRAY),
+    float: (ParameterType.DOUBLE, ParameterType.DOUBLE_ARRAY),
+    str: (ParameterType.STRING, ParameterType.STRING_ARRAY),
 }
 
 
@@ -77,15 +75,15 @@ def type_of(value: Value) -> ParameterType:
         return ParameterType.NOT_SET
     if isinstance(value, bytes):
         return ParameterType.BYTE_ARRAY
-    numbers = value if isinstance(value, list) else [value]
-    if any(type(each) is int and not -_INT64 <= each < _INT64 for each in numbers):
+    is_list = isinstance(value, list)
+    elements = value if isinstance(value, list) else [value]
+    if any(type(element) is int and not -_INT64 <= element < _INT64 for element in elements):
         raise Ros2Error(f"a parameter has 64 bits: {value}")
-    kinds = {type(each) for each in numbers}
-    if not isinstance(value, list):
-        return _SCALARS[type(value)]
+    kinds = {type(element) for element in elements}
     if len(kinds) > 1:
         raise Ros2Error(f"a list has values of one type: {value}")
-    return _ARRAYS[kinds.pop()] if kinds else ParameterType.STRING_ARRAY
+    # an empty list has no element that shows its type
+    return _TYPES[kinds.pop()][is_list] if kinds else ParameterType.STRING_ARRAY
 
 
 def message_of(value: Value) -> Mapping[str, Any]:
@@ -107,7 +105,7 @@ def value_of(message: Mapping[str, Any]) -> Value:
         return None
     value: Any = message[field]
     if kind == ParameterType.BYTE_ARRAY:
-        return bytes(int.from_bytes(each, "little") if isinstance(each, bytes) else each for each in value)
+        return bytes(value)
     return list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
 
 
@@ -116,13 +114,13 @@ class Parameter:
     """A declared parameter.
 
     :param read_only: whether clients cannot set it.
-    :param refuse: checks each value from a client, of the right type.
+    :param why_refused: checks each value from a client, of the right type.
     """
 
     value: Value
     description: str = ""
     read_only: bool = False
-    refuse: Refuse = lambda _value: ""
+    why_refused: WhyRefused = lambda _value: ""
 
 
 class Parameters(Closing):
@@ -143,8 +141,8 @@ class Parameters(Closing):
     ) -> None:
         self._name, self._clock, self._changed = name, clock, changed
         self._declared = dict(declared)
-        self._types = {each: type_of(parameter.value) for each, parameter in declared.items()}
-        answers: dict[str, Callable[[Message], Mapping[str, Any]]] = {
+        self._types = {key: type_of(parameter.value) for key, parameter in declared.items()}
+        handlers: dict[str, Callable[[Message], Mapping[str, Any]]] = {
             "get_parameters": self._get,
             "get_parameter_types": self._get_types,
             "set_parameters": self._set,
@@ -156,11 +154,11 @@ class Parameters(Closing):
             node.serve(
                 f"/{name}/{service}",
                 f"{_PACKAGE}/srv/{_camel(service)}",
-                answer,
+                handler,
                 needs=right_of_frame("ros2-parameters", service),
-                refuse=_refused if service == "set_parameters" else _refused_atomically,
+                refuse=_refused_each if service == "set_parameters" else _refused_all,
             )
-            for service, answer in answers.items()
+            for service, handler in handlers.items()
         ]
         self._events = node.publisher(EVENTS, f"{_PACKAGE}/msg/ParameterEvent", PROFILES["parameters"])
         self._publish_event("new_parameters", self._declared)
@@ -181,33 +179,28 @@ class Parameters(Closing):
     # --- services -----------------------------------------------------------------------------------------
 
     def _get(self, request: Message) -> Mapping[str, Any]:
-        return self._of_each(request, "values", lambda each: message_of(each.value))
+        return self._described(request, "values", lambda name: message_of(self[name]))
 
     def _get_types(self, request: Message) -> Mapping[str, Any]:
-        return self._of_each(request, "types", lambda each: int(type_of(each.value)))
-
-    def _of_each(self, request: Message, field: str, read: Callable[[Parameter], Any]) -> Mapping[str, Any]:
-        """Return the requested data of each parameter; empty if one is unknown, as in ROS' own nodes."""
-        names = request["names"]
-        known = all(name in self._declared for name in names)
-        return {field: [read(self._declared[name]) for name in names] if known else []}
+        return self._described(request, "types", lambda name: int(type_of(self[name])))
 
     def _describe(self, request: Message) -> Mapping[str, Any]:
+        return self._described(
+            request,
+            "descriptors",
+            lambda name: {
+                "name": name,
+                "type": int(self._types[name]),
+                "description": self._declared[name].description,
+                "read_only": self._declared[name].read_only,
+            },
+        )
+
+    def _described(self, request: Message, field: str, describe: Callable[[str], Any]) -> Mapping[str, Any]:
+        """Return data of each requested parameter; empty if one is unknown, as in ROS' own nodes."""
         names = request["names"]
-        if any(name not in self._declared for name in names):
-            return {"descriptors": []}
-        parameters = [(name, self._declared[name]) for name in names]
-        return {
-            "descriptors": [
-                {
-                    "name": name,
-                    "type": int(self._types[name]),
-                    "description": each.description,
-                    "read_only": each.read_only,
-                }
-                for name, each in parameters
-            ]
-        }
+        are_known = all(name in self._declared for name in names)
+        return {field: [describe(name) for name in names] if are_known else []}
 
     def _list(self, request: Message) -> Mapping[str, Any]:
         depth, prefixes = request["depth"], request["prefixes"]
@@ -217,27 +210,28 @@ class Parameters(Closing):
 
     def _set(self, request: Message) -> Mapping[str, Any]:
         results = []
-        for each in request["parameters"]:
-            reason = self._refusal(each)
+        # one after the other: a refused value does not stop the following ones
+        for parameter in request["parameters"]:
+            reason = self._why_refused(parameter)
             results.append({"successful": not reason, "reason": reason})
             if not reason:
-                self._take([each])
+                self._take([parameter])
         return {"results": results}
 
     def _set_atomically(self, request: Message) -> Mapping[str, Any]:
         parameters = request["parameters"]
-        reason = next(filter(None, map(self._refusal, parameters)), "")
+        reason = next(filter(None, map(self._why_refused, parameters)), "")
         if not reason:
             self._take(parameters)
         return {"result": {"successful": not reason, "reason": reason}}
 
-    def _refusal(self, message: Message) -> str:
+    def _why_refused(self, message: Message) -> str:
         """Return why a parameter cannot be set; empty if it can."""
         name = message["name"]
-        known = self._declared.get(name)
-        if known is None:
+        parameter = self._declared.get(name)
+        if parameter is None:
             return f"there is no parameter '{name}'"
-        if known.read_only:
+        if parameter.read_only:
             return f"the parameter '{name}' is read-only"
         try:
             value = value_of(message["value"])
@@ -246,21 +240,20 @@ class Parameters(Closing):
         declared_type, kind = self._types[name], type_of(value)
         if kind is not declared_type and declared_type is not ParameterType.NOT_SET:
             return f"the parameter '{name}' is of type {declared_type.name}, not {kind.name}"
-        return known.refuse(value)
+        return parameter.why_refused(value)
 
     def _take(self, messages: Iterable[Message]) -> None:
         names = []
-        for each in messages:
-            name, value = each["name"], value_of(each["value"])
+        for message in messages:
+            name, value = message["name"], value_of(message["value"])
             self._declared[name].value = value
             names.append(name)
             self._changed(name, value)
         self._publish_event("changed_parameters", names)
 
     def _publish_event(self, field: str, names: Iterable[str]) -> None:
-        seconds, rest = divmod(self._clock.now_us(), MICROSECONDS)
-        parameters = [{"name": name, "value": message_of(self._declared[name].value)} for name in names]
-        stamp = {"sec": seconds, "nanosec": rest * _NANOSECONDS}
+        parameters = [{"name": name, "value": message_of(self[name])} for name in names]
+        stamp = stamp_of(self._clock.now_us())
         self._events.publish({"stamp": stamp, "node": f"/{self._name}", field: parameters})
 
     def close(self) -> None:
@@ -269,11 +262,11 @@ class Parameters(Closing):
         self._events.close()
 
 
-def _refused(request: Message, reason: str) -> Mapping[str, Any]:
+def _refused_each(request: Message, reason: str) -> Mapping[str, Any]:
     return {"results": [{"successful": False, "reason": reason} for _ in request["parameters"]]}
 
 
-def _refused_atomically(_request: Message, reason: str) -> Mapping[str, Any]:
+def _refused_all(_request: Message, reason: str) -> Mapping[str, Any]:
     return {"result": {"successful": False, "reason": reason}}
 
 
@@ -283,9 +276,9 @@ def _camel(service: str) -> str:
 
 def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
     """Return whether a name equals a prefix or is below it, within the requested depth."""
-    below = [
+    paths = [
         name.removeprefix(prefix).removeprefix(_SEPARATOR)
         for prefix in prefixes or [""]
         if not prefix or name == prefix or name.startswith(prefix + _SEPARATOR)
     ]
-    return any(depth == 0 or rest.count(_SEPARATOR) < depth for rest in below)
+    return any(depth == 0 or path.count(_SEPARATOR) < depth for path in paths)

@@ -9,12 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from cxbridge.clock import MICROSECONDS
 from cxbridge_ros2.hub.caller import HubSkills
-from cxbridge_ros2.hub.words import HubProtocol, Key, Sign, Word
+from cxbridge_ros2.hub.protocol import ActionKey, Heartbeat, HubMessage, HubProtocol
 from cxbridge_ros2.messages import Message
-
-_NANOSECONDS = 1000  # per microsecond
+from cxbridge_ros2.stamps import stamp_of
 
 
 class PlanSys2Protocol(HubProtocol):
@@ -23,49 +21,29 @@ class PlanSys2Protocol(HubProtocol):
     name = "plansys2"
     topic = "/actions_hub"
     message_type = "plansys2_msgs/msg/ActionExecution"
-    signs_topic = "/performers_status"
-    signs_type = "plansys2_msgs/msg/ActionPerformerStatus"
+    heartbeat_topic = "/performers_status"
+    heartbeat_type = "plansys2_msgs/msg/ActionPerformerStatus"
+    arguments_field = "arguments"
+    progress_field = "completion"
     patience_s = 30.0
-    wanted_s = 1.0
+    request_lifetime_s = 1.0
 
-    def message(self, word: Word) -> Mapping[str, Any]:
+    def encode_heartbeat(self, heartbeat: Heartbeat, now_us: int) -> Mapping[str, Any]:
         return {
-            "type": word.kind,
-            "node_id": word.node,
-            "action": word.key.action,
-            "arguments": list(word.key.arguments),
-            "success": word.success,
-            "completion": word.progress,
-            "status": word.status,
+            "status_stamp": stamp_of(now_us),
+            "state": heartbeat.state,
+            "action": heartbeat.action,
+            "node_name": heartbeat.node,
         }
 
-    def word(self, message: Message) -> Word:
-        return Word(
-            kind=message["type"],
-            node=message["node_id"],
-            key=Key(message["action"], tuple(message["arguments"]), ""),
-            success=message["success"],
-            progress=message["completion"],
-            status=message["status"],
-        )
+    def decode_heartbeat(self, fields: Message) -> Heartbeat:
+        return Heartbeat(fields["node_name"], fields["action"], fields["state"])
 
-    def sign_message(self, sign: Sign, now_us: int) -> Mapping[str, Any]:
-        seconds, rest = divmod(now_us, MICROSECONDS)
-        return {
-            "status_stamp": {"sec": seconds, "nanosec": rest * _NANOSECONDS},
-            "state": sign.life,
-            "action": sign.action,
-            "node_name": sign.node,
-        }
-
-    def sign(self, message: Message) -> Sign:
-        return Sign(message["node_name"], message["action"], message["state"])
-
-    def after_cancel(self, finish: Word) -> Word | None:  # noqa: ARG002
+    def after_cancel(self, finish: HubMessage) -> HubMessage | None:  # noqa: ARG002
         """Return None: PlanSys2's performers stop silently, and its executor expects no message."""
         return None
 
-    def arguments_of(self, key: Key) -> tuple[str, ...]:
+    def arguments_of(self, key: ActionKey) -> tuple[str, ...]:
         """Return the arguments; PlanSys2's executor sends the action's name in place of no argument."""
         return () if key.arguments == (key.action,) else key.arguments
 

@@ -24,7 +24,7 @@ def _has_nodes(config: Any) -> bool:
 
 _COMPONENTS = "cxbridge_ros2.components"
 
-CLOCKS = (Row("ros2", "cxbridge_ros2.clock:make_clock"),)
+CLOCKS = (Row("ros2", "cxbridge_ros2.sim_time:make_clock"),)
 COMMANDS = (Row("ros2", "cxbridge_ros2.cli.ros2", section="Blackboard"),)
 COMPONENTS = (
     Row("ros2-node", f"{_COMPONENTS}.node:Ros2NodeComponent", _is_node, early=always),

@@ -1,6 +1,7 @@
-"""Simulated time: a clock that follows the messages on ``/clock``, such as those of Gazebo.
+"""Simulated time: the clock of ``--clock ros2``, which follows the messages on ``/clock``, such as Gazebo's.
 
-Between two messages time stands still, as for ROS nodes with ``use_sim_time``.
+Between two messages time stands still, as for ROS nodes with ``use_sim_time``. A thread receives the
+messages; the run reads the time and sleeps in its own thread.
 """
 
 from __future__ import annotations
@@ -9,26 +10,41 @@ import atexit
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
-from cxbridge.clock import MICROSECONDS, Clock, Wakeup
+from cxbridge.clock import Clock, Wakeup
+from cxbridge.config import Configuration
 from cxbridge.errors import Ros2Error
-from cxbridge.rights import Right
+from cxbridge.rights import EVERYTHING, Right
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.settings import node_settings
+from cxbridge_ros2.stamps import microseconds_of
 
 TOPIC: Final = "/clock"
-FIRST_S: Final = 10.0  # limit of real time in seconds for the first message
+PATIENCE_S: Final = 10.0  # limit of real time in seconds for the first message
+
+_SECTION: Final = "/ros2/clock"
 
 _TYPE: Final = "rosgraph_msgs/msg/Clock"
-_NANOSECONDS: Final = 1000  # per microsecond
 _POLL_S: Final = 0.1  # seconds of one poll for /clock
 # Pause between two polls: 1000 steps a second are enough, whatever the simulator sends.
-_REST_S: Final = 0.001
+_PAUSE_S: Final = 0.001
 # Period of a sleeper's checks whether it was woken, since a paused simulation sends no messages.
-_GLANCE_S: Final = 0.05
+_CHECK_S: Final = 0.05
 _NEVER: Final = 2**63
+
+
+def make_clock(config: Configuration, folder: Path) -> Clock:
+    """Make a clock that follows the simulated time of ROS 2.
+
+    :param folder: the folder of the configuration, base of relative paths.
+    """
+    _, settings = node_settings(config, _SECTION, (), folder, "the clock of ROS 2")
+    # the node joins at the first query of the time: a command that only reads the configuration has no node
+    return SimTimeClock(lambda: settings.join("cxbridge_clock", settings.definitions(), None, EVERYTHING))
 
 
 class SimTimeClock(Clock):
@@ -42,15 +58,13 @@ class SimTimeClock(Clock):
 
     name = "ros2"
 
-    def __init__(self, join: Callable[[], Node], patience_s: float = FIRST_S) -> None:
+    def __init__(self, join: Callable[[], Node], patience_s: float = PATIENCE_S) -> None:
         self._join, self._patience_s = join, patience_s
-        self._moved = threading.Condition()
-        self._node: Node | None = None
+        self._changed = threading.Condition()
         self._thread: threading.Thread | None = None
         self._is_closed = False
         self._now_us = self._offset_us = 0
-        self._next_us = _NEVER  # earliest end of a sleep
-        self.resets = 0  # number of times that the simulation has gone back
+        self._next_us = _NEVER  # earliest end of a sleep: a message before it wakes no sleeper
 
     def now_us(self) -> int:
         """Return the simulated time in microseconds.
@@ -64,31 +78,31 @@ class SimTimeClock(Clock):
     def sleep_until(self, time_us: int, wake: Wakeup | None = None) -> None:
         if self._thread is None:
             self._begin()
-        with self._moved:
+        with self._changed:
             while self._now_us < time_us and not self._is_closed and (wake is None or not wake.is_set()):
                 self._next_us = min(self._next_us, time_us)
-                self._moved.wait(_GLANCE_S)
+                self._changed.wait(_CHECK_S)
 
     def close(self) -> None:
         """Stop following; sleepers wake up."""
-        with self._moved:
+        with self._changed:
             self._is_closed = True
-            self._moved.notify_all()
+            self._changed.notify_all()
         if self._thread is not None:
             self._thread.join()
             atexit.unregister(self.close)
 
     def _begin(self) -> None:
-        self._node = node = self._join()
+        node = self._join()
         node.subscribe(TOPIC, _TYPE, self._take, PROFILES["clock"], needs=Right.LOOK)
         self._thread = threading.Thread(target=self._follow, args=(node,), name="clock of ROS 2", daemon=True)
         self._thread.start()
         atexit.register(self.close)
         deadline = time.monotonic() + self._patience_s
-        with self._moved:
+        with self._changed:
             while not self._now_us and time.monotonic() < deadline:
-                self._next_us = 0
-                self._moved.wait(_GLANCE_S)
+                self._next_us = 0  # the first message wakes this thread
+                self._changed.wait(_CHECK_S)
         if not self._now_us:
             self.close()
             raise Ros2Error(
@@ -99,17 +113,15 @@ class SimTimeClock(Clock):
     def _follow(self, node: Node) -> None:
         while not self._is_closed:
             if node.poll(_POLL_S):
-                time.sleep(_REST_S)
+                time.sleep(_PAUSE_S)
         node.close()
 
     def _take(self, message: Message) -> None:
-        stamp = message["clock"]
-        sent_us = stamp["sec"] * MICROSECONDS + stamp["nanosec"] // _NANOSECONDS
-        with self._moved:
+        sent_us = microseconds_of(message["clock"])
+        with self._changed:
             if sent_us + self._offset_us < self._now_us:
-                self.resets += 1
-                self._offset_us = self._now_us - sent_us
+                self._offset_us = self._now_us - sent_us  # the simulation was reset
             self._now_us = sent_us + self._offset_us
             if self._now_us >= self._next_us:
                 self._next_us = _NEVER
-                self._moved.notify_all()
+                self._changed.notify_all()

@@ -1,4 +1,7 @@
-"""Skills that are actions and services of ROS 2, by configuration alone (docs/ros2.md)."""
+"""Skills that are actions and services of ROS 2, by configuration alone (docs/ros2.md).
+
+A skill is a generator: each step polls the node, and yields the progress if the server has sent some.
+"""
 
 from __future__ import annotations
 
@@ -16,16 +19,16 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge_ros2.executor import TIMEOUT_S, NodeSettings, RosExecutor, nested, seconds_of
-from cxbridge_ros2.messages import Message
-from cxbridge_ros2.names import parse_type
+from cxbridge_ros2.executor import TIMEOUT_S, RosExecutor, seconds_of
+from cxbridge_ros2.messages import Message, value_at
+from cxbridge_ros2.names import check_topic, parse_type
 from cxbridge_ros2.node import Client
-from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.settings import NodeSettings, check_keys, nested
 
 PATIENCE_S: Final = 5.0  # default limit in seconds without a server until a skill fails
 
-_OF_ACTION: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
-_OF_SERVICE: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
+_ACTION_KEYS: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
+_SERVICE_KEYS: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
 _PARAMETER: Final = re.compile(r"\$(?:([A-Za-z_]\w*)|\{([A-Za-z_]\w*)\})")
 
 
@@ -59,11 +62,14 @@ class RosSkills(RosExecutor):
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
         self._tables: Mapping[str, Mapping[str, Any]] = self.setting("tables", {})
-        self._known = {
-            name: _skill(name, value, self.node_settings.namespace)
-            for name, value in self._configured().items()
-        }
-        self.skills = tuple(self._known)
+        configured: Mapping[str, Any] = self.setting("skills", {})
+        if not configured:
+            raise ConfigError(
+                "RosSkills has no skills", hint="skills: {goto: {action: TYPE, name: /NAME, goal: {}}}"
+            )
+        namespace = self.node_settings.namespace
+        self._skills = {name: _skill(name, settings, namespace) for name, settings in configured.items()}
+        self.skills = tuple(self._skills)
         self._clients: dict[str, ActionClient | Client] = {}
 
     @classmethod
@@ -73,124 +79,124 @@ class RosSkills(RosExecutor):
 
     @classmethod
     def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterator[CxbridgeError]:
-        nodes = NodeSettings.of(settings, folder, cls.__name__)
-        definitions = nodes.definitions()
+        node_settings = NodeSettings.of(settings, folder, cls.__name__)
+        definitions = node_settings.definitions()
         configured = nested(settings).get("skills")
-        for skill, value in configured.items() if isinstance(configured, Mapping) else ():
-            known = _skill(skill, value, nodes.namespace)
-            kind = parse_type(known.kind, "action" if known.is_action else "srv")
-            answer = kind.derived("Result" if known.is_action else "Response")
-            paths = (
-                (kind.derived("Feedback"), known.feedback),
-                (answer, known.success),
-                (answer, known.error),
-            )
+        for name, value in configured.items() if isinstance(configured, Mapping) else ():
+            skill = _skill(name, value, node_settings.namespace)
+            kind = parse_type(skill.kind, "action" if skill.is_action else "srv")
+            response = kind.derived("Result" if skill.is_action else "Response")
             try:
-                for message, path in paths:
-                    lacks = definitions.lacking(message, path) if path else None
-                    if lacks is not None:
-                        hint = did_you_mean(lacks[0], lacks[1], f"it has: {', '.join(lacks[1])}")
-                        yield ConfigError(f"the skill {skill}: {message} has no field '{path}'", hint=hint)
-                definitions.fields(answer)
+                definitions.fields(response)
             except Ros2Error as error:
-                error.message = f"the skill {skill}: {error.message}"
-                yield error
-
-    def _configured(self) -> Mapping[str, Any]:
-        skills: Mapping[str, Any] = self.setting("skills", {})
-        if not skills:
-            raise ConfigError(
-                "RosSkills has no skills", hint="skills: {goto: {action: TYPE, name: /NAME, goal: {}}}"
-            )
-        return skills
+                yield _of_skill(name, error)
+                continue
+            for message, path in (
+                (kind.derived("Feedback"), skill.feedback),
+                (response, skill.success),
+                (response, skill.error),
+            ):
+                try:
+                    if path:
+                        definitions.check_path(message, path)
+                except Ros2Error as error:
+                    yield _of_skill(name, error)
 
     def start(self) -> None:
         """Join the domain and make a client for each skill, so that a wrong type is an error at the start."""
         node = self.join()
-        for skill, known in self._known.items():
-            self._clients[skill] = (
-                ActionClient(node, known.name, known.kind)
-                if known.is_action
-                else node.client(known.name, known.kind)
+        for name, skill in self._skills.items():
+            self._clients[name] = (
+                ActionClient(node, skill.name, skill.kind)
+                if skill.is_action
+                else node.client(skill.name, skill.kind)
             )
 
     def execute(self, call: SkillCall) -> Steps:
-        known, client = self._known[call.skill], self._clients[call.skill]
-        message = fill(known.message, call, self._tables)
+        skill, client = self._skills[call.skill], self._clients[call.skill]
+        message = fill(skill.message, call, self._tables)
         steps = (
-            self._act(known, client, message)
+            self._achieve(skill, client, message)
             if isinstance(client, ActionClient)
-            else self._ask(known, client, message)
+            else self._call(skill, client, message)
         )
-        yield from self.within(known.timeout_s, known.name, steps)
+        yield from self.limit_time(skill.timeout_s, skill.name, steps)
 
-    def _served(self, known: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
-        since_us = self.clock.now_us()
+    def _wait_for_server(self, skill: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
+        start_us = self.clock.now_us()
         while not client.is_served:
-            if self.clock.now_us() - since_us > known.patience_s * MICROSECONDS:
-                why = client.why_unserved()
+            if self.clock.now_us() - start_us > skill.patience_s * MICROSECONDS:
+                reason = client.why_unserved()
                 raise SkillFailedError(
-                    f"{known.name} ({known.kind}) has no server{f': {why}' if why else ''}"
+                    f"{skill.name} ({skill.kind}) has no server{f': {reason}' if reason else ''}"
                 )
             self.poll()
             yield
 
-    def _act(self, known: RosSkill, client: ActionClient, goal: Message) -> Generator[Any, None, Any]:
-        yield from self._served(known, client)
+    def _achieve(self, skill: RosSkill, client: ActionClient, goal: Message) -> Generator[Any, None, None]:
+        yield from self._wait_for_server(skill, client)
         sent = client.send(goal)
         try:
-            yield from self._follow(known, client, sent)
+            yield from self._follow(skill, client, sent)
         finally:
             if not sent.is_over:
                 sent.cancel()  # the skill was cancelled, or has exceeded its time
                 client.forget(sent)
         if sent.is_accepted is False:
-            raise SkillFailedError(f"{known.name} has rejected the goal")
+            raise SkillFailedError(f"{skill.name} has rejected the goal")
         if sent.status is GoalStatus.UNKNOWN:
-            raise SkillFailedError(f"the server of {known.name} does not know the goal: it was restarted")
+            raise SkillFailedError(f"the server of {skill.name} does not know the goal: it was restarted")
         if sent.status is not GoalStatus.SUCCEEDED:
-            reason = sent.reason or _field(sent.result or {}, known.error)
-            raise SkillFailedError(f"{known.name}: {sent.status.name}{f', {reason}' if reason else ''}")
+            reason = sent.reason or value_at(sent.result, skill.error)
+            raise SkillFailedError(f"{skill.name}: {sent.status.name}{f', {reason}' if reason else ''}")
 
-    def _follow(self, known: RosSkill, client: ActionClient, sent: SentGoal) -> Generator[Any, None, None]:
-        seen_us, reported, first = self.clock.now_us(), None, 0.0
+    def _follow(self, skill: RosSkill, client: ActionClient, sent: SentGoal) -> Generator[Any, None, None]:
+        """Yield the progress of a goal until its end."""
+        served_us, reported, highest = self.clock.now_us(), None, 0.0
         while True:
             self.poll()
             if sent.is_over:
                 return
             now_us = self.clock.now_us()
-            client.look(sent)
+            client.check_server(sent)
             if client.is_served:
-                seen_us = now_us
-            elif now_us - seen_us > known.patience_s * MICROSECONDS:
-                raise SkillFailedError(f"the server of {known.name} has vanished")
+                served_us = now_us
+            elif now_us - served_us > skill.patience_s * MICROSECONDS:
+                raise SkillFailedError(f"the server of {skill.name} has vanished")
             if sent.feedback is None or sent.feedback is reported:
                 yield None
                 continue
             reported = sent.feedback
-            value = _field(reported, known.feedback) if known.feedback else reported
+            value = value_at(reported, skill.feedback) if skill.feedback else reported
             number = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
-            first = max(first, number)
-            # a remaining amount, such as a distance, falls to zero
-            yield Progress(1 - number / first if first > 0 else 0.0, f"{known.feedback} {value}".strip())
+            highest = max(highest, number)
+            # a remaining amount, such as a distance, falls to zero; it may rise at first, after replanning
+            progress = 1 - number / highest if highest > 0 else 0.0
+            yield Progress(progress, f"{skill.feedback} {value}".strip())
 
-    def _ask(self, known: RosSkill, client: Client, request: Message) -> Generator[Any, None, Any]:
-        yield from self._served(known, client)
-        answers: list[Message] = []
+    def _call(self, skill: RosSkill, client: Client, request: Message) -> Generator[Any, None, None]:
+        yield from self._wait_for_server(skill, client)
+        responses: list[Message] = []
         reasons: list[str] = []
-        number = client.call(request, answers.append, reasons.append)
+        number = client.call(request, responses.append, reasons.append)
         try:
-            while not answers:
+            while True:
                 self.poll()
                 if reasons:
-                    raise SkillFailedError(f"{known.name}: {reasons[0]}")
-                if not answers:
-                    yield None
+                    raise SkillFailedError(f"{skill.name}: {reasons[0]}")
+                if responses:
+                    break
+                yield None
         finally:
             client.forget(number)
-        if known.success and _field(answers[0], known.success) is not True:
-            reason = _field(answers[0], known.error)
-            raise SkillFailedError(f"{known.name}: {reason or f'{known.success} is not true'}")
+        if skill.success and value_at(responses[0], skill.success) is not True:
+            reason = value_at(responses[0], skill.error)
+            raise SkillFailedError(f"{skill.name}: {reason or f'{skill.success} is not true'}")
+
+
+def _of_skill(name: str, error: Ros2Error) -> Ros2Error:
+    error.message = f"the skill {name}: {error.message}"
+    return error
 
 
 def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -> Any:
@@ -202,15 +208,15 @@ def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -
     :raises SkillError: if the call lacks a parameter, or a table an entry.
     """
     if isinstance(value, Mapping):
-        return {key: fill(each, call, tables) for key, each in value.items()}
+        return {key: fill(inner, call, tables) for key, inner in value.items()}
     if isinstance(value, list):
-        return [fill(each, call, tables) for each in value]
+        return [fill(inner, call, tables) for inner in value]
     if not isinstance(value, str):
         return value
-    whole = _PARAMETER.fullmatch(value)
-    if whole is None:
-        return _PARAMETER.sub(lambda each: str(call.get(each[1] or each[2])), value)
-    name = whole[1] or whole[2]
+    match = _PARAMETER.fullmatch(value)
+    if match is None:
+        return _PARAMETER.sub(lambda inner: str(call.get(inner[1] or inner[2])), value)
+    name = match[1] or match[2]
     argument = call.get(name)
     if name not in tables:
         return argument
@@ -221,36 +227,25 @@ def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -
         raise SkillError(f"the table '{name}' has no entry '{argument}'", hint=hint) from None
 
 
-def _skill(name: str, value: Any, namespace: str) -> RosSkill:
-    if not isinstance(value, Mapping) or ("action" in value) == ("service" in value):
+def _skill(name: str, settings: Any, namespace: str) -> RosSkill:
+    if not isinstance(settings, Mapping) or ("action" in settings) == ("service" in settings):
         raise ConfigError(
             f"the skill {name} is neither an action nor a service", hint="name one: action: TYPE"
         )
-    is_action = "action" in value
-    known = _OF_ACTION if is_action else _OF_SERVICE
-    for key in value:
-        if key not in known:
-            raise ConfigError(f"the skill {name} has no setting '{key}'", hint=f"it has: {', '.join(known)}")
-    message = value.get("goal" if is_action else "request", {})
+    is_action = "action" in settings
+    check_keys(settings, _ACTION_KEYS if is_action else _SERVICE_KEYS, f"the skill {name}")
+    message = settings.get("goal" if is_action else "request", {})
     if not isinstance(message, Mapping) and not _PARAMETER.fullmatch(str(message)):
         hint = "or a parameter that is one in a table: $place"
         raise ConfigError(f"the goal or request of the skill {name} is a mapping, not {message!r}", hint=hint)
     return RosSkill(
-        kind=str(value["action" if is_action else "service"]),
+        kind=str(settings["action" if is_action else "service"]),
         is_action=is_action,
-        name=check_topic(f"{namespace}{value.get('name', '')}"),
+        name=check_topic(f"{namespace}{settings.get('name', '')}"),
         message=message,
-        feedback=str(value.get("feedback", "")),
-        success=str(value.get("success", "")),
-        error=str(value.get("error", "")),
-        timeout_s=seconds_of(name, "timeout", value.get("timeout", TIMEOUT_S)),
-        patience_s=seconds_of(name, "patience", value.get("patience", PATIENCE_S)),
+        feedback=str(settings.get("feedback", "")),
+        success=str(settings.get("success", "")),
+        error=str(settings.get("error", "")),
+        timeout_s=seconds_of(name, "timeout", settings.get("timeout", TIMEOUT_S)),
+        patience_s=seconds_of(name, "patience", settings.get("patience", PATIENCE_S)),
     )
-
-
-def _field(message: Any, path: str) -> Any:
-    for part in path.split(".") if path else ():
-        if not isinstance(message, Mapping) or part not in message:
-            return None
-        message = message[part]
-    return message if path else None

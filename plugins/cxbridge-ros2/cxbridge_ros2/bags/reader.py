@@ -1,10 +1,14 @@
-"""Reader of ROS 2 bags as recorded runs."""
+"""Reader of ROS 2 bags as recorded runs.
+
+A bag may be cut or damaged, and its types may be unknown: the reader notes what is left out, and goes on.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -15,16 +19,15 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import Run, StoredFile
-from cxbridge_ros2.bags.topics import EVENTS, FILES, SOURCES, Taker, Takers, file_of, record_of
+from cxbridge_ros2.bags.topics import EVENTS, FILES, SOURCES, Converter, Converters, file_of, record_of
 from cxbridge_ros2.bags.unpacking import bound_unpacking
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
+from cxbridge_ros2.stamps import NANOSECONDS
 
 METADATA: Final = "cxbridge"  # prefix of the run's keys in the bag's metadata
-
-_NS_PER_US: Final = 1000  # ROS counts nanoseconds, events microseconds
 
 T = TypeVar("T")
 
@@ -43,36 +46,40 @@ class BagRun(Run):
         self._codec = Codec(self._definitions)
 
     def __iter__(self) -> Iterator[Event]:
-        left_out: Counter[str] = Counter()
+        omitted: Counter[str] = Counter()
         with self._opened() as bag:
-            takers = Takers(self.registry, whole=any(each.topic == EVENTS for each in bag.connections))
-            chosen: dict[tuple[str, str], Taker] = {}
-            for each in bag.connections:
-                taker = takers.of(each.topic, each.msgtype)
-                if taker is not None and self._is_known(each):
-                    chosen[each.topic, each.msgtype] = taker
-                elif each.msgcount:
-                    left_out[f"{each.topic} ({each.msgtype})"] += each.msgcount
-            connections = [each for each in bag.connections if (each.topic, each.msgtype) in chosen]
-            for connection, time_ns, data in self._messages(bag, connections):
-                message = self._decoded(connection, time_ns, data)
+            has_events = any(connection.topic == EVENTS for connection in bag.connections)
+            all_converters = Converters(self.registry, has_events=has_events)
+            # by topic and type, since a bag may have several connections of a topic
+            converters: dict[tuple[str, str], Converter] = {}
+            for connection in bag.connections:
+                topic, kind = connection.topic, connection.msgtype
+                converter = all_converters.of(topic, kind)
+                if converter is not None and self._is_known(connection):
+                    converters[topic, kind] = converter
+                elif connection.msgcount:
+                    omitted[f"{topic} ({kind})"] += connection.msgcount
+            for connection, time_ns, data in self._messages(
+                bag, lambda connection: (connection.topic, connection.msgtype) in converters
+            ):
+                message = self._decode(connection, time_ns, data)
                 if message is not None:
-                    yield from self._taken(
-                        chosen[connection.topic, connection.msgtype], connection, message, time_ns
-                    )
-            if left_out and not takers.whole:  # otherwise the other topics repeat the events
-                self.note(
-                    f"left out: {', '.join(f'{topic}: {count}' for topic, count in sorted(left_out.items()))}"
-                )
+                    converter = converters[connection.topic, connection.msgtype]
+                    yield from self._convert(converter, connection, message, time_ns)
+            if omitted and not has_events:  # otherwise the other topics repeat the events
+                counts = (f"{topic}: {count}" for topic, count in sorted(omitted.items()))
+                self.note(f"left out: {', '.join(counts)}")
 
-    def _taken(self, take: Taker, connection: Connection, message: Message, time_ns: int) -> Iterator[Event]:
+    def _convert(
+        self, convert: Converter, connection: Connection, message: Message, time_ns: int
+    ) -> Iterator[Event]:
         try:
-            yield from take(connection.topic, message, time_ns // _NS_PER_US)
+            yield from convert(connection.topic, message, time_ns // NANOSECONDS)
         except (KeyError, TypeError, ValueError) as error:
             kind = connection.msgtype
             self.note(f"{connection.topic} at {time_ns} ns: not a message of the known {kind}: {error}")
 
-    def _decoded(self, connection: Connection, time_ns: int, data: bytes) -> Message | None:
+    def _decode(self, connection: Connection, time_ns: int, data: bytes) -> Message | None:
         try:
             return self._codec.decode(parse_type(connection.msgtype), data)
         except CxbridgeError as error:
@@ -82,36 +89,37 @@ class BagRun(Run):
     def metadata(self) -> Mapping[str, str]:
         """Return the run's metadata in the bag, with the ROS distribution."""
         with self._opened() as bag:
-            found = {
+            # files of other tools may have no metadata, and that of other storages no custom data
+            custom: Mapping[str, Any] = getattr(getattr(bag.storage, "metadata", None), "custom", None) or {}
+            metadata = {
                 key.removeprefix(f"{METADATA}."): value
-                for key, value in _custom_data(bag).items()
+                for key, value in custom.items()
                 if key.startswith(f"{METADATA}.")
             }
-            return {**found, "ros_distro": bag.ros_distro} if bag.ros_distro else found
+            return {**metadata, "ros_distro": bag.ros_distro} if bag.ros_distro else metadata
 
     def files(self) -> Iterator[StoredFile]:
-        return self._made(FILES, file_of)
+        return self._stored(FILES, file_of)
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        return self._made(SOURCES, record_of)
+        return self._stored(SOURCES, record_of)
 
-    def _made(self, topic: str, make: Callable[[Message], T]) -> Iterator[T]:
+    def _stored(self, topic: str, parse: Callable[[Message], T]) -> Iterator[T]:
         """Yield the contents of a topic's messages."""
         with self._opened() as bag:
-            connections = [each for each in bag.connections if each.topic == topic]
-            for connection, time_ns, data in self._messages(bag, connections):
-                message = self._decoded(connection, time_ns, data)
+            for connection, time_ns, data in self._messages(bag, lambda each: each.topic == topic):
+                message = self._decode(connection, time_ns, data)
                 try:
                     if message is not None:
-                        yield make(message)
+                        yield parse(message)
                 except ValueError as error:
                     self.note(f"{topic} at {time_ns} ns: {error}")
 
     def description(self) -> Iterator[str]:
         """Yield the topics with their types and numbers of messages."""
         with self._opened() as bag:
-            for each in sorted(bag.connections, key=lambda each: each.topic):
-                yield f"{each.topic}: {each.msgcount} x {each.msgtype}"
+            for connection in sorted(bag.connections, key=lambda connection: connection.topic):
+                yield f"{connection.topic}: {connection.msgcount} x {connection.msgtype}"
 
     # -- the bag
 
@@ -124,31 +132,32 @@ class BagRun(Run):
         except (ReaderError, OSError) as error:
             raise TraceError(f"an incomplete or damaged bag of ROS 2: {error}", file=self.path) from None
         except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors
-            raise self._damaged(error) from None
+            reason = f"{type(error).__name__}: {error}"
+            raise TraceError(
+                f"a damaged bag of ROS 2: {reason}", file=self.path, hint="try: ros2 bag reindex"
+            ) from None
         try:
             yield bag
         finally:
             bag.close()
 
     def _messages(
-        self, bag: Reader, connections: list[Connection]
+        self, bag: Reader, is_selected: Callable[[Connection], bool]
     ) -> Iterator[tuple[Connection, int, bytes]]:
+        """Yield the messages of some connections until the end, or until the bag is damaged."""
+        connections = [connection for connection in bag.connections if is_selected(connection)]
         if not connections:
-            return
+            return  # for rosbags, no connections are all connections
         messages = bag.messages([*connections, *_as_in_files(bag, connections)])
         while True:
             try:
                 item = next(messages)
             except StopIteration:
                 return
-            except Exception as error:  # noqa: BLE001
+            except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors
                 self.note(f"damaged from here on: {type(error).__name__}: {error}")
                 return
             yield item
-
-    def _damaged(self, error: Exception) -> TraceError:
-        reason = f"{type(error).__name__}: {error}"
-        return TraceError(f"a damaged bag of ROS 2: {reason}", file=self.path, hint="try: ros2 bag reindex")
 
     def _is_known(self, connection: Connection) -> bool:
         """Register the message type of a topic from the bag; return whether the type is known."""
@@ -169,15 +178,7 @@ def _as_in_files(bag: Reader, connections: list[Connection]) -> Iterator[Connect
     rosbags takes these for other topics and leaves out their messages.
     """
     for file in getattr(bag.storage, "storages", ()):
-        for each in connections:
-            for file_connection in file.connections:
-                if (file_connection.topic, file_connection.msgtype) == (
-                    each.topic,
-                    each.msgtype,
-                ) and file_connection.ext != each.ext:
-                    yield each._replace(ext=file_connection.ext)
-
-
-def _custom_data(bag: Reader) -> Mapping[str, Any]:
-    metadata = getattr(bag.storage, "metadata", None)
-    return getattr(metadata, "custom", None) or {}
+        for connection, in_file in product(connections, file.connections):
+            is_same = (in_file.topic, in_file.msgtype) == (connection.topic, connection.msgtype)
+            if is_same and in_file.ext != connection.ext:
+                yield connection._replace(ext=in_file.ext)

@@ -1,4 +1,8 @@
-"""Conversion of a bag's messages to events of a run, by message type."""
+"""Conversion of a bag's messages to events of a run, by message type.
+
+A bag of cxbridge has all events of its run as JSON. A robot's bag has topics only: the status of actions and
+the messages of hubs become skills, /rosout becomes the log, /tf and interface topics become interface writes.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +18,12 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import decoder, dump
 from cxbridge.trace.formats.base import StoredFile
-from cxbridge_ros2.actions import GoalStatus
+from cxbridge_ros2.actions import STATUS_TYPE, GoalStatus
 from cxbridge_ros2.frames import FROM_ROS, TRANSFORMS
-from cxbridge_ros2.hub.words import WordKind
+from cxbridge_ros2.hub.protocol import MessageKind
 from cxbridge_ros2.interfaces.definitions import field_names, type_of
 from cxbridge_ros2.messages import Message
+from cxbridge_ros2.rosout import LOG_TYPE, level_of
 
 EVENTS: Final = "/cxbridge/events"  # topic with all events of a run, each as JSON with its kind
 
@@ -27,13 +32,10 @@ FILES: Final = "/cxbridge/files"  # topic with the files of a run, each as JSON
 SOURCES: Final = "/cxbridge/sources"  # topic with the sources of a run, each as JSON
 
 TEXT: Final = "std_msgs/msg/String"
-LOG: Final = "rcl_interfaces/msg/Log"
 
-_STATUS: Final = "action_msgs/msg/GoalStatusArray"
 _TREE: Final = "nav2_msgs/msg/BehaviorTreeLog"
 _HUBS: Final = ("plansys2_msgs/msg/ActionExecution", "cx_msgs/msg/SkillExecution")
-_SENT: Final = "_SendGoal_Event"
-_LEVELS: Final = {10: Level.DEBUG, 20: Level.INFO, 30: Level.WARN, 40: Level.ERROR, 50: Level.ERROR}
+_GOAL_EVENT: Final = "_SendGoal_Event"
 _STATUSES: Final = {
     GoalStatus.ACCEPTED: "S_RUNNING",
     GoalStatus.EXECUTING: "S_RUNNING",
@@ -41,94 +43,93 @@ _STATUSES: Final = {
     GoalStatus.CANCELED: "S_FAILED",
     GoalStatus.ABORTED: "S_FAILED",
 }
-_REQUEST_RECEIVED: Final = (0, 1)
-_LEVELS_OF_INTERFACE: Final = 3  # number of slashes in /blackboard/TYPE/ID
-_MOST_SKILLS: Final = 1000
-_MOST_LENGTH: Final = 200  # characters of a message in a log line
+_REQUEST_EVENTS: Final = (0, 1)  # REQUEST_SENT, REQUEST_RECEIVED of service_msgs/ServiceEventInfo
+_INTERFACE_SLASHES: Final = 3  # number of slashes in /blackboard/TYPE/ID
+_MAX_GOALS: Final = 1000  # a long recording has any number of goals: the oldest are forgotten
+_MAX_ARGUMENTS: Final = 200  # characters of the arguments in a skill string
 
 # Converts a message to events; called with the topic, the message, and the time in microseconds.
-Taker = Callable[[str, Message, int], Iterator[Event]]
+Converter = Callable[[str, Message, int], Iterator[Event]]
 
 
-class Takers:
+class Converters:
     """Converters of a bag's messages by type.
 
     :param registry: the interface types.
-    :param whole: whether the bag has all events itself, so that its other topics only repeat them.
+    :param has_events: whether the bag has all events itself, so that its other topics only repeat them.
     """
 
-    def __init__(self, registry: InterfaceRegistry, *, whole: bool) -> None:
+    def __init__(self, registry: InterfaceRegistry, *, has_events: bool) -> None:
         self._registry = registry
-        self._interfaces = {} if whole else {type_of(name): name for name in registry.names()}
-        self.whole = whole
+        self._interfaces = {} if has_events else {type_of(name): name for name in registry.names()}
+        self.has_events = has_events
         self._goals: dict[bytes, _Goal] = {}
         self._numbers = 0
-        self._by_type: dict[str, Taker] = {
-            LOG: _log,
+        self._by_type: dict[str, Converter] = {
+            LOG_TYPE: _log,
             TRANSFORMS: self._transforms,
-            _STATUS: self._status,
+            STATUS_TYPE: self._status,
             _TREE: _tree,
             **dict.fromkeys(_HUBS, self._hub),
         }
 
-    def of(self, topic: str, message_type: str) -> Taker | None:
+    def of(self, topic: str, message_type: str) -> Converter | None:
         if topic == EVENTS and message_type == TEXT:
             return _event
-        if self.whole:
+        if self.has_events:
             return None
-        if message_type in self._interfaces and topic.count("/") == _LEVELS_OF_INTERFACE:
+        if message_type in self._interfaces and topic.count("/") == _INTERFACE_SLASHES:
             return self._interface(self._interfaces[message_type])
-        if message_type.endswith(_SENT):
-            return self._sent
+        if message_type.endswith(_GOAL_EVENT):
+            return self._goal_request
         return self._by_type.get(message_type)
 
     # -- skills
 
-    def _sent(self, topic: str, message: Message, _time_us: int) -> Iterator[Event]:
+    def _goal_request(self, topic: str, message: Message, _time_us: int) -> Iterator[Event]:
         """Keep the content of a goal from a service event."""
         for request in message["request"]:
-            if message["info"]["event_type"] in _REQUEST_RECEIVED:
+            if message["info"]["event_type"] in _REQUEST_EVENTS:
                 goal = self._goal(topic, request["goal_id"]["uuid"])
                 goal.text = _skill_string(goal.name, _flat(request["goal"]))
         yield from ()
 
     def _status(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
-        for each in message["status_list"]:
-            goal = self._goal(topic, each["goal_info"]["goal_id"]["uuid"])
-            status = _STATUSES.get(each["status"])
+        for goal_status in message["status_list"]:
+            goal = self._goal(topic, goal_status["goal_info"]["goal_id"]["uuid"])
+            status = _STATUSES.get(goal_status["status"])
+            # each message repeats the status of earlier goals
             if status is not None and status != goal.status and goal.status in ("", "S_RUNNING"):
                 goal.status = status
                 yield SkillStatus(time_us, "", goal.action, goal.text, goal.number, status)
 
     def _goal(self, topic: str, uuid: bytes) -> _Goal:
-        known = self._goals.get(uuid)
-        if known is None:
-            # A long recording has any number of goals; the oldest are forgotten.
-            while len(self._goals) >= _MOST_SKILLS:
+        if uuid not in self._goals:
+            while len(self._goals) >= _MAX_GOALS:
                 del self._goals[next(iter(self._goals))]
             self._numbers += 1
             action = topic.partition("/_action/")[0]
             name = action.rpartition("/")[2]
-            known = self._goals[uuid] = _Goal(action, name, _skill_string(name, {}), self._numbers)
-        return known
+            self._goals[uuid] = _Goal(action, name, _skill_string(name, {}), self._numbers)
+        return self._goals[uuid]
 
     def _hub(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
         arguments = message.get("arguments") or message.get("action_parameters") or ()
         text = message.get("mapped_action") or _skill_string(
-            message["action"], {str(number): each for number, each in enumerate(arguments, start=1)}
+            message["action"], {str(number): text for number, text in enumerate(arguments, start=1)}
         )
         key = f"{topic} {message['node_id']} {text}".encode()
-        if message["type"] == WordKind.CONFIRM:
+        if message["type"] == MessageKind.CONFIRM:
             self._numbers += 1
             self._goals[key] = _Goal(message["node_id"], "", text, self._numbers)
             yield SkillStatus(time_us, "", message["node_id"], text, self._numbers, "S_RUNNING")
-        elif message["type"] == WordKind.FINISH and (goal := self._goals.pop(key, None)) is not None:
+        elif message["type"] == MessageKind.FINISH and (goal := self._goals.pop(key, None)) is not None:
             status = "S_FINAL" if message["success"] else "S_FAILED"
             yield SkillStatus(time_us, "", goal.action, text, goal.number, status)
 
     # -- interfaces
 
-    def _interface(self, interface_type: str) -> Taker:
+    def _interface(self, interface_type: str) -> Converter:
         fields = self._registry.schema(interface_type).fields
         names = field_names(fields)
 
@@ -139,14 +140,14 @@ class Takers:
         return take
 
     def _transforms(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
-        for each in message["transforms"]:
-            child = each["child_frame_id"].lstrip("/")
+        for stamped in message["transforms"]:
+            child, transform = stamped["child_frame_id"].lstrip("/"), stamped["transform"]
             values = {
                 "static_transform": topic.endswith("_static"),
-                "frame": each["header"]["frame_id"].lstrip("/"),
+                "frame": stamped["header"]["frame_id"].lstrip("/"),
                 "child_frame": child,
-                "translation": tuple(each["transform"]["translation"].values()),
-                "rotation": tuple(each["transform"]["rotation"].values()),
+                "translation": tuple(transform["translation"].values()),
+                "rotation": tuple(transform["rotation"].values()),
             }
             yield InterfaceWrite(time_us, f"TransformInterface::{FROM_ROS}{child}", values)
 
@@ -162,16 +163,17 @@ class _Goal(msgspec.Struct):
 
 
 def _log(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
-    yield LogLine(time_us, _LEVELS.get(message["level"], Level.INFO), message["name"], message["msg"])
+    yield LogLine(time_us, level_of(message["level"]), message["name"], message["msg"])
 
 
 def _tree(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
-    for each in message["event_log"]:
-        text = f"{each['node_name']}: {each['previous_status']} -> {each['current_status']}"
+    for change in message["event_log"]:
+        text = f"{change['node_name']}: {change['previous_status']} -> {change['current_status']}"
         yield LogLine(time_us, Level.DEBUG, "behavior tree", text)
 
 
 def _event(_topic: str, message: Message, _time_us: int) -> Iterator[Event]:
+    # kinds of later versions are left out
     data = message["data"].encode("utf-8", "surrogatepass")
     kind = msgspec.json.decode(data, type=_Kind).kind
     if kind in EVENT_TYPES:
@@ -230,11 +232,11 @@ def _flat(value: Any, path: str = "") -> dict[str, Any]:
         for name, inner in value.items():
             flat_values.update(_flat(inner, f"{path}.{name}" if path else name))
         return flat_values
-    is_plain = isinstance(value, str | bool | int | float)
-    return {path: value} if is_plain and value else {}
+    is_scalar = isinstance(value, str | bool | int | float)
+    return {path: value} if is_scalar and value else {}
 
 
 def _skill_string(name: str, values: Mapping[str, Any]) -> str:
     """Return a skill string for display; long arguments are cut."""
     inner = ", ".join(f"{key}={msgspec.json.encode(value).decode()}" for key, value in values.items())
-    return f"{name}{{{inner}}}" if len(inner) < _MOST_LENGTH else f"{name}{{{inner[:_MOST_LENGTH]}...}}"
+    return f"{name}{{{inner}}}" if len(inner) < _MAX_ARGUMENTS else f"{name}{{{inner[:_MAX_ARGUMENTS]}...}}"

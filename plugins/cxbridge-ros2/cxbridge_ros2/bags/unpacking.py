@@ -1,4 +1,7 @@
-"""Limits the memory of rosbags, whose own functions unpack chunks and messages of any size."""
+"""Limits the memory of rosbags, whose own functions unpack chunks and messages of any size.
+
+A small file may expand to more than the memory. rosbags has no hook: its modules get other functions.
+"""
 
 from __future__ import annotations
 
@@ -8,36 +11,34 @@ from collections.abc import Callable
 from typing import Any, Final
 
 import lz4.frame
-import rosbags.rosbag2.reader as of_bags
-import rosbags.rosbag2.storage_mcap as of_chunks
+import rosbags.rosbag2.reader as bag_module
+import rosbags.rosbag2.storage_mcap as mcap_module
 from rosbags.rosbag2 import ReaderError
 
 from cxbridge.trace.formats.mcap.records import MAX_RECORD
 
-MOST_BYTES: Final = MAX_RECORD  # limit of an unpacked chunk or message, in bytes
+MAX_BYTES: Final = MAX_RECORD  # limit of an unpacked chunk or message, in bytes
 
-MOST_TIMES: Final = 100  # largest expansion factor of a whole packed file beyond `MOST_BYTES`
+MAX_EXPANSION: Final = 100  # largest expansion factor of a whole packed file beyond `MAX_BYTES`
 
-_PIECE: Final = 1024 * 1024  # bytes per read, so that the limit is checked before memory is used up
+_READ_BYTES: Final = 1024 * 1024  # bytes per read, so that the limit is checked before memory is used up
 
 
 def _decompress(make: Callable[[], Any], data: bytes) -> bytes:
     """Unpack data frame by frame."""
-    parts: list[bytes] = []
-    remaining_bytes = MOST_BYTES
+    chunks: list[bytes] = []
+    remaining_bytes = MAX_BYTES
     while data:
         frame = make()
-        part = bytes(frame.decompress(data, remaining_bytes + 1))
-        remaining_bytes -= len(part)
-        if remaining_bytes < 0 or (not frame.eof and not part):
-            raise ReaderError(
-                f"a chunk or message of more than {MOST_BYTES} bytes"
-                if remaining_bytes < 0
-                else "a cut chunk or message"
-            )
-        parts.append(part)
+        chunk = bytes(frame.decompress(data, remaining_bytes + 1))
+        remaining_bytes -= len(chunk)
+        if remaining_bytes < 0:
+            raise ReaderError(f"a chunk or message of more than {MAX_BYTES} bytes")
+        if not frame.eof and not chunk:
+            raise ReaderError("a cut chunk or message")
+        chunks.append(chunk)
         data = frame.unused_data or b"" if frame.eof else b""
-    return b"".join(parts)
+    return b"".join(chunks)
 
 
 class _Zstd:
@@ -58,14 +59,14 @@ class _Zstd:
         :raises ReaderError: if the size exceeds the limits.
         """
         packed = file.seek(0, io.SEEK_END)
-        most = max(MOST_BYTES, MOST_TIMES * packed)
+        limit = max(MAX_BYTES, MAX_EXPANSION * packed)
         file.seek(0)
         with self._module.open(file, mode) as unpacked:
             size = 0
-            while piece := unpacked.read(_PIECE):
-                size += len(piece)
-                if size > most:
-                    raise ReaderError(f"a packed file of {packed} bytes becomes more than {most}")
+            while chunk := unpacked.read(_READ_BYTES):
+                size += len(chunk)
+                if size > limit:
+                    raise ReaderError(f"a packed file of {packed} bytes becomes more than {limit}")
         file.seek(0)
         return self._module.open(file, mode)
 
@@ -73,7 +74,8 @@ class _Zstd:
 @functools.cache
 def bound_unpacking() -> None:
     """Install the limits in rosbags, for this process."""
-    modules: tuple[Any, Any] = (of_bags, of_chunks)
-    for module in modules:
+    bags: Any = bag_module
+    mcap: Any = mcap_module
+    for module in (bags, mcap):
         module.zstd = _Zstd(module.zstd)
-    modules[1].lz4_decompress = functools.partial(_decompress, lz4.frame.LZ4FrameDecompressor)
+    mcap.lz4_decompress = functools.partial(_decompress, lz4.frame.LZ4FrameDecompressor)

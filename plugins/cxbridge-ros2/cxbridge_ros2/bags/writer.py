@@ -1,4 +1,8 @@
-"""Writer of runs as ROS 2 bags: all events exactly, and also messages for ROS tools."""
+"""Writer of runs as ROS 2 bags: all events exactly, and also messages for ROS tools.
+
+Each event is JSON on a topic of cxbridge, from which the reader has the same run again. Log lines and frames
+are also on /rosout and /tf, where ROS' tools look for them.
+"""
 
 from __future__ import annotations
 
@@ -12,25 +16,25 @@ from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
-from cxbridge.events import Event, InterfaceWrite, Level, LogLine, SourceRead
+from cxbridge.events import Event, InterfaceWrite, LogLine, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.files import writing
 from cxbridge.trace.sourcing import SourceNamer
 from cxbridge_ros2.bags.reader import METADATA
-from cxbridge_ros2.bags.topics import EVENTS, FILES, LOG, SOURCES, TEXT, file_message, record_message
+from cxbridge_ros2.bags.topics import EVENTS, FILES, SOURCES, TEXT, file_message, record_message
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.frames import TRANSFORMS, stamp, transform_message
+from cxbridge_ros2.frames import TRANSFORMS, transform_message
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
+from cxbridge_ros2.rosout import LOG_TYPE, log_message
+from cxbridge_ros2.stamps import NANOSECONDS
 
 _VERSION: Final = 9  # of rosbag2's metadata
-_NANOSECONDS: Final = 1000  # per microsecond
-_LEVELS: Final = {Level.DEBUG: 10, Level.INFO: 20, Level.WARN: 30, Level.ERROR: 40}
 _TRANSFORM: Final = "TransformInterface::"
-# Later times overflow the signed 64-bit nanoseconds of a bag.
-_LATEST_US: Final = 2**62 // _NANOSECONDS
+# Later times may overflow the signed 64-bit nanoseconds of a bag.
+_LATEST_US: Final = 2**62 // NANOSECONDS
 
 
 class BagWriter(RunWriter):
@@ -61,23 +65,19 @@ class BagWriter(RunWriter):
             record, attachment = self._sources.record(event)
             if attachment is not None:
                 self.attach(attachment)
-            self._put(SOURCES, TEXT, event.time_us, record_message(record))
+            self._write(SOURCES, TEXT, event.time_us, record_message(record))
             return
-        self._put(EVENTS, TEXT, event.time_us, {"data": _text(encode_with_kind(event))})
+        self._write(EVENTS, TEXT, event.time_us, {"data": _text(encode_with_kind(event))})
         if isinstance(event, LogLine):
-            self._put("/rosout", LOG, event.time_us, _log(event))
+            self._write("/rosout", LOG_TYPE, event.time_us, log_message(event, event.component))
         elif isinstance(event, InterfaceWrite) and event.uid.startswith(_TRANSFORM):
             topic = "/tf_static" if event.values.get("static_transform") else "/tf"
-            self._put(
-                topic,
-                TRANSFORMS,
-                event.time_us,
-                {"transforms": [transform_message(event.values, event.time_us)]},
-            )
+            transform = transform_message(event.values, event.time_us)
+            self._write(topic, TRANSFORMS, event.time_us, {"transforms": [transform]})
 
     def attach(self, attachment: Attachment) -> None:
         message = file_message(attachment.name, attachment.media_type, attachment.time_us, attachment.data)
-        self._put(FILES, TEXT, attachment.time_us or self._last_us, message)
+        self._write(FILES, TEXT, attachment.time_us or self._last_us, message)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         for key, value in metadata.items():
@@ -92,18 +92,16 @@ class BagWriter(RunWriter):
             with _writing(self.path):
                 self._bag.close()
 
-    def _put(self, topic: str, message_type: str, time_us: int, message: Message) -> None:
+    def _write(self, topic: str, message_type: str, time_us: int, message: Message) -> None:
         name = parse_type(message_type)
         data = self._codec.encode(name, message)
         self._last_us = max(0, min(time_us, _LATEST_US))
         with _writing(self.path):
-            connection = self._connections.get(topic)
-            if connection is None:
-                store = self._definitions.store
-                connection = self._connections[topic] = self._bag.add_connection(
-                    topic, message_type, typestore=store
+            if topic not in self._connections:
+                self._connections[topic] = self._bag.add_connection(
+                    topic, message_type, typestore=self._definitions.store
                 )
-            self._bag.write(connection, self._last_us * _NANOSECONDS, data)
+            self._bag.write(self._connections[topic], self._last_us * NANOSECONDS, data)
 
 
 @contextmanager
@@ -126,13 +124,3 @@ def open_sqlite3(path: Path, _registry: InterfaceRegistry) -> BagWriter:
 
 def _text(data: bytes) -> str:
     return data.decode("utf-8", "backslashreplace").replace("\0", "\\u0000")
-
-
-def _log(event: LogLine) -> Message:
-    text = event.text.replace("\0", "").encode("utf-8", "replace").decode()
-    return {
-        "stamp": stamp(event.time_us),
-        "level": _LEVELS[event.level],
-        "name": event.component.replace("\0", "").encode("utf-8", "replace").decode(),
-        "msg": text,
-    }

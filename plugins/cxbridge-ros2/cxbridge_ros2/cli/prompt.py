@@ -13,11 +13,11 @@ from cxbridge.clock import RealClock
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import EVERYTHING
-from cxbridge_ros2.executor import NodeSettings
 from cxbridge_ros2.experts.client import ExpertClient, ExpertRefusedError
 from cxbridge_ros2.experts.definitions import TYPES
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import Terminal
+from cxbridge_ros2.settings import NodeSettings
 
 _PROMPT: Final = "> "
 _REFUSED: Final = 1  # exit status when the expert has rejected the command

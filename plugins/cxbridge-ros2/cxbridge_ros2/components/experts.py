@@ -12,10 +12,9 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge_ros2.experts.definitions import TYPES
 from cxbridge_ros2.experts.planner import PlanServer
-from cxbridge_ros2.experts.server import ExpertServer
-from cxbridge_ros2.experts.settings import TREE, ExpertSettings
+from cxbridge_ros2.experts.server import SECTION, ExpertServer, ExpertSettings
 from cxbridge_ros2.problem_expert import problem_expert
-from cxbridge_ros2.trees import placed
+from cxbridge_ros2.settings import located
 
 if TYPE_CHECKING:
     from cxbridge.executive.planning import PlanningService
@@ -30,7 +29,7 @@ class Ros2Experts(Component):
 
     def __init__(self, context: Run) -> None:
         settings = ExpertSettings.of(context.config, context.paths.confdir)
-        with placed(context.config, TREE):
+        with located(context.config, SECTION):
             if not context.spec:
                 raise ConfigError(
                     "the experts need an executive", hint="name a spec, or leave ros2/experts out"
@@ -39,7 +38,7 @@ class Ros2Experts(Component):
                 raise ConfigError("the experts do not work with --ros2cx", hint="leave ros2/experts out")
         planning = PlannerSettings.from_config(context.config)
         namespace = settings.node.namespace
-        if context.name:  # one agent of several
+        if context.name:  # an agent of a team: each has its own experts
             namespace += "/" + re.sub(r"\W", "_", context.name)
         log = context.bus.logger("Ros2Experts")
         self._node = settings.node.join(
@@ -54,7 +53,7 @@ class Ros2Experts(Component):
                 namespace,
                 self._node,
                 problem_expert(context),
-                PlanServer(planning, lambda: _planners(planning)),
+                PlanServer(planning, lambda: _planning_service(planning)),
                 log,
             )
         except Exception:
@@ -74,7 +73,7 @@ class Ros2Experts(Component):
         self._node.close()
 
 
-def _planners(settings: PlannerSettings) -> PlanningService:
-    from cxbridge.executive.planning import PlanningService  # noqa: PLC0415 - only who wants plans pays
+def _planning_service(settings: PlannerSettings) -> PlanningService:
+    from cxbridge.executive.planning import PlanningService  # noqa: PLC0415 - slow, and few clients plan
 
     return PlanningService(settings.at_once, settings.memory)

@@ -8,7 +8,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.skiller.board.service import LocalSkillCalls
 from cxbridge_ros2.hub.caller import HubSkills
 from cxbridge_ros2.hub.performer import HubPerformer, PerformerSettings
-from cxbridge_ros2.hub.settings import TREE, performer_settings
+from cxbridge_ros2.hub.settings import SECTION, performer_settings
 from cxbridge_ros2.node import Node
 
 
@@ -24,9 +24,9 @@ class Ros2Performers(Component):
         self._performers: list[HubPerformer] = []
         agents = () if context.skill_board is None else context.skill_board.agents
         names = [agent.name for agent in agents]
-        settings_of_performers = performer_settings(context.config, names, context.paths.confdir)
+        performers = performer_settings(context.config, names, context.paths.confdir)
         try:
-            for key, settings in settings_of_performers.items():
+            for key, settings in performers.items():
                 self._serve(key, settings)
         except Exception:
             self.close()
@@ -39,9 +39,9 @@ class Ros2Performers(Component):
         self._nodes.append(node)
         performer = HubPerformer(settings, self._skills, node, context.clock, log)
         self._performers.append(performer)
-        self._refuse_circle(key, settings, performer)
+        self._reject_circle(key, settings, performer)
 
-    def _refuse_circle(self, key: str, settings: PerformerSettings, performer: HubPerformer) -> None:
+    def _reject_circle(self, key: str, settings: PerformerSettings, performer: HubPerformer) -> None:
         """Reject performers whose skills are executed by a call on the same hub, which would never end."""
         service = self._context.skill_service
         for host in () if service is None else service.hosts:
@@ -49,13 +49,13 @@ class Ros2Performers(Component):
             if (
                 isinstance(executor, HubSkills)
                 and (executor.topic, executor.agent) == (performer.topic, settings.agent)
-                and (both := performer.served & set(executor.skills))
+                and (circular := performer.served & set(executor.skills))
             ):
                 raise self._context.config.error(
-                    f"{TREE}/{key}/",
-                    f"the performer {key} would ask itself for {', '.join(sorted(both))}:"
+                    f"{SECTION}/{key}/",
+                    f"the performer {key} would ask itself for {', '.join(sorted(circular))}:"
                     f" {host.name} lets performers on {performer.topic} execute it",
-                    f"leave it out of {TREE}/{key}/actions, or of the skills of {host.name}",
+                    f"leave it out of {SECTION}/{key}/actions, or of the skills of {host.name}",
                 )
 
     def _skills(self) -> LocalSkillCalls | None:
@@ -77,8 +77,8 @@ class Ros2Performers(Component):
         return not self.running
 
     def close(self) -> None:
+        # the performers first: they report the end of their skills
         for performer in self._performers:
             performer.close()
         for node in self._nodes:
             node.close()
-        self._performers, self._nodes = [], []

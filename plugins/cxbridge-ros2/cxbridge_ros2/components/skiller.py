@@ -9,13 +9,12 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.skiller.calls import CallOutcome, SkillerCall
 from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
-from cxbridge_ros2.executor import typed
 from cxbridge_ros2.interfaces.definitions import ACTIONS, EXEC_SKILL
-from cxbridge_ros2.topics import check_topic
-from cxbridge_ros2.trees import node_settings, placed
+from cxbridge_ros2.names import check_topic
+from cxbridge_ros2.settings import located, node_settings, typed
 
-TREE = "/ros2/skiller"
-_WHOSE = "the Skiller for ROS 2"
+_SECTION = "/ros2/skiller"
+_COMPONENT = "the Skiller for ROS 2"
 
 
 class Ros2Skiller(Component):
@@ -27,11 +26,11 @@ class Ros2Skiller(Component):
     def __init__(self, context: Run) -> None:
         self._board = context.board
         values, settings = node_settings(
-            context.config, TREE, ("action", "skiller"), context.paths.confdir, _WHOSE
+            context.config, _SECTION, ("action", "skiller"), context.paths.confdir, _COMPONENT
         )
-        with placed(context.config, TREE):
-            self._skiller = typed(values, "skiller", "Skiller", _WHOSE)
-            action = check_topic(settings.namespace + typed(values, "action", "/skiller/execute", _WHOSE))
+        with located(context.config, _SECTION):
+            self._skiller = typed(values, "skiller", "Skiller", _COMPONENT)
+            action = check_topic(settings.namespace + typed(values, "action", "/skiller/execute", _COMPONENT))
             self._node = settings.join(
                 f"cxbridge_skiller_{context.name}",
                 settings.definitions(ACTIONS),
@@ -61,7 +60,7 @@ class Ros2Skiller(Component):
                     except StopIteration as end:
                         result = end.value
                         break
-                    if goal.wants_cancel:
+                    if goal.wants_cancel:  # leaving the block stops the skill
                         return {"success": False, "error": "it was cancelled"}
                     yield {"status": statuses.pop()} if statuses else None
         except CxbridgeError as error:

@@ -11,19 +11,18 @@ from cxbridge.rights import right_of_frame
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.space.tf import TransformPublisher
-from cxbridge_ros2.executor import typed
 from cxbridge_ros2.frames import FROM_ROS, TRANSFORMS, FrameSender, stamped_transform
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.trees import node_settings, placed
+from cxbridge_ros2.settings import located, node_settings, typed
 
-TREE: Final = "/ros2/tf"
-MOST_FRAMES: Final = 500  # limit of frames: a stranger may send any number of names
+_SECTION: Final = "/ros2/tf"
+MAX_FRAMES: Final = 500  # limit of frames: a stranger may send any number of names
 
 _ALL: Final = "all"
-_OWN: Final = ("frames", "publish")
+_KEYS: Final = ("frames", "publish")
 _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
-_WHOSE: Final = "the settings of /tf"
+_COMPONENT: Final = "the settings of /tf"
 
 
 class Ros2Transforms(Component):
@@ -34,11 +33,11 @@ class Ros2Transforms(Component):
 
     def __init__(self, context: Run) -> None:
         self._board, self._log = context.board, context.bus.logger("Ros2Transforms")
-        values, settings = node_settings(context.config, TREE, _OWN, context.paths.confdir, _WHOSE)
-        with placed(context.config, TREE):
-            is_publishing = typed(values, "publish", default=False, whose=_WHOSE)
+        values, settings = node_settings(context.config, _SECTION, _KEYS, context.paths.confdir, _COMPONENT)
+        with located(context.config, _SECTION):
+            is_publishing = typed(values, "publish", default=False, component=_COMPONENT)
         frames = values.get("frames", _ALL)
-        self._wanted = None if frames == _ALL else frozenset(map(str, frames))
+        self._selected = None if frames == _ALL else frozenset(map(str, frames))
         self._publishers: dict[str, TransformPublisher] = {}
         self._refused: set[str] = set()
         self._node = node = settings.join(
@@ -55,28 +54,26 @@ class Ros2Transforms(Component):
             self._sender.loop()
 
     def _take(self, message: Message, *, static: bool) -> None:
-        for each in message["transforms"]:
-            child = each["child_frame_id"].lstrip("/")
-            if child in self._refused or (self._wanted is not None and child not in self._wanted):
+        for transform in message["transforms"]:
+            child = transform["child_frame_id"].lstrip("/")
+            if child in self._refused or (self._selected is not None and child not in self._selected):
                 continue
             try:
-                self._publisher(child).send(stamped_transform(each), static=static)
+                self._publisher(child).send(stamped_transform(transform), static=static)
             except CxbridgeError as error:
                 self._refuse(child, error.message)
 
     def _publisher(self, child: str) -> TransformPublisher:
-        known = self._publishers.get(child)
-        if known is None:
-            if len(self._publishers) >= MOST_FRAMES:
-                raise InterfaceError(f"there are {MOST_FRAMES} frames already")
-            known = self._publishers[child] = TransformPublisher(
-                self._board, f"{FROM_ROS}{child}", owner="ROS 2"
-            )
-        return known
+        if child not in self._publishers:
+            if len(self._publishers) >= MAX_FRAMES:
+                raise InterfaceError(f"there are {MAX_FRAMES} frames already")
+            publisher = TransformPublisher(self._board, f"{FROM_ROS}{child}", owner="ROS 2")
+            self._publishers[child] = publisher
+        return self._publishers[child]
 
     def _refuse(self, child: str, reason: str) -> None:
         """Log once why a frame is left out."""
-        if len(self._refused) >= MOST_FRAMES:
+        if len(self._refused) >= MAX_FRAMES:
             return
         self._refused.add(child)
         self._log.warn(f"The frame '{child}' of ROS 2 is left out: {reason}")

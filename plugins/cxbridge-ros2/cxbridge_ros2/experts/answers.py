@@ -10,7 +10,7 @@ from msgspec import Struct
 from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.pddl.problems import format_problem
-from cxbridge_ros2.experts.knowledge import ProblemExpert, words_of
+from cxbridge_ros2.experts.knowledge import ProblemExpert, ground_text, words_of
 from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
 from cxbridge_ros2.messages import Message
 
@@ -37,12 +37,7 @@ def answer(
         fields = service.work(expert, codec, request) or {}
     except (PddlError, Ros2Error) as error:
         return {"success": False, "error_info": f"{service.failure}: {error.message}"}
-    return fields if "exist" in fields else {"success": True, **fields}
-
-
-def shown(ground: Ground) -> str:
-    """Return a predicate or a function in PDDL."""
-    return f"({' '.join((ground[0], *ground[1]))})"
+    return fields if "exist" in fields else {"success": True, **fields}  # ExistNode has no `success`
 
 
 def knowledge_message(expert: ProblemExpert) -> Message:
@@ -50,13 +45,13 @@ def knowledge_message(expert: ProblemExpert) -> Message:
     knowledge = expert.knowledge
     return {
         "instances": [*knowledge.instances],
-        "predicates": [shown(each) for each in knowledge.predicates],
-        "functions": [shown(each) for each in knowledge.functions],
+        "predicates": [*map(ground_text, knowledge.predicates)],
+        "functions": [*map(ground_text, knowledge.functions)],
         "goal": knowledge.goal,
     }
 
 
-# ---- problems and goals
+# --- problems and goals
 
 
 def _add_problem(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
@@ -78,7 +73,7 @@ def _get_goal(expert: ProblemExpert, codec: NodeCodec, _request: Message) -> Map
 
 
 def _is_satisfied(expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    nodes = request["tree"]["nodes"]
+    nodes = request["tree"]["nodes"]  # no nodes: an empty conjunction, which is true
     return {"satisfied": not nodes or expert.is_satisfied(codec.formula(request["tree"]))}
 
 
@@ -90,7 +85,7 @@ def _clear(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> None:
     expert.clear()
 
 
-# ---- instances
+# --- instances
 
 
 def _add_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
@@ -112,7 +107,7 @@ def _get_instances(expert: ProblemExpert, _codec: NodeCodec, _request: Message) 
     return {"instances": [param(name, kind) for name, kind in expert.instances.items()]}
 
 
-# ---- predicates
+# --- predicates
 
 
 def _add_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
@@ -128,20 +123,18 @@ def _exists_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message
 
 
 def _get_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    ground = _written(request["expression"])
+    ground = _parse_ground(request["expression"])
     if ground not in expert.knowledge.predicates:
-        raise Ros2Error(f"{shown(ground)} is not true")
+        raise Ros2Error(f"{ground_text(ground)} is not true")
     return {"node": ground_node(TreeNodeKind.PREDICATE, ground, expert.instances)}
 
 
 def _get_predicates(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    types = expert.instances
-    return {
-        "states": [ground_node(TreeNodeKind.PREDICATE, each, types) for each in expert.knowledge.predicates]
-    }
+    types, predicates = expert.instances, expert.knowledge.predicates
+    return {"states": [ground_node(TreeNodeKind.PREDICATE, ground, types) for ground in predicates]}
 
 
-# ---- functions
+# --- functions
 
 
 def _add_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
@@ -161,21 +154,21 @@ def _exists_function(expert: ProblemExpert, _codec: NodeCodec, request: Message)
 
 
 def _get_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
-    functions, ground = expert.knowledge.functions, _written(request["expression"])
+    functions, ground = expert.knowledge.functions, _parse_ground(request["expression"])
     if ground not in functions:
-        raise Ros2Error(f"{shown(ground)} has no value")
+        raise Ros2Error(f"{ground_text(ground)} has no value")
     return {"node": ground_node(TreeNodeKind.FUNCTION, ground, expert.instances, functions[ground])}
 
 
 def _get_functions(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    types, function_values = expert.instances, expert.knowledge.functions.items()
+    types, functions = expert.instances, expert.knowledge.functions.items()
     return {
-        "states": [ground_node(TreeNodeKind.FUNCTION, each, types, value) for each, value in function_values]
+        "states": [ground_node(TreeNodeKind.FUNCTION, ground, types, value) for ground, value in functions]
     }
 
 
-def _written(text: str) -> Ground:
-    """Return the atom or function term in ``(at r1 home)`` or ``(= (distance a b) 3)``."""
+def _parse_ground(text: str) -> Ground:
+    """Return the predicate or function in ``(at r1 home)`` or ``(= (distance a b) 3)``."""
     name, *arguments = words_of(text) or [""]
     if name == "=" and arguments:
         name, *arguments = arguments[:-1] or [""]

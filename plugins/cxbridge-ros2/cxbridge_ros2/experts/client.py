@@ -7,16 +7,16 @@ from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import Ros2Error
-from cxbridge_ros2.experts.names import SERVICES
+from cxbridge_ros2.experts.definitions import SERVICES
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, Node
 
 PATIENCE_S: Final = 5.0  # default limit in seconds for a server to appear, and to answer
 
-_SLICE_S: Final = 0.05  # seconds of one poll, short enough for Ctrl-C
-_AGAIN_S: Final = 2.0  # seconds after which a request is repeated
+_POLL_S: Final = 0.05  # seconds of one poll, short enough for Ctrl-C
+_REPEAT_S: Final = 2.0  # seconds after which a request is repeated
 # Read-only services, which may be called again: a server that has just met a client loses its response.
-_HARMLESS: Final = ("get_domain", "get_problem", "exist_", "is_")
+_READ_ONLY: Final = ("get_domain", "get_problem", "exist_", "is_")
 
 
 class ExpertRefusedError(Ros2Error):
@@ -37,7 +37,9 @@ class ExpertClient:
         self._patience_s = patience_s
         self._clients: dict[str, Client] = {}
 
-    def ask(self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0) -> Message:
+    def call(
+        self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0
+    ) -> Message:
         """Return the response of a service, successful or not.
 
         :param service: such as ``/problem_expert/get_problem``.
@@ -45,42 +47,44 @@ class ExpertClient:
         :raises Ros2Error: if there is no server, or the server does not answer.
         """
         name = self.namespace + service
-        client = self._clients.get(name)
-        if client is None:
-            client = self._clients[name] = self.node.client(name, SERVICES[service])
+        if name not in self._clients:  # kept, since the discovery of a server takes a while
+            self._clients[name] = self.node.client(name, SERVICES[service])
+        client = self._clients[name]
         if not self.wait(lambda: client.is_served, self._patience_s):
             raise Ros2Error(f"{name} has no server", hint="see 'ros2 service list', the domain and the reach")
-        got: list[Message] = []
-        failed: list[str] = []
+        responses: list[Message] = []
+        reasons: list[str] = []
         end_us = self.clock.now_us() + round((patience_s or self._patience_s) * MICROSECONDS)
         numbers: list[int] = []
-        while not (got or failed) and self.clock.now_us() < end_us:
-            if not numbers or service.rpartition("/")[2].startswith(_HARMLESS):
-                numbers.append(client.call(request or {}, got.append, failed.append))
-            left_s = (end_us - self.clock.now_us()) / MICROSECONDS
-            self.wait(lambda: bool(got or failed), min(_AGAIN_S, left_s))
+        while not (responses or reasons) and self.clock.now_us() < end_us:
+            if not numbers or service.rpartition("/")[2].startswith(_READ_ONLY):
+                numbers.append(client.call(request or {}, responses.append, reasons.append))
+            remaining_s = (end_us - self.clock.now_us()) / MICROSECONDS
+            self.wait(lambda: bool(responses or reasons), min(_REPEAT_S, remaining_s))
         for number in numbers:
             client.forget(number)
-        if not got:
-            raise Ros2Error(f"{name}: {failed[0]}" if failed else f"{name} does not answer")
-        return got[0]
+        if not responses:
+            raise Ros2Error(f"{name}: {reasons[0]}" if reasons else f"{name} does not answer")
+        return responses[0]
 
-    def do(self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0) -> Message:
+    def request(
+        self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0
+    ) -> Message:
         """Return the successful response of a service.
 
         :raises ExpertRefusedError: if the service reports a failure.
         :raises Ros2Error: if no server answers.
         """
-        response = self.ask(service, request, patience_s)
+        response = self.call(service, request, patience_s)
         if not response.get("success", True):
             raise ExpertRefusedError(response["error_info"] or f"{service} has failed")
         return response
 
-    def wait(self, enough: Callable[[], bool], seconds: float) -> bool:
+    def wait(self, condition: Callable[[], bool], seconds: float) -> bool:
         """Handle messages until the condition holds or the time is over; return whether it holds."""
         end_us = self.clock.now_us() + round(seconds * MICROSECONDS)
-        while not enough():
+        while not condition():
             if self.clock.now_us() > end_us:
                 return False
-            self.node.poll(_SLICE_S)
+            self.node.poll(_POLL_S)
         return True

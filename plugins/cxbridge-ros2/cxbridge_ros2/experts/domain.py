@@ -27,6 +27,7 @@ from cxbridge_ros2.experts.knowledge import ProblemExpert, subtypes
 from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, param
 from cxbridge_ros2.messages import Message
 
+# Fields of a DurativeAction: the time point, and the formula of the action.
 _TIMES: Final = {
     "at_start_requirements": ("at start", "condition"),
     "over_all_requirements": ("over all", "condition"),
@@ -36,7 +37,7 @@ _TIMES: Final = {
 }
 
 
-def _text(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
+def _domain(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
     return {"domain": format_domain(expert.domain)}
 
 
@@ -60,7 +61,7 @@ def _constants(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Ma
 def _actions(
     expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, durative: bool
 ) -> Mapping[str, Any]:
-    return {"actions": [each.name for each in expert.domain.actions if each.durative is durative]}
+    return {"actions": [action.name for action in expert.domain.actions if action.durative is durative]}
 
 
 def _action(expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
@@ -83,37 +84,38 @@ def _durative_action(expert: ProblemExpert, codec: NodeCodec, request: Message) 
     action = _action_of(domain, name, durative=True)
     parameters, names = _parameters(domain, action, request["parameters"])
     tree = partial(codec.tree, names=names, types_of=partial(_types_of, domain))
-    parts = {"condition": action.condition, "effect": action.effect}
-    trees = {field: tree(_at(when, parts[part])) for field, (when, part) in _TIMES.items()}
+    trees = {field: tree(_at(when, getattr(action, formula))) for field, (when, formula) in _TIMES.items()}
     return {"durative_action": {"name": name, "parameters": parameters, **trees}}
 
 
 def _at(when: str, formula: Formula | None) -> Formula:
-    """Return the part of a formula for a time; an empty conjunction if there is none, as in PlanSys2."""
-    parts = formula.parts if isinstance(formula, And) else (formula,)
-    timed_parts = tuple(each.part for each in parts if isinstance(each, Timed) and each.when == when)
-    return And(timed_parts)
+    """Return the formulas for a time point; an empty conjunction if there is none, as in PlanSys2."""
+    conjuncts = formula.parts if isinstance(formula, And) else (formula,)
+    return And(tuple(timed.part for timed in conjuncts if isinstance(timed, Timed) and timed.when == when))
 
 
 def _declared(
     expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
-    return {"states": [{"node_type": int(kind), "name": each.name} for each in _of(expert.domain, kind)]}
+    declarations = _declarations(expert.domain, kind)
+    return {"states": [{"node_type": int(kind), "name": declared.name} for declared in declarations]}
 
 
 def _details(
     expert: ProblemExpert, _codec: NodeCodec, request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
     domain, noun = expert.domain, kind.name.lower()
-    known = {each.name: each for each in _of(domain, kind)}
-    declaration = known[_find(request["expression"], known, noun)]
-    types = _each_type(declaration.parameters)
-    parameters = [param(f"?{each}{index}", each, subtypes(domain, each)) for index, each in enumerate(types)]
+    declarations = {declared.name: declared for declared in _declarations(domain, kind)}
+    declaration = declarations[_find(request["expression"], declarations, noun)]
+    parameters = [
+        param(f"?{name}{index}", name, subtypes(domain, name))  # PlanSys2's names: ?robot0, ?room1
+        for index, name in enumerate(_types_in(declaration.parameters))
+    ]
     return {"node": {"node_type": int(kind), "name": declaration.name, "parameters": parameters}}
 
 
 def _derived(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
-    assert expert.domain  # there are none here, but a missing domain is an error
+    assert expert.domain  # cxbridge knows no derived predicates, but a missing domain is an error
     return {"states": []}
 
 
@@ -121,54 +123,54 @@ def _derived_details(_expert: ProblemExpert, _codec: NodeCodec, request: Message
     raise Ros2Error(f"'{request['predicate']}': there are no derived predicates here")
 
 
-def _of(domain: Domain, kind: TreeNodeKind) -> Sequence[Predicate | Function]:
+def _declarations(domain: Domain, kind: TreeNodeKind) -> Sequence[Predicate | Function]:
     return domain.predicates if kind is TreeNodeKind.PREDICATE else domain.functions
 
 
 def _types_of(domain: Domain, name: str) -> tuple[str, ...]:
     for kind in (TreeNodeKind.PREDICATE, TreeNodeKind.FUNCTION):
-        for each in _of(domain, kind):
-            if each.name == name:
-                return tuple(_each_type(each.parameters))
+        for declaration in _declarations(domain, kind):
+            if declaration.name == name:
+                return tuple(_types_in(declaration.parameters))
     return ()
 
 
-def _each_type(parameters: TypedList) -> list[str]:
+def _types_in(parameters: TypedList) -> list[str]:
+    """Return a type for each parameter, the first one of `either`: PlanSys2's messages have one."""
     return [group.types[0] if group.types else ROOT_TYPE for group in parameters for _ in group.names]
 
 
 def _parameters(
     domain: Domain, action: ActionSchema, parameter_names: Sequence[str]
 ) -> tuple[list[Message], dict[str, str]]:
-    """Return an action's parameters, and the values of its variables."""
-    names = names_of(action.parameters)
-    called = [
-        parameter_names[index] if index < len(parameter_names) else f"?{index}" for index in range(len(names))
-    ]
-    types = _each_type(action.parameters)
-    parameters = [param(name, kind, subtypes(domain, kind)) for name, kind in zip(called, types, strict=True)]
-    return parameters, dict(zip(names, called, strict=True))
+    """Return an action's parameters with the requested names, and these names by variable."""
+    variables = names_of(action.parameters)
+    defaults = [f"?{index}" for index in range(len(variables))]
+    names = [*parameter_names[: len(variables)], *defaults[len(parameter_names) :]]
+    types = _types_in(action.parameters)
+    parameters = [param(name, kind, subtypes(domain, kind)) for name, kind in zip(names, types, strict=True)]
+    return parameters, dict(zip(variables, names, strict=True))
 
 
 def _action_of(domain: Domain, name: str, *, durative: bool) -> ActionSchema:
-    known = {each.name: each for each in domain.actions if each.durative is durative}
-    return known[_find(name, known, "durative action" if durative else "action")]
+    actions = {action.name: action for action in domain.actions if action.durative is durative}
+    return actions[_find(name, actions, "durative action" if durative else "action")]
 
 
 def _find(name: str, names: Iterable[str], noun: str) -> str:
     """Return the matching name, ignoring case if necessary."""
-    known = [*names]
-    matching = [each for each in known if each == name] or [
-        each for each in known if each.lower() == name.lower()
-    ]
-    if not matching:
-        raise Ros2Error(f"the domain has no {noun} '{name}'", hint=did_you_mean(name, known))
-    return matching[0]
+    known_names = [*names]
+    if name in known_names:
+        return name
+    for known_name in known_names:
+        if known_name.lower() == name.lower():
+            return known_name
+    raise Ros2Error(f"the domain has no {noun} '{name}'", hint=did_you_mean(name, known_names))
 
 
 # Services of the domain expert, by the last part of the name.
 DOMAIN_SERVICES: Final[Mapping[str, ExpertService]] = {
-    "get_domain": ExpertService(_text),
+    "get_domain": ExpertService(_domain),
     "get_domain_name": ExpertService(_name),
     "get_domain_types": ExpertService(_types),
     "get_domain_constants": ExpertService(_constants, "Type not found"),

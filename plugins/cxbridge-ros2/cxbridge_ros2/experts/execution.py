@@ -1,4 +1,4 @@
-"""Executes plans with PlanSys2's executor."""
+"""Plans as text, and their execution by PlanSys2's executor."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cxbridge_ros2.experts.definitions import EXECUTE_PLAN
 from cxbridge_ros2.messages import Message
 
 _ACTION: Final = "/execute_plan"
-# constants of plansys2_msgs/msg/ActionExecutionInfo
+# constants of plansys2_msgs/msg/ActionExecutionInfo; 1 is NOT_EXECUTED
 _FAILED: Final = 3
-_STATES: Final = {1: "waiting", 2: "executing", 3: "failed", 4: "succeeded", 5: "cancelled"}
+_STATES: Final = {2: "executing", _FAILED: "failed", 4: "succeeded", 5: "cancelled"}
 
 _NUMBER: Final = r"(\d+(?:\.\d+)?)"
 _ITEM: Final = re.compile(rf"\s*{_NUMBER}\s*:\s*(\([^()]+\))\s*(?:\[\s*{_NUMBER}\s*\])?\s*")
@@ -70,8 +70,8 @@ def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
         states: dict[str, int] = {}
         try:
             while not sent.is_over:
-                has_changed = client.wait(lambda: sent.is_over or _has_news(sent, states), PATIENCE_S)
-                executor.look(sent)
+                has_changed = client.wait(lambda: sent.is_over or _has_changes(sent, states), PATIENCE_S)
+                executor.check_server(sent)
                 if not has_changed and not executor.is_served:
                     raise Ros2Error(f"the executor of {name} has vanished")
                 yield from _changes(_infos(sent.feedback), states)
@@ -85,7 +85,7 @@ def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
     yield from _changes(infos, states)
     if sent.status is not GoalStatus.SUCCEEDED or not (sent.result or {}).get("success"):
         failed = [
-            f"{_shown(each)} {each['message_status']}".rstrip() for each in infos if each["status"] == _FAILED
+            f"{_text(info)} {info['message_status']}".rstrip() for info in infos if info["status"] == _FAILED
         ]
         reason = sent.reason or "; ".join(failed) or sent.status.name
         raise ExpertRefusedError(f"the plan has failed: {reason}")
@@ -97,17 +97,18 @@ def _infos(message: Message | None) -> Sequence[Message]:
     return infos
 
 
-def _has_news(sent: SentGoal, states: Mapping[str, int]) -> bool:
-    return any(states.get(each["action_full_name"]) != each["status"] for each in _infos(sent.feedback))
+def _has_changes(sent: SentGoal, states: Mapping[str, int]) -> bool:
+    return any(states.get(info["action_full_name"]) != info["status"] for info in _infos(sent.feedback))
 
 
 def _changes(infos: Sequence[Message], states: dict[str, int]) -> Iterator[str]:
-    for each in infos:
-        before = states.get(each["action_full_name"])
-        states[each["action_full_name"]] = status = each["status"]
-        if status != before and _STATES.get(status, "waiting") != "waiting":
-            yield f"{_shown(each)}: {_STATES[status]}"
+    """Yield the changes of states, and store the new states."""
+    for info in infos:
+        name, status = info["action_full_name"], info["status"]
+        if status != states.get(name) and status in _STATES:
+            yield f"{_text(info)}: {_STATES[status]}"
+        states[name] = status
 
 
-def _shown(info: Message) -> str:
+def _text(info: Message) -> str:
     return f"({' '.join((info['action'], *info['arguments']))})"

@@ -1,14 +1,18 @@
-"""Domain and problem knowledge in the facts of an environment."""
+"""Domain and problem knowledge in the facts of an environment.
+
+Rules may assert objects, facts and whole operators that no PDDL file has; clients of experts see these, too.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import zip_longest
 from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import Symbol, Value
+from cxbridge.executive.host.values import Symbol
 from cxbridge.executive.pddl.ast import (
     ROOT_TYPE,
     ActionSchema,
@@ -86,7 +90,7 @@ class FactKnowledge(Knowledge):
     def drop_instance(self, name: str) -> None:
         """Retract an object and its type facts."""
         self._retract(INSTANCE, lambda slots: str(slots["name"]) == name)
-        self._retract(_TYPE_OF, lambda slots: _first(slots["implied"]) == name)
+        self._retract(_TYPE_OF, lambda slots: list_in(slots, "implied")[:1] == [name])
 
     def drop_predicate(self, ground: Ground) -> None:
         self._retract(PREDICATE, lambda slots: ground_in(slots) == ground)
@@ -99,9 +103,9 @@ class FactKnowledge(Knowledge):
             raise PddlError(f"the agent has no template {template}", hint="its core has no domain")
         self._env.assert_fact(template, slots)
 
-    def _retract(self, template: str, is_meant: Callable[[Slots], bool]) -> None:
+    def _retract(self, template: str, matches: Callable[[Slots], bool]) -> None:
         for index, _, slots in list(self._env.facts(template)):
-            if is_meant(slots):
+            if matches(slots):
                 self._env.retract(index)
 
 
@@ -112,28 +116,29 @@ def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | No
     :returns: None if there is neither a domain nor a fact of one.
     """
     domain = parsed or Domain(UNNAMED, _REQUIREMENTS)
-    known = {ROOT_TYPE, *names_of(domain.types)}
+    type_names = {ROOT_TYPE, *names_of(domain.types)}
     types = tuple(
-        TypedNames((name,), (parent,) if parent != name else ())
-        for name, parent in _texts(env, "domain-object-type", "name", "super-type")
-        if name not in known
+        TypedNames((str(name),), (str(parent),) if parent != name else ())
+        for name, parent in env.columns("domain-object-type", "name", "super-type")
+        if str(name) not in type_names
     )
-    known_predicates = {each.name for each in domain.predicates}
+    predicate_names = {predicate.name for predicate in domain.predicates}
     predicates = tuple(
         Predicate(
             text_in(slots, "name"),
             _parameters(list_in(slots, "param-names"), list_in(slots, "param-types")),
         )
         for slots in _rows(env, "domain-predicate")
-        if text_in(slots, "name") not in known_predicates
+        if text_in(slots, "name") not in predicate_names
     )
-    known_actions = {each.name for each in domain.actions}
-    operators = [each for each in _rows(env, "domain-operator") if text_in(each, "name") not in known_actions]
-    actions = tuple(_Operators(env).actions(operators)) if operators else ()
-    if parsed is None and not (types or predicates or actions):
-        return None
+    action_names = {action.name for action in domain.actions}
+    operators = [
+        slots for slots in _rows(env, "domain-operator") if text_in(slots, "name") not in action_names
+    ]
+    # the facts of operators are many, and a parsed domain usually has all operators
+    actions = tuple(_actions(env, operators)) if operators else ()
     if not (types or predicates or actions):
-        return domain
+        return parsed
     return domain.changed(
         types=domain.types + types,
         predicates=domain.predicates + predicates,
@@ -141,49 +146,38 @@ def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | No
     )
 
 
-class _Operators:
-    """Makes actions from the facts about operators."""
+def _actions(env: ClipsEnvironment, operators: list[Slots]) -> Iterator[ActionSchema]:
+    """Yield the actions of operators, from the facts about their parameters, conditions and effects."""
+    parameter_rows, effects = _rows(env, "domain-operator-parameter"), _rows(env, "domain-effect")
+    conditions = Conditions(_rows(env, "pddl-formula"), _rows(env, "pddl-predicate"))
+    for operator in operators:
+        name = text_in(operator, "name")
+        types = {
+            text_in(slots, "name"): text_in(slots, "type")
+            for slots in parameter_rows
+            if text_in(slots, "operator") == name
+        }
+        parameters = list_in(operator, "param-names") or [*types]
+        yield ActionSchema(
+            name,
+            _parameters(parameters, [types.get(parameter, ROOT_TYPE) for parameter in parameters]),
+            conditions.of(name),
+            And(tuple(_effect(slots) for slots in effects if text_in(slots, "part-of") == name)),
+        )
 
-    def __init__(self, env: ClipsEnvironment) -> None:
-        self._parameters = _rows(env, "domain-operator-parameter")
-        self._conditions = Conditions(_rows(env, "pddl-formula"), _rows(env, "pddl-predicate"))
-        self._effects = _rows(env, "domain-effect")
 
-    def actions(self, operators: list[Slots]) -> Iterator[ActionSchema]:
-        for slots in operators:
-            name = text_in(slots, "name")
-            types = {
-                text_in(each, "name"): text_in(each, "type")
-                for each in self._parameters
-                if text_in(each, "operator") == name
-            }
-            names = list_in(slots, "param-names") or [*types]
-            yield ActionSchema(
-                name,
-                _parameters(names, [types.get(each, ROOT_TYPE) for each in names]),
-                self._conditions.of(name),
-                And(tuple(self._effects_of(name))),
-            )
-
-    def _effects_of(self, operator: str) -> Iterator[Formula]:
-        for slots in self._effects:
-            if text_in(slots, "part-of") == operator:
-                atom = atom_of(slots)
-                yield Not(atom) if text_in(slots, "type") == "NEGATIVE" else atom
+def _effect(slots: Slots) -> Formula:
+    atom = atom_of(slots)
+    return Not(atom) if text_in(slots, "type") == "NEGATIVE" else atom
 
 
 def _parameters(names: list[str], types: list[str]) -> tuple[TypedNames, ...]:
-    every = [*types, *[ROOT_TYPE] * len(names)]
-    return tuple(TypedNames((name,), (kind,)) for name, kind in zip(names, every, strict=False))
+    """Return parameters; those without a type are objects, as in PDDL."""
+    return tuple(
+        TypedNames((name,), (kind,))
+        for name, kind in zip_longest(names, types[: len(names)], fillvalue=ROOT_TYPE)
+    )
 
 
 def _rows(env: ClipsEnvironment, template: str) -> list[Slots]:
     return [slots for _, _, slots in env.facts(template)]
-
-
-def _texts(env: ClipsEnvironment, template: str, *slots: str) -> list[tuple[str, ...]]:
-    return [tuple(map(str, row)) for row in env.columns(template, *slots)]
-
-
-def _first(value: Value) -> str:
-    return str(value[0]) if isinstance(value, tuple) and value else ""

@@ -1,7 +1,7 @@
 """The knowledge about a problem, changed by the rules of PlanSys2's problem expert.
 
-Subclasses of :class:`Knowledge` store it in memory or as facts. Source: PlanSys2's ProblemExpert and its
-node.
+:class:`ProblemExpert` has the rules: which names exist, what goes with a removed instance. Subclasses of
+:class:`Knowledge` store the knowledge in memory or as facts. Source: PlanSys2's ProblemExpert and its node.
 """
 
 from __future__ import annotations
@@ -43,7 +43,12 @@ def words_of(text: str) -> list[str]:
     return _WORDS.findall(text)
 
 
-def _refuse(mistake: PddlError) -> None:
+def ground_text(ground: Ground) -> str:
+    """Return a predicate or a function in PDDL."""
+    return f"({' '.join((ground[0], *ground[1]))})"
+
+
+def _raise(mistake: PddlError) -> None:
     """Raise a mistake that planners tolerate: clients of experts get the reason."""
     raise mistake
 
@@ -148,7 +153,7 @@ class ProblemExpert:
         constants = () if domain is None else pairs_of(domain.constants)
         return {**{name: kind or ROOT_TYPE for name, kind in constants}, **self.knowledge.instances}
 
-    # ---- instances
+    # --- instances
 
     def add_instance(self, name: str, kind: str) -> None:
         """Add an instance, unless it exists with this type.
@@ -160,11 +165,14 @@ class ProblemExpert:
         domain = self._domain_of()
         if domain is not None and kind not in (ROOT_TYPE, *names_of(domain.types)):
             raise PddlError(f"the domain has no such type: '{kind}'")
+        self._check_type(name, kind)
+        if name not in self.instances:
+            self.knowledge.put_instance(name, kind)
+
+    def _check_type(self, name: str, kind: str) -> None:
         known_type = self.instances.get(name)
         if known_type not in (None, kind):
             raise PddlError(f"'{name}' is a {known_type} already")
-        if known_type is None:
-            self.knowledge.put_instance(name, kind)
 
     def remove_instance(self, name: str) -> None:
         """Remove an instance with its predicates, functions and part of the goal.
@@ -174,15 +182,17 @@ class ProblemExpert:
         if name not in self.knowledge.instances:
             constant = "a constant of the domain" if name in self.instances else "no instance"
             raise PddlError(f"'{name}' is {constant}")
-        for ground in [each for each in self.knowledge.predicates if name in each[1]]:
-            self.knowledge.drop_predicate(ground)
-        for ground in [each for each in self.knowledge.functions if name in each[1]]:
-            self.knowledge.drop_function(ground)
+        for ground in list(self.knowledge.predicates):
+            if name in ground[1]:
+                self.knowledge.drop_predicate(ground)
+        for ground in list(self.knowledge.functions):
+            if name in ground[1]:
+                self.knowledge.drop_function(ground)
         if name in words_of(self.knowledge.goal):
-            self.knowledge.put_goal(_without(self.knowledge.goal, name))
+            self.knowledge.put_goal(_goal_without(self.knowledge.goal, name))
         self.knowledge.drop_instance(name)
 
-    # ---- predicates and functions
+    # --- predicates and functions
 
     def add_predicate(self, ground: Ground) -> None:
         """Make a predicate true.
@@ -216,7 +226,7 @@ class ProblemExpert:
         :raises PddlError: if it has no value yet.
         """
         if ground not in self.knowledge.functions:
-            raise PddlError(f"({' '.join((ground[0], *ground[1]))}) has no value")
+            raise PddlError(f"{ground_text(ground)} has no value")
         self.add_function(ground, value)
 
     def remove_function(self, ground: Ground) -> None:
@@ -235,14 +245,16 @@ class ProblemExpert:
         """
         domain = self._domain_of()
         if domain is not None:
+            # the checker knows constants only: for it, each instance is one
             constants = set(names_of(domain.constants))
-            typed_instances = {
-                name: kind for name, kind in self.knowledge.instances.items() if name not in constants
-            }
-            groups = tuple(TypedNames((name,), (kind,)) for name, kind in typed_instances.items())
+            groups = tuple(
+                TypedNames((name,), (kind,))
+                for name, kind in self.knowledge.instances.items()
+                if name not in constants
+            )
             DomainChecker(domain.changed(constants=domain.constants + groups)).check_formula(formula)
 
-    # ---- goals and problems
+    # --- goals and problems
 
     @property
     def goal(self) -> Formula | None:
@@ -270,12 +282,11 @@ class ProblemExpert:
 
     def _is_a(self, types: tuple[str, ...]) -> list[str]:
         """Return the instances of any of the types; without types, all instances."""
-        accepted_types = {each for kind in types for each in (kind, *subtypes(self.domain, kind))}
-        kinds = self.instances.items()
+        accepted_types = {subtype for kind in types for subtype in (kind, *subtypes(self.domain, kind))} or {
+            ROOT_TYPE
+        }
         return [
-            name
-            for name, kind in kinds
-            if not accepted_types or ROOT_TYPE in accepted_types or kind in accepted_types
+            name for name, kind in self.instances.items() if not accepted_types.isdisjoint((ROOT_TYPE, kind))
         ]
 
     def problem(self) -> Problem:
@@ -284,15 +295,16 @@ class ProblemExpert:
         :raises PddlError: if rules have made the knowledge invalid.
         """
         domain, knowledge = self.domain, self.knowledge
-        predicates = {each.name for each in domain.predicates}
-        pddl_problem = problem_of_facts(
+        declared = {predicate.name for predicate in domain.predicates}
+        problem = problem_of_facts(
             domain,
             knowledge.instances.items(),
-            [each for each in knowledge.predicates if each[0] in predicates],
+            # facts of rules may have predicates that no planner knows
+            [ground for ground in knowledge.predicates if ground[0] in declared],
             self.goal or And(()),
             numbers=knowledge.functions.items(),
         )
-        return pddl_problem.changed(name="problem_1")
+        return problem.changed(name="problem_1")  # as PlanSys2 names its problem
 
     def add_problem(self, text: str) -> None:
         """Add the contents of a problem; its goal replaces the current one.
@@ -300,14 +312,12 @@ class ProblemExpert:
         :raises PddlError: if the problem does not fit the domain, or an instance exists with another type;
             nothing is added then.
         """
-        problem = parse_problem(text, self.domain, warn=_refuse)
-        objects = dict(pairs_of(problem.objects))
+        problem = parse_problem(text, self.domain, warn=_raise)
+        objects = {name: kind or ROOT_TYPE for name, kind in pairs_of(problem.objects)}
+        for name, kind in objects.items():  # all checks come before the first change
+            self._check_type(name, kind)
         for name, kind in objects.items():
-            known_type = self.instances.get(name)
-            if known_type not in (None, kind or ROOT_TYPE):
-                raise PddlError(f"'{name}' is a {known_type} already")
-        for name, kind in objects.items():
-            self.add_instance(name, kind or ROOT_TYPE)
+            self.add_instance(name, kind)
         for atom in problem.init:
             self.add_predicate(ground_of(atom.predicate, atom))
         for call, value in problem.numbers:
@@ -332,17 +342,16 @@ def subtypes(domain: Domain, kind: str) -> list[str]:
         parent_type = pending.pop(0)
         children = [
             name
-            for name, parent_of_name in pairs_of(domain.types)
-            if (parent_of_name or ROOT_TYPE) == parent_type
+            for name, parent in pairs_of(domain.types)
+            if (parent or ROOT_TYPE) == parent_type and name not in (*names, kind)  # types may form a circle
         ]
-        new = [name for name in children if name not in (*names, kind)]
-        names += new
-        pending += new
+        names += children
+        pending += children
     return names
 
 
 def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
-    return name, tuple(each.name for each in term.arguments if isinstance(each, Constant))
+    return name, tuple(argument.name for argument in term.arguments if isinstance(argument, Constant))
 
 
 def _atom(ground: Ground) -> Atom:
@@ -353,9 +362,9 @@ def _comparison(ground: Ground) -> TermComparison:
     return TermComparison("=", FunctionTerm(ground[0], tuple(map(Constant, ground[1]))), _ZERO)
 
 
-def _without(goal: str, name: str) -> str:
+def _goal_without(goal: str, name: str) -> str:
     """Return the goal without the parts about an instance."""
     formula = parse_formula(goal)
-    parts = formula.parts if isinstance(formula, And) else (formula,)
-    kept_parts = tuple(part for part in parts if name not in words_of(format_formula(part)))
-    return format_formula(And(kept_parts)) if kept_parts else ""
+    conjuncts = formula.parts if isinstance(formula, And) else (formula,)
+    remaining = tuple(part for part in conjuncts if name not in words_of(format_formula(part)))
+    return format_formula(And(remaining)) if remaining else ""

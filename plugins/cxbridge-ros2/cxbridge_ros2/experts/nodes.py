@@ -1,8 +1,12 @@
-"""Conversion between formulas and the trees of nodes in PlanSys2's messages."""
+"""Conversion between formulas and the trees of nodes in PlanSys2's messages.
+
+A tree is a list of nodes, which name their children by index; the first node is the root. Jazzy has added
+kinds of nodes and so changed the numbers of the operators.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
 from typing import Any, Final
 
@@ -26,7 +30,7 @@ from cxbridge.executive.pddl.ast import (
     number_of,
 )
 from cxbridge.executive.pddl.printer import format_formula, format_number, format_term
-from cxbridge_ros2.experts.names import BEFORE_JAZZY
+from cxbridge_ros2.experts.definitions import BEFORE_JAZZY
 from cxbridge_ros2.messages import Message
 
 
@@ -49,12 +53,12 @@ class TreeNodeKind(IntEnum):
 
 
 # Operators in the order of their numbers.
-_SIGNS: Final = ("=", ">=", ">", "<=", "<", "*", "/", "+", "-")
+_OPERATORS: Final = ("=", ">=", ">", "<=", "<", "*", "/", "+", "-")
 
-_COMPARING: Final = _SIGNS[:5]
+_COMPARISONS: Final = _OPERATORS[:5]
 _CHANGES: Final = ("assign", "increase", "decrease", "scale-up", "scale-down")
 # Clients may send any tree; this depth stays far below Python's recursion limit.
-_MOST_DEEP: Final = 200
+_MAX_DEPTH: Final = 200
 _PAIR: Final = 2
 
 # Returns the parameter types of a predicate or a function.
@@ -62,15 +66,19 @@ TypesOf = Callable[[str], tuple[str, ...]]
 
 
 class NodeCodec:
-    """Converter for one distribution: Jazzy has changed the numbers."""
+    """Converter for one distribution."""
 
     def __init__(self, distribution: str) -> None:
+        self._kinds = [*TreeNodeKind]
         self._is_old = distribution in BEFORE_JAZZY
-        first = max(TreeNodeKind) + 1 if not self._is_old else TreeNodeKind.NUMBER + 1
-        self._numbers = {sign: first + index for index, sign in enumerate((*_SIGNS, *_CHANGES))}
-        self._signs = {number: sign for sign, number in self._numbers.items()}
+        if self._is_old:
+            self._kinds = self._kinds[: TreeNodeKind.NUMBER + 1]
+        self._numbers = {
+            operator: number for number, operator in enumerate((*_OPERATORS, *_CHANGES), len(self._kinds))
+        }
+        self._operators = {number: operator for operator, number in self._numbers.items()}
 
-    # ---- to messages
+    # --- to messages
 
     def tree(
         self, formula: Formula | None, names: Mapping[str, str], types_of: TypesOf = lambda _name: ()
@@ -82,44 +90,50 @@ class NodeCodec:
         """
         nodes: list[Message] = []
         if formula is not None:
-            _TreeMaker(nodes, names, types_of, self._numbers, is_old=self._is_old).formula(formula)
+            _TreeMaker(nodes, names, types_of, self._numbers, is_old=self._is_old).add(formula)
         return {"nodes": nodes}
 
-    # ---- from messages
+    # --- from messages
 
     def formula(self, tree: Mapping[str, Any], *, effects: bool = False) -> Formula:
         """Return the formula of a tree.
 
         :param effects: whether numeric changes are allowed.
+        :raises Ros2Error: if the tree is no formula.
         """
-        return _TreeReader(tree["nodes"], self._signs, is_old=self._is_old, effects=effects).formula()
+        return _TreeReader(tree["nodes"], self._operators, self._kinds, effects=effects).formula()
 
 
 class _TreeReader:
     def __init__(
-        self, nodes: list[Message], signs: Mapping[int, str], *, is_old: bool, effects: bool
+        self,
+        nodes: list[Message],
+        operators: Mapping[int, str],
+        kinds: list[TreeNodeKind],
+        *,
+        effects: bool,
     ) -> None:
-        self._nodes = nodes
-        self._signs = signs
-        self._kinds = [*TreeNodeKind][: TreeNodeKind.NUMBER + 1] if is_old else [*TreeNodeKind]
+        self._nodes, self._operators, self._kinds = nodes, operators, kinds
         self._effects = effects
-        self._read: set[int] = set()
+        self._visited: set[int] = set()
 
-    def formula(self, at: int = 0, depth: int = 0) -> Formula:
+    def formula(self, index: int = 0, depth: int = 0) -> Formula:
         """Return the formula below a node."""
-        node, kind = self._node(at, depth)
+        node, kind = self._node(index, depth)
         if kind is TreeNodeKind.PREDICATE:
             return Atom(node["name"], tuple(map(_term_of, _names(node))))
         if kind is TreeNodeKind.EXPRESSION:
-            sign, left, right = self._pair(node["expression_type"], node, depth)
-            if sign in _COMPARING:
-                return TermComparison(sign, left, right)
-            raise Ros2Error(f"'{sign}' is a number, not a condition")
+            operator, left, right = self._operation(node["expression_type"], node, depth)
+            if operator in _COMPARISONS:
+                return TermComparison(operator, left, right)
+            raise Ros2Error(f"'{operator}' is a number, not a condition")
         if kind is TreeNodeKind.CHANGE and self._effects:
-            return NumericChange(*self._pair(node["modifier_type"], node, depth))
-        return self._joined(node, kind, tuple(self.formula(each, depth + 1) for each in node["children"]))
+            return NumericChange(*self._operation(node["modifier_type"], node, depth))
+        return self._composite(
+            node, kind, tuple(self.formula(child, depth + 1) for child in node["children"])
+        )
 
-    def _joined(self, node: Message, kind: TreeNodeKind, parts: tuple[Formula, ...]) -> Formula:
+    def _composite(self, node: Message, kind: TreeNodeKind, parts: tuple[Formula, ...]) -> Formula:
         if kind is TreeNodeKind.AND:
             return And(parts)
         if kind is TreeNodeKind.OR:
@@ -128,46 +142,48 @@ class _TreeReader:
             return Not(parts[0])
         if kind is TreeNodeKind.EXISTS and len(parts) == 1:
             groups = tuple(
-                TypedNames((each["name"].removeprefix("?"),), (each["type"],) if each["type"] else ())
-                for each in node["parameters"]
+                TypedNames(
+                    (parameter["name"].removeprefix("?"),), (parameter["type"],) if parameter["type"] else ()
+                )
+                for parameter in node["parameters"]
             )
             return Quantified("exists", groups, parts[0])
         raise Ros2Error(
             f"a node of the type {node['node_type']} with {len(parts)} children is not a condition"
         )
 
-    def _term(self, at: int, depth: int) -> Term:
-        node, kind = self._node(at, depth)
+    def _term(self, index: int, depth: int) -> Term:
+        node, kind = self._node(index, depth)
         if kind is TreeNodeKind.NUMBER:
             return Constant(format_number(node["value"]))
         if kind is TreeNodeKind.FUNCTION:
             return FunctionTerm(node["name"], tuple(map(_term_of, _names(node))))
         if kind is TreeNodeKind.EXPRESSION:
-            sign, left, right = self._pair(node["expression_type"], node, depth)
-            if sign in _SIGNS and sign not in _COMPARING:
-                return FunctionTerm(sign, (left, right))
+            operator, left, right = self._operation(node["expression_type"], node, depth)
+            if operator in _OPERATORS and operator not in _COMPARISONS:
+                return FunctionTerm(operator, (left, right))
         if kind in (TreeNodeKind.CONSTANT, TreeNodeKind.PARAMETER):
             return _term_of(node["name"])
         raise Ros2Error(f"a node of the type {node['node_type']} is no number")
 
-    def _pair(self, number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
-        sign, children = self._signs.get(number, ""), node["children"]
-        if not sign or len(children) != _PAIR:
+    def _operation(self, number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
+        operator, children = self._operators.get(number, ""), node["children"]
+        if not operator or len(children) != _PAIR:
             raise Ros2Error(f"an expression of the type {number} with {len(children)} children is none")
         left, right = (self._term(child, depth + 1) for child in children)
-        return sign, left, right
+        return operator, left, right
 
-    def _node(self, at: int, depth: int) -> tuple[Message, TreeNodeKind]:
-        if at >= len(self._nodes):
-            raise Ros2Error(f"the tree has no node {at}")
-        if depth > _MOST_DEEP:
-            raise Ros2Error(f"the tree is deeper than {_MOST_DEEP} nodes")
-        # A node with two parents would be read 2^N times below N such nodes.
-        if at in self._read:
-            raise Ros2Error(f"the tree has node {at} in two places: a node has one parent")
-        self._read.add(at)
-        kind = self._nodes[at]["node_type"]
-        return self._nodes[at], TreeNodeKind(kind) if kind in self._kinds else TreeNodeKind.UNKNOWN
+    def _node(self, index: int, depth: int) -> tuple[Message, TreeNodeKind]:
+        if index >= len(self._nodes):
+            raise Ros2Error(f"the tree has no node {index}")
+        if depth > _MAX_DEPTH:
+            raise Ros2Error(f"the tree is deeper than {_MAX_DEPTH} nodes")
+        # a node with two parents would be read 2^N times below N such nodes
+        if index in self._visited:
+            raise Ros2Error(f"the tree has node {index} in two places: a node has one parent")
+        self._visited.add(index)
+        kind = self._nodes[index]["node_type"]
+        return self._nodes[index], TreeNodeKind(kind) if kind in self._kinds else TreeNodeKind.UNKNOWN
 
 
 class _TreeMaker:
@@ -180,80 +196,69 @@ class _TreeMaker:
         *,
         is_old: bool,
     ) -> None:
-        self._nodes = nodes
-        self._names = names
-        self._types_of = types_of
-        self._numbers = numbers
-        self._is_old = is_old
+        self._nodes, self._names, self._types_of = nodes, names, types_of
+        self._numbers, self._is_old = numbers, is_old
 
-    def _add(self, kind: TreeNodeKind, **fields: Any) -> Message:
-        node = {"node_type": int(kind), "node_id": len(self._nodes), "children": [], **fields}
-        self._nodes.append(node)
-        return node
-
-    def formula(self, formula: Formula) -> int:
-        """Add the nodes of a formula and return the number of the first."""
+    def add(self, formula: Formula) -> int:  # noqa: PLR0911 - one for each kind of formula
+        """Add the nodes of a formula and return the index of the first."""
         match formula:
             case Atom(predicate=name, arguments=terms):
-                number = self._ground(TreeNodeKind.PREDICATE, name, terms)
-            case And(parts=parts) | Or(parts=parts):
-                number = self._joined(
-                    TreeNodeKind.AND if isinstance(formula, And) else TreeNodeKind.OR, parts
-                )
+                return self._add_ground(TreeNodeKind.PREDICATE, name, terms)
+            case And(parts=parts):
+                return self._add_node(TreeNodeKind.AND, parts)
+            case Or(parts=parts):
+                return self._add_node(TreeNodeKind.OR, parts)
             case Not(part=part):
-                number = self._joined(TreeNodeKind.NOT, (part,))
-            case Imply(condition=first, consequence=second):
-                number = self._joined(TreeNodeKind.OR, (Not(first), second))
-            case TermComparison(operator=sign, left=left, right=right):
-                number = self._pair(TreeNodeKind.EXPRESSION, "expression_type", sign, (left, right))
-            case NumericChange(operator=sign, target=left, amount=right):
-                number = self._pair(TreeNodeKind.CHANGE, "modifier_type", sign, (left, right))
-            case Quantified(quantifier="exists") if not self._is_old:
-                number = self._exists(formula)
+                return self._add_node(TreeNodeKind.NOT, (part,))
+            case Imply(condition=condition, consequence=consequence):
+                # PlanSys2 has no kind for an implication
+                return self._add_node(TreeNodeKind.OR, (Not(condition), consequence))
+            case TermComparison(operator=operator, left=left, right=right):
+                number = self._numbers[operator]
+                return self._add_node(TreeNodeKind.EXPRESSION, (left, right), expression_type=number)
+            case NumericChange(operator=operator, target=left, amount=right):
+                number = self._numbers[operator]
+                return self._add_node(TreeNodeKind.CHANGE, (left, right), modifier_type=number)
+            case Quantified(quantifier="exists", variables=groups, part=part) if not self._is_old:
+                parameters = [
+                    param(f"?{name}", group.types[0] if group.types else "")
+                    for group in groups
+                    for name in group.names
+                ]
+                return self._add_node(TreeNodeKind.EXISTS, (part,), parameters=parameters)
             case _:
                 raise Ros2Error(f"PlanSys2's messages have no words for {format_formula(formula)}")
-        return number
 
-    def _joined(self, kind: TreeNodeKind, parts: tuple[Formula, ...]) -> int:
-        node = self._add(kind)
-        node["children"] += [self.formula(part) for part in parts]
-        return int(node["node_id"])
-
-    def _pair(self, kind: TreeNodeKind, field: str, sign: str, terms: tuple[Term, Term]) -> int:
-        node = self._add(kind, **{field: self._numbers[sign]})
-        node["children"] += [self._term(term) for term in terms]
-        return int(node["node_id"])
-
-    def _exists(self, formula: Quantified) -> int:
-        parameters = [
-            param(f"?{name}", group.types[0] if group.types else "")
-            for group in formula.variables
-            for name in group.names
+    def _add_node(self, kind: TreeNodeKind, children: Sequence[Formula | Term] = (), **fields: Any) -> int:
+        index = len(self._nodes)
+        node = {"node_type": int(kind), "node_id": index, **fields}
+        self._nodes.append(node)  # before its children: the root is the first node
+        node["children"] = [
+            self.add(child) if isinstance(child, Formula) else self._add_term(child) for child in children
         ]
-        node = self._add(TreeNodeKind.EXISTS, parameters=parameters)
-        node["children"].append(self.formula(formula.part))
-        return int(node["node_id"])
+        return index
 
-    def _ground(self, kind: TreeNodeKind, name: str, terms: tuple[Term, ...]) -> int:
+    def _add_ground(self, kind: TreeNodeKind, name: str, terms: tuple[Term, ...]) -> int:
         types = (*self._types_of(name), *[""] * len(terms))
-        parameters = [param(self._name(term), types[index]) for index, term in enumerate(terms)]
-        return int(self._add(kind, name=name, parameters=parameters)["node_id"])
+        parameters = [param(self._name(term), text) for term, text in zip(terms, types, strict=False)]
+        return self._add_node(kind, name=name, parameters=parameters)
 
-    def _term(self, term: Term) -> int:
+    def _add_term(self, term: Term) -> int:
         match term:
-            case FunctionTerm(function=name, arguments=terms):
-                if name not in _SIGNS:
-                    return self._ground(TreeNodeKind.FUNCTION, name, terms)
-                if len(terms) == _PAIR:
-                    return self._pair(TreeNodeKind.EXPRESSION, "expression_type", name, (terms[0], terms[1]))
+            case FunctionTerm(function=name, arguments=terms) if name not in _OPERATORS:
+                return self._add_ground(TreeNodeKind.FUNCTION, name, terms)
+            case FunctionTerm(function=operator, arguments=(left, right)):
+                number = self._numbers[operator]
+                return self._add_node(TreeNodeKind.EXPRESSION, (left, right), expression_type=number)
+            case FunctionTerm():
                 raise Ros2Error(f"PlanSys2's messages have no words for {format_term(term)}")
-            case Constant(name=text) if (number := number_of(text)) is not None:
-                return int(self._add(TreeNodeKind.NUMBER, value=number)["node_id"])
+            case Constant(name=text) if (value := number_of(text)) is not None:
+                return self._add_node(TreeNodeKind.NUMBER, value=value)
             case _ if self._is_old:
                 raise Ros2Error(f"PlanSys2's messages compare numbers only, not {format_term(term)}")
             case _:
                 kind = TreeNodeKind.PARAMETER if isinstance(term, Variable) else TreeNodeKind.CONSTANT
-                return int(self._add(kind, name=self._name(term))["node_id"])
+                return self._add_node(kind, name=self._name(term))
 
     def _name(self, term: Term) -> str:
         if isinstance(term, Variable):
@@ -272,7 +277,7 @@ def ground_node(kind: TreeNodeKind, ground: Ground, types: Mapping[str, str], va
     :param types: types of the instances.
     """
     name, arguments = ground
-    parameters = [param(each, types.get(each, "")) for each in arguments]
+    parameters = [param(argument, types.get(argument, "")) for argument in arguments]
     return {"node_type": int(kind), "name": name, "parameters": parameters, "value": value}
 
 
@@ -282,7 +287,7 @@ def ground_in(node: Message) -> Ground:
 
 
 def _names(node: Message) -> list[str]:
-    return [each["name"] for each in node["parameters"]]
+    return [parameter["name"] for parameter in node["parameters"]]
 
 
 def _term_of(name: str) -> Term:

@@ -10,7 +10,7 @@ from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge_ros2.messages import Message
-from cxbridge_ros2.node import Reply
+from cxbridge_ros2.node import SendResponse
 
 if TYPE_CHECKING:
     from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService
@@ -23,18 +23,18 @@ class PlanServer(Closing):
     """Makes plans.
 
     :param settings: the planner and its time limit.
-    :param make: makes the planning service at the first request.
+    :param make_service: makes the planning service at the first request.
     """
 
-    def __init__(self, settings: PlannerSettings, make: Callable[[], PlanningService]) -> None:
+    def __init__(self, settings: PlannerSettings, make_service: Callable[[], PlanningService]) -> None:
         self._settings = settings
-        self._make = make
+        self._make_service = make_service
         self._service: PlanningService | None = None
-        self._calls: list[tuple[PlanCall, Reply]] = []
+        self._calls: list[tuple[PlanCall, SendResponse]] = []
 
-    def plan(self, request: Message, reply: Reply) -> None:
+    def plan(self, request: Message, reply: SendResponse) -> None:
         """Start making a plan; :meth:`loop` sends the response."""
-        from cxbridge.executive.planning import PlanRequest  # noqa: PLC0415 - only who wants plans pays
+        from cxbridge.executive.planning import PlanRequest  # noqa: PLC0415 - slow, and few clients plan
 
         try:
             domain = parse_domain(request["domain"])
@@ -43,14 +43,14 @@ class PlanServer(Closing):
             reply({"success": False, "error_info": f"{_NOT_FOUND}: {error}"})
             return
         if self._service is None:
-            self._service = self._make()
+            self._service = self._make_service()
         settings = self._settings
         plan_request = PlanRequest(
             domain, problem, settings.planner, dict(settings.options), settings.timeout
         )
         self._calls.append((self._service.call(plan_request), reply))
 
-    def validate(self, request: Message, reply: Reply) -> None:
+    def validate(self, request: Message, reply: SendResponse) -> None:
         """Check whether a text is a valid domain."""
         try:
             parse_domain(request["domain"])
@@ -61,19 +61,16 @@ class PlanServer(Closing):
 
     def loop(self) -> None:
         """Send the finished plans."""
-        for call, reply in [each for each in self._calls if each[0].result is not None]:
-            self._calls.remove((call, reply))
+        for call, reply in list(self._calls):
             result = call.result
-            assert result is not None
+            if result is None:
+                continue
+            self._calls.remove((call, reply))
             if result.status.value == "PLANNED":
                 reply({"success": True, "plan": {"items": _items(result.actions)}})
             else:
                 reason = result.message or result.status.value
                 reply({"success": False, "error_info": f"{_NOT_FOUND}: {reason}"})
-
-    @property
-    def is_busy(self) -> bool:
-        return bool(self._calls)
 
     def close(self) -> None:
         """Cancel all planning."""
@@ -85,9 +82,9 @@ class PlanServer(Closing):
 def _items(actions: tuple[PlannedAction, ...]) -> list[Mapping[str, Any]]:
     return [
         {
-            "time": index * _STEP_S if each.start is None else each.start,
-            "action": f"({' '.join((each.name, *each.arguments))})",
-            "duration": _STEP_S if each.duration is None else each.duration,
+            "time": index * _STEP_S if action.start is None else action.start,
+            "action": f"({' '.join((action.name, *action.arguments))})",
+            "duration": _STEP_S if action.duration is None else action.duration,
         }
-        for index, each in enumerate(actions)
+        for index, action in enumerate(actions)
     ]

@@ -4,31 +4,70 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from msgspec import Struct
+
 from cxbridge.closing import Closing
+from cxbridge.errors import ConfigError
 from cxbridge.events import Logger
 from cxbridge.rights import right_of_frame
+from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.answers import PROBLEM_SERVICES, ExpertService, answer, knowledge_message
+from cxbridge_ros2.experts.definitions import KNOWLEDGE, NODES, TOPIC_DEPTH, UPDATE, services_of
 from cxbridge_ros2.experts.domain import DOMAIN_SERVICES
-from cxbridge_ros2.experts.names import DEPTH, KNOWLEDGE, UPDATE, services_of
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.planner import PlanServer
-from cxbridge_ros2.experts.settings import ExpertSettings
 from cxbridge_ros2.messages import Message
-from cxbridge_ros2.node import Node, Reply
+from cxbridge_ros2.names import check_topic
+from cxbridge_ros2.node import Node, SendResponse
 from cxbridge_ros2.problem_expert import ProblemExpertFeature
 from cxbridge_ros2.qos import QosProfile
-from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.settings import NodeSettings, as_list, located, node_settings
 
 if TYPE_CHECKING:
+    from cxbridge.config import Configuration
     from cxbridge.executive.host.environment import ClipsEnvironment
+
+SECTION: Final = "/ros2/experts"
+
+_ALL: Final = "all"
+_COMPONENT: Final = "the settings of the experts"
 
 # Error text of PlanSys2's nodes before they are configured.
 INACTIVE: Final = "Requesting service in non-active state"
 
 _SERVICES: Final = {"problem": PROBLEM_SERVICES, "domain": DOMAIN_SERVICES}
 _NOTHING: Final[Mapping[str, Any]] = {}
+
+
+class ExpertSettings(Struct, frozen=True):
+    """The settings of experts.
+
+    :param serve: keys of :data:`~cxbridge_ros2.experts.definitions.NODES`.
+    """
+
+    serve: tuple[str, ...]
+    node: NodeSettings
+
+    @classmethod
+    def of(cls, config: Configuration, folder: Path) -> ExpertSettings:
+        """Read the settings.
+
+        :param folder: the base of relative paths.
+        :raises CxbridgeError: if a setting is invalid; with file and line.
+        """
+        values, node = node_settings(config, SECTION, ("serve",), folder, _COMPONENT)
+        names = [str(name) for name in as_list(values.get("serve", _ALL))]
+        with located(config, SECTION):
+            for name in names:
+                if name not in (_ALL, *NODES):
+                    hint = did_you_mean(name, (_ALL, *NODES), f"there are: {', '.join((*NODES, _ALL))}")
+                    raise ConfigError(f"{_COMPONENT}: '{name}' is no service", hint=hint)
+            if not names:
+                raise ConfigError(f"{_COMPONENT}: nothing is served", hint="serve: all")
+        return cls(tuple(NODES) if _ALL in names else tuple(dict.fromkeys(names)), node)
 
 
 def _refused(_request: Message, reason: str) -> Mapping[str, Any]:
@@ -59,29 +98,29 @@ class ExpertServer(Closing):
         self._planner = planner
         self._codec = NodeCodec(settings.node.distribution)
         self._published_version = -1
-        for expert_name in settings.serve:
-            for name, kind in services_of(expert_name, settings.node.distribution).items():
-                self._serve(expert_name, namespace + name, kind)
-        self._topics = "problem" in settings.serve
-        if self._topics:
-            latched = QosProfile(durability="transient_local", depth=DEPTH)
-            self._updates = node.publisher(namespace + UPDATE[0], UPDATE[1], QosProfile(depth=DEPTH))
+        for expert in settings.serve:
+            for name, kind in services_of(expert, settings.node.distribution).items():
+                self._serve(expert, namespace + name, kind)
+        self._has_topics = "problem" in settings.serve
+        if self._has_topics:
+            latched = QosProfile(durability="transient_local", depth=TOPIC_DEPTH)
+            self._updates = node.publisher(namespace + UPDATE[0], UPDATE[1], QosProfile(depth=TOPIC_DEPTH))
             self._knowledge = node.publisher(namespace + KNOWLEDGE[0], KNOWLEDGE[1], latched)
 
-    def _serve(self, expert_name: str, name: str, kind: str) -> None:
-        last = name.rpartition("/")[2]
-        if expert_name == "planner":
+    def _serve(self, expert: str, name: str, kind: str) -> None:
+        service_name = name.rpartition("/")[2]
+        if expert == "planner":
             access = "plan"
-            work = self._planner.plan if last == "get_plan" else self._planner.validate
+            work = self._planner.plan if service_name == "get_plan" else self._planner.validate
         else:
-            service = _SERVICES[expert_name][last]
+            service = _SERVICES[expert][service_name]
             access, work = "change" if service.changes else "read", partial(self._answer, name, service)
         needs = right_of_frame("ros2-experts", access)
         self._node.serve_later(check_topic(name), kind, work, needs=needs, refuse=_refused)
 
-    def _answer(self, name: str, service: ExpertService, request: Message, reply: Reply) -> None:
+    def _answer(self, name: str, service: ExpertService, request: Message, reply: SendResponse) -> None:
         env = self._feature.env
-        if env is None:
+        if env is None:  # as PlanSys2's nodes answer before they are configured
             reply({"exist": False} if "/exist_" in name else {"success": False, "error_info": INACTIVE})
             return
         with env.lock:
@@ -92,11 +131,11 @@ class ExpertServer(Closing):
         reply(response)
 
     def loop(self) -> None:
-        """Answer requests, send finished plans, and publish changes."""
+        """Answer requests, send finished plans, and publish changes, at most once a loop."""
         self._node.poll()
         self._planner.loop()
         env = self._feature.env
-        if self._topics and env is not None and self._published_version != self._feature.version:
+        if self._has_topics and env is not None and self._published_version != self._feature.version:
             self._published_version = self._feature.version
             self._publish(env)
 
@@ -105,10 +144,6 @@ class ExpertServer(Closing):
             message = knowledge_message(self._feature.expert(env))
         self._updates.publish(_NOTHING)
         self._knowledge.publish(message)
-
-    @property
-    def is_busy(self) -> bool:
-        return self._planner.is_busy
 
     def close(self) -> None:
         self._planner.close()

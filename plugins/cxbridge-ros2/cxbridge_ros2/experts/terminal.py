@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl import format_formula, parse_formula
-from cxbridge.executive.pddl.ast import Atom, Constant, Formula, FunctionTerm, TermComparison, number_of
+from cxbridge.executive.pddl.ast import (
+    Atom,
+    Constant,
+    Formula,
+    FunctionTerm,
+    Ground,
+    TermComparison,
+    number_of,
+)
 from cxbridge.executive.pddl.printer import format_number
 from cxbridge.rights import Right
 from cxbridge.suggestions import did_you_mean
-from cxbridge_ros2.experts.answers import shown
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.execution import Item, execute, item_of, read_plan
-from cxbridge_ros2.experts.knowledge import ground_of
+from cxbridge_ros2.experts.knowledge import ground_of, ground_text
 from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
-from cxbridge_ros2.hub.words import Life
+from cxbridge_ros2.hub.protocol import PerformerState
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.plansys2 import PROTOCOL
 
@@ -25,9 +33,7 @@ PLANNING_S: Final = 120.0  # limit of planning in seconds
 
 LISTENING_S: Final = 2.0  # seconds to listen for heartbeats of performers
 
-_PROBLEM: Final = "/problem_expert/"
-_DOMAIN: Final = "/domain_expert/"
-_OF_DURATIVE: Final = {
+_TIME_POINTS: Final = {
     "at_start_requirements": "at start needs",
     "over_all_requirements": "over all needs",
     "at_end_requirements": "at end needs",
@@ -35,9 +41,10 @@ _OF_DURATIVE: Final = {
     "at_end_effects": "at end does",
 }
 
-_NOTHING: Final = "(and)"
-
 Lines = Iterator[str]
+
+# Carries out a command with the rest of its line, and returns its output; None for no output.
+Work = Callable[[str], Iterable[str] | None]
 
 
 class UsageError(Ros2Error):
@@ -54,29 +61,35 @@ class Terminal:
         self._client = client
         self._codec = codec
         self.is_over = False  # whether the user has typed `quit`
-        self._sourcing = False
-        self._commands: Mapping[str, Callable[[str], Lines]] = {
+        self._is_sourcing = False
+        model: Mapping[str, Work] = {
+            "types": self._types,
+            "predicates": partial(self._declared_names, "predicates"),
+            "functions": partial(self._declared_names, "functions"),
+            "actions": self._actions,
+            "predicate": partial(self._declaration, "predicate"),
+            "function": partial(self._declaration, "function"),
+            "action": self._action,
+        }
+        self.commands: Mapping[str, Work] = {
             "get domain": self._domain,
-            **{
-                f"get {model} {noun}": work
-                for model in ("model", "domain")
-                for noun, work in self._of_model().items()
-            },
-            "get problem": lambda rest: self._whole("get problem", rest, _PROBLEM, "problem"),
+            # the terminals of different distributions say `model` or `domain`
+            **{f"get {noun} {name}": model[name] for noun in ("model", "domain") for name in model},
+            "get problem": self._problem,
             "get problem instances": self._instances,
             "get problem predicates": self._predicates,
             "get problem functions": self._functions,
             "get problem goal": self._goal,
             "get plan": self._plan,
             "set instance": self._set_instance,
-            "set predicate": lambda rest: self._predicate("add_problem_predicate", rest),
+            "set predicate": partial(self._change_predicate, "add_problem_predicate"),
             "set function": self._set_function,
             "set goal": self._set_goal,
             "remove instance": self._remove_instance,
-            "remove predicate": lambda rest: self._predicate("remove_problem_predicate", rest),
+            "remove predicate": partial(self._change_predicate, "remove_problem_predicate"),
             "remove function": self._remove_function,
             "remove goal": self._remove_goal,
-            "check actors": self._actors,
+            "check actors": self._performers,
             "run": self._run,
             "source": self._source,
             "help": self._help,
@@ -84,28 +97,26 @@ class Terminal:
             "quit": self._quit,
         }
 
-    @property
-    def commands(self) -> Sequence[str]:
-        """The commands without arguments."""
-        return [*self._commands]
-
     def do(self, line: str) -> Lines:
         """Carry out a command and yield its output."""
         words = line.split()
         if not words:
             return
-        # Try the longest command name first: "get problem goal" before "get problem".
+        # try the longest command name first: "get problem goal" before "get problem"
         for count in (3, 2, 1):
-            work = self._commands.get(" ".join(words[:count]))
-            if work is not None and count <= len(words):
+            command = " ".join(words[:count])
+            if count <= len(words) and command in self.commands:
+                argument = " ".join(line.split(None, count)[count:]).strip()
+                if argument and command in _WITHOUT_ARGUMENT:
+                    raise UsageError(f"'{command}' takes nothing more, not '{argument}'")
                 try:
-                    yield from work(line.split(None, count)[count] if len(words) > count else "")
+                    yield from self.commands[command](argument) or ()
                 except PddlError as error:
                     raise UsageError(error.message, hint=error.hint) from None
                 return
-        first = dict.fromkeys(each.split()[0] for each in self._commands)
-        known = [each for each in self._commands if each.split()[0] == words[0]] or [*first]
-        hint = did_you_mean(" ".join(words[:2]), known, f"there are: {', '.join(known)}")
+        first_words = dict.fromkeys(command.split()[0] for command in self.commands)
+        similar = [command for command in self.commands if command.split()[0] == words[0]] or [*first_words]
+        hint = did_you_mean(" ".join(words[:2]), similar, f"there are: {', '.join(similar)}")
         raise UsageError(f"there is no command '{line.strip()}'", hint=hint)
 
     def completions(self, line: str) -> list[str]:
@@ -113,232 +124,196 @@ class Terminal:
 
         :param line: the typed text; its last word may be incomplete.
         """
-        *before, last = line.split(" ")
-        typed_words = [word for word in before if word]
-        commands = [each.split() for each in self._commands]
-        words = [
-            each[len(typed_words)]
-            for each in commands
-            if each[: len(typed_words)] == typed_words and len(each) > len(typed_words)
-        ]
-        return sorted({word for word in words if word.startswith(last)})
-
-    # ---- the domain
-
-    def _whole(self, command: str, rest: str, prefix: str, field: str) -> Lines:
-        _no_more(command, rest)
-        yield self._client.do(f"{prefix}get_{field}")[field].rstrip("\n")
-
-    def _domain(self, rest: str) -> Lines:
-        return self._whole("get domain", rest, _DOMAIN, "domain")
-
-    def _of_model(self) -> Mapping[str, Callable[[str], Lines]]:
-        return {
-            "types": self._types,
-            "predicates": lambda rest: self._names("predicates", rest),
-            "functions": lambda rest: self._names("functions", rest),
-            "actions": self._actions,
-            "predicate": lambda rest: self._declared("predicate", rest),
-            "function": lambda rest: self._declared("function", rest),
-            "action": self._action,
+        *typed, incomplete = line.split(" ")
+        complete = [word for word in typed if word]
+        commands = (command.split() for command in self.commands)
+        words = {
+            command[len(complete)]
+            for command in commands
+            if command[: len(complete)] == complete and len(command) > len(complete)
         }
+        return sorted(word for word in words if word.startswith(incomplete))
 
-    def _types(self, rest: str) -> Lines:
-        _no_more("get model types", rest)
-        yield from self._client.do(f"{_DOMAIN}get_domain_types")["types"]
+    def _ask_domain(self, service: str, request: Mapping[str, Any] | None = None) -> Message:
+        return self._client.request(f"/domain_expert/get_domain{service}", request)
 
-    def _names(self, noun: str, rest: str) -> Lines:
-        _no_more(f"get model {noun}", rest)
-        yield from (each["name"] for each in self._client.do(f"{_DOMAIN}get_domain_{noun}")["states"])
+    def _ask_problem(self, service: str, request: Mapping[str, Any] | None = None) -> Message:
+        return self._client.request(f"/problem_expert/{service}", request)
 
-    def _actions(self, rest: str) -> Lines:
-        _no_more("get model actions", rest)
-        yield from self._client.do(f"{_DOMAIN}get_domain_actions")["actions"]
-        for name in self._client.do(f"{_DOMAIN}get_domain_durative_actions")["actions"]:
+    # --- the domain
+
+    def _domain(self, _argument: str) -> Lines:
+        yield self._ask_domain("")["domain"].rstrip("\n")
+
+    def _types(self, _argument: str) -> Lines:
+        yield from self._ask_domain("_types")["types"]
+
+    def _declared_names(self, noun: str, _argument: str) -> Lines:
+        yield from (node["name"] for node in self._ask_domain(f"_{noun}")["states"])
+
+    def _actions(self, _argument: str) -> Lines:
+        yield from self._ask_domain("_actions")["actions"]
+        for name in self._ask_domain("_durative_actions")["actions"]:
             yield f"{name} (durative)"
 
-    def _declared(self, noun: str, rest: str) -> Lines:
-        name = _one(rest, f"get model {noun} NAME")
-        node = self._client.do(f"{_DOMAIN}get_domain_{noun}_details", {"expression": name})["node"]
-        yield _signature(node)
+    def _declaration(self, noun: str, argument: str) -> Lines:
+        name = _single_name(argument, f"get model {noun} NAME")
+        yield _signature(self._ask_domain(f"_{noun}_details", {"expression": name})["node"])
 
-    def _action(self, rest: str) -> Lines:
-        name = _one(rest, "get model action NAME")
-        durative = self._client.do(f"{_DOMAIN}get_domain_durative_actions")["actions"]
+    def _action(self, argument: str) -> Lines:
+        name = _single_name(argument, "get model action NAME")
+        durative = self._ask_domain("_durative_actions")["actions"]
         if name.lower() in map(str.lower, durative):
             request = {"durative_action": name}
-            action = self._client.do(f"{_DOMAIN}get_domain_durative_action_details", request)[
-                "durative_action"
-            ]
-            yield _signature(action)
-            for field, text in _OF_DURATIVE.items():
-                yield from self._about(text, action[field])
-            return
-        action = self._client.do(f"{_DOMAIN}get_domain_action_details", {"action": name})["action"]
+            action = self._ask_domain("_durative_action_details", request)["durative_action"]
+            formulas = [(text, action[field]) for field, text in _TIME_POINTS.items()]
+        else:
+            action = self._ask_domain("_action_details", {"action": name})["action"]
+            formulas = [("needs", action["preconditions"]), ("does", action["effects"])]
         yield _signature(action)
-        yield from self._about("needs", action["preconditions"])
-        yield from self._about("does", action["effects"])
+        for noun, tree in formulas:
+            if tree["nodes"] and (text := self._formula_text(tree)) != "(and)":
+                yield f"{noun}: {text}"
 
-    def _about(self, noun: str, tree: Message) -> Lines:
-        text = self._text(tree) if tree["nodes"] else _NOTHING
-        if text != _NOTHING:
-            yield f"{noun}: {text}"
-
-    def _text(self, tree: Message) -> str:
+    def _formula_text(self, tree: Message) -> str:
         try:
             return format_formula(self._codec.formula(tree, effects=True))
         except Ros2Error as error:
             return f"({error.message})"
 
-    # ---- the problem
+    # --- the problem
 
-    def _instances(self, rest: str) -> Lines:
-        _no_more("get problem instances", rest)
-        for each in self._client.do(f"{_PROBLEM}get_problem_instances")["instances"]:
-            yield f"{each['name']} - {each['type']}"
+    def _problem(self, _argument: str) -> Lines:
+        yield self._ask_problem("get_problem")["problem"].rstrip("\n")
 
-    def _predicates(self, rest: str) -> Lines:
-        _no_more("get problem predicates", rest)
-        for each in self._client.do(f"{_PROBLEM}get_problem_predicates")["states"]:
-            yield shown(ground_in(each))
+    def _instances(self, _argument: str) -> Lines:
+        for instance in self._ask_problem("get_problem_instances")["instances"]:
+            yield f"{instance['name']} - {instance['type']}"
 
-    def _functions(self, rest: str) -> Lines:
-        _no_more("get problem functions", rest)
-        for each in self._client.do(f"{_PROBLEM}get_problem_functions")["states"]:
-            yield f"(= {shown(ground_in(each))} {format_number(each['value'])})"
+    def _predicates(self, _argument: str) -> Lines:
+        for node in self._ask_problem("get_problem_predicates")["states"]:
+            yield ground_text(ground_in(node))
 
-    def _goal(self, rest: str) -> Lines:
-        _no_more("get problem goal", rest)
-        tree = self._client.do(f"{_PROBLEM}get_problem_goal")["tree"]
-        yield self._text(tree) if tree["nodes"] else "no goal"
+    def _functions(self, _argument: str) -> Lines:
+        for node in self._ask_problem("get_problem_functions")["states"]:
+            yield f"(= {ground_text(ground_in(node))} {format_number(node['value'])})"
 
-    def _set_instance(self, rest: str) -> Lines:
-        words = rest.split()
+    def _goal(self, _argument: str) -> Lines:
+        tree = self._ask_problem("get_problem_goal")["tree"]
+        yield self._formula_text(tree) if tree["nodes"] else "no goal"
+
+    def _set_instance(self, argument: str) -> None:
+        words = argument.split()
         if len(words) != 2:  # noqa: PLR2004
             raise UsageError("an instance has a name and a type", hint="set instance NAME TYPE")
-        self._client.do(f"{_PROBLEM}add_problem_instance", {"param": param(words[0], words[1])})
-        yield from ()
+        self._ask_problem("add_problem_instance", {"param": param(words[0], words[1])})
 
-    def _remove_instance(self, rest: str) -> Lines:
-        name = _one(rest, "remove instance NAME")
-        self._client.do(f"{_PROBLEM}remove_problem_instance", {"param": param(name)})
-        yield from ()
+    def _remove_instance(self, argument: str) -> None:
+        name = _single_name(argument, "remove instance NAME")
+        self._ask_problem("remove_problem_instance", {"param": param(name)})
 
-    def _predicate(self, service: str, rest: str) -> Lines:
-        formula = parse_formula(rest)
+    def _change_predicate(self, service: str, argument: str) -> None:
+        formula = parse_formula(argument)
         if not isinstance(formula, Atom):
-            raise UsageError(f"'{rest}' is no predicate", hint="set predicate (said PEGGY HELLO)")
-        node = ground_node(TreeNodeKind.PREDICATE, ground_of(formula.predicate, formula), {})
-        self._client.do(_PROBLEM + service, {"node": node})
-        yield from ()
+            raise UsageError(f"'{argument}' is no predicate", hint="set predicate (said PEGGY HELLO)")
+        ground = ground_of(formula.predicate, formula)
+        self._ask_problem(service, {"node": ground_node(TreeNodeKind.PREDICATE, ground, {})})
 
-    def _set_function(self, rest: str) -> Lines:
-        call, value = _value_in(parse_formula(rest), rest)
-        node = ground_node(TreeNodeKind.FUNCTION, ground_of(call.function, call), {}, value)
-        self._client.do(f"{_PROBLEM}add_problem_function", {"node": node})
-        yield from ()
+    def _set_function(self, argument: str) -> None:
+        ground, value = _assignment(parse_formula(argument), argument)
+        node = ground_node(TreeNodeKind.FUNCTION, ground, {}, value)
+        self._ask_problem("add_problem_function", {"node": node})
 
-    def _remove_function(self, rest: str) -> Lines:
-        formula = parse_formula(rest if rest.lstrip().startswith("(") else f"({rest})")
+    def _remove_function(self, argument: str) -> None:
+        formula = parse_formula(_in_parentheses(argument))
+        # both `distance a b` and `(= (distance a b) 3)`; the former parses as a predicate
         if isinstance(formula, Atom):
             ground = ground_of(formula.predicate, formula)
         else:
-            call, _ = _value_in(formula, rest)
-            ground = ground_of(call.function, call)
-        self._client.do(
-            f"{_PROBLEM}remove_problem_function", {"node": ground_node(TreeNodeKind.FUNCTION, ground, {})}
-        )
-        yield from ()
+            ground, _ = _assignment(formula, argument)
+        node = ground_node(TreeNodeKind.FUNCTION, ground, {})
+        self._ask_problem("remove_problem_function", {"node": node})
 
-    def _set_goal(self, rest: str) -> Lines:
-        tree = self._codec.tree(parse_formula(rest), {})
-        self._client.do(f"{_PROBLEM}add_problem_goal", {"tree": tree})
-        yield from ()
+    def _set_goal(self, argument: str) -> None:
+        self._ask_problem("add_problem_goal", {"tree": self._codec.tree(parse_formula(argument), {})})
 
-    def _remove_goal(self, rest: str) -> Lines:
-        _no_more("remove goal", rest)
-        self._client.do(f"{_PROBLEM}remove_problem_goal")
-        yield from ()
+    def _remove_goal(self, _argument: str) -> None:
+        self._ask_problem("remove_problem_goal")
 
-    # ---- plans, performers, and the prompt itself
+    # --- plans, performers, and the prompt itself
 
-    def _plan(self, rest: str) -> Lines:
-        _no_more("get plan", rest)
-        for each in self._planned():
-            yield f"{each['time']:.3f}: {each['action']} [{each['duration']:.3f}]"
+    def _plan(self, _argument: str) -> Lines:
+        for item in self._make_plan():
+            yield f"{item['time']:.3f}: {item['action']} [{item['duration']:.3f}]"
 
-    def _planned(self) -> Sequence[Item]:
+    def _make_plan(self) -> Sequence[Item]:
         request = {
-            "domain": self._client.do(f"{_DOMAIN}get_domain")["domain"],
-            "problem": self._client.do(f"{_PROBLEM}get_problem")["problem"],
+            "domain": self._ask_domain("")["domain"],
+            "problem": self._ask_problem("get_problem")["problem"],
         }
-        items: Sequence[Item] = self._client.do("/planner/get_plan", request, PLANNING_S)["plan"]["items"]
+        plan = self._client.request("/planner/get_plan", request, PLANNING_S)["plan"]
+        items: Sequence[Item] = plan["items"]
         return items
 
-    def _actors(self, rest: str) -> Lines:
-        _no_more("check actors", rest)
-        signs: dict[str, tuple[str, int]] = {}
+    def _performers(self, _argument: str) -> Lines:
+        states: dict[str, tuple[str, int]] = {}
 
-        def take_sign(message: Message) -> None:
-            sign = PROTOCOL.sign(message)
-            signs[sign.node] = (sign.action, sign.life)
+        def take_heartbeat(message: Message) -> None:
+            heartbeat = PROTOCOL.decode_heartbeat(message)
+            states[heartbeat.node] = (heartbeat.action, heartbeat.state)
 
-        topic = self._client.namespace + PROTOCOL.signs_topic
-        end = self._client.node.subscribe(topic, PROTOCOL.signs_type, take_sign, needs=Right.LOOK)
+        topic = self._client.namespace + PROTOCOL.heartbeat_topic
+        end = self._client.node.subscribe(topic, PROTOCOL.heartbeat_type, take_heartbeat, needs=Right.LOOK)
         self._client.wait(lambda: False, LISTENING_S)
         end()
-        for node, (action, life) in sorted(signs.items()):
-            yield f"{node} {action} {Life(life).name if life in list(Life) else life}"
+        for node, (action, state) in sorted(states.items()):
+            yield f"{node} {action} {PerformerState(state).name if state in list(PerformerState) else state}"
 
-    def _run(self, rest: str) -> Lines:
-        kind, _, argument = rest.strip().partition(" ")
-        argument = argument.strip()
+    def _run(self, argument: str) -> Lines:
+        kind, _, operand = argument.partition(" ")
+        operand = operand.strip()
         if not kind:
-            items = self._planned()
-        elif kind == "num_actions" and argument.isdecimal():
-            items = self._planned()[: int(argument)]
-        elif kind == "action" and (
-            item := item_of(f"0: {argument if argument.startswith('(') else f'({argument})'}")
-        ):
+            items = self._make_plan()
+        elif kind == "num_actions" and operand.isdecimal():
+            items = self._make_plan()[: int(operand)]
+        elif kind == "action" and (item := item_of(f"0: {_in_parentheses(operand)}")):
             items = [item]
-        elif kind == "plan-file" and argument:
-            items = read_plan(Path(argument))
+        elif kind == "plan-file" and operand:
+            items = read_plan(Path(operand))
         else:
-            raise UsageError(f"there is no 'run {rest.strip()}'", hint="; ".join(_help_of("run")))
+            raise UsageError(f"there is no 'run {argument}'", hint="; ".join(_help_of("run")))
         yield from execute(self._client, items)
 
-    def _source(self, rest: str) -> Lines:
-        name, shown = rest.strip(), False
-        if name.endswith((" 0", " 1")):
-            name, shown = name[:-2].rstrip(), name.endswith("1")
-        if self._sourcing or not name:
-            nested = "a file of commands names no other" if self._sourcing else "it takes a file"
-            raise UsageError(nested, hint="source FILE [0|1]; 1 shows the commands")
+    def _source(self, argument: str) -> Lines:
+        name, is_shown = argument, False
+        if argument.endswith((" 0", " 1")):
+            name, is_shown = argument[:-2].rstrip(), argument.endswith("1")
+        if self._is_sourcing or not name:
+            problem = "a file of commands names no other" if self._is_sourcing else "it takes a file"
+            raise UsageError(problem, hint="source FILE [0|1]; 1 shows the commands")
         try:
             lines = Path(name).read_text(encoding="utf-8").splitlines()
         except (OSError, UnicodeDecodeError) as error:
             raise UsageError(f"cannot read {name}: {error}") from None
-        self._sourcing = True
+        self._is_sourcing = True
         try:
             for line in lines:
-                if shown:
+                if is_shown:
                     yield line
                 yield from self.do(line)
                 if self.is_over:
                     break
         finally:
-            self._sourcing = False
+            self._is_sourcing = False
 
-    def _help(self, rest: str) -> Lines:
-        help_lines = _help_of(rest.strip())
+    def _help(self, argument: str) -> list[str]:
+        help_lines = _help_of(argument)
         if not help_lines:
-            raise UsageError(f"there is no command '{rest.strip()}'")
-        yield from help_lines
+            raise UsageError(f"there is no command '{argument}'")
+        return help_lines
 
-    def _quit(self, rest: str) -> Lines:
-        _no_more("quit", rest)
+    def _quit(self, _argument: str) -> None:
         self.is_over = True
-        yield from ()
 
 
 # Help, with at least one line per command.
@@ -367,33 +342,46 @@ HELP: Final = (
     "quit",
 )
 
+_WITHOUT_ARGUMENT: Final = frozenset(
+    {
+        *("get domain", "get plan", "remove goal", "check actors", "quit"),
+        *(
+            f"get {noun} {name}"
+            for noun in ("model", "domain")
+            for name in ("types", "predicates", "functions", "actions")
+        ),
+        *("get problem", "get problem instances", "get problem predicates", "get problem functions"),
+        "get problem goal",
+    }
+)
+
 
 def _help_of(command: str) -> list[str]:
     """Return the help of commands that begin with a word; all if the word is empty."""
     return [text for text in HELP if not command or text.split()[0] == command]
 
 
-def _no_more(command: str, rest: str) -> None:
-    if rest.strip():
-        raise UsageError(f"'{command}' takes nothing more, not '{rest.strip()}'")
-
-
-def _one(rest: str, usage: str) -> str:
-    words = rest.split()
+def _single_name(argument: str, usage: str) -> str:
+    words = argument.split()
     if len(words) != 1:
         raise UsageError(f"one name is wanted, not {len(words)}", hint=usage)
     return words[0]
 
 
-def _value_in(formula: Formula, text: str) -> tuple[FunctionTerm, float]:
+def _in_parentheses(text: str) -> str:
+    return text if text.startswith("(") else f"({text})"
+
+
+def _assignment(formula: Formula, text: str) -> tuple[Ground, float]:
+    """Return the function and the number of ``(= (distance a b) 3)``."""
     match formula:
         case TermComparison(operator="=", left=FunctionTerm() as call, right=Constant(name=number)):
             value = number_of(number)
             if value is not None:
-                return call, value
+                return ground_of(call.function, call), value
     raise UsageError(f"'{text}' is no value of a function", hint="set function (= (distance a b) 3)")
 
 
 def _signature(message: Message) -> str:
-    parameters = (f"{each['name']} - {each['type']}" for each in message["parameters"])
+    parameters = (f"{parameter['name']} - {parameter['type']}" for parameter in message["parameters"])
     return f"({' '.join((message['name'], *parameters))})"

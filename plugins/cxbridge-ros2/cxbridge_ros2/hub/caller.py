@@ -18,19 +18,27 @@ from cxbridge.errors import ConfigError, SkillError
 from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
-from cxbridge_ros2.executor import TIMEOUT_S, RosExecutor, nested, seconds_of
+from cxbridge_ros2.executor import TIMEOUT_S, RosExecutor, seconds_of
 from cxbridge_ros2.hub.hub import Hub
-from cxbridge_ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
+from cxbridge_ros2.hub.protocol import (
+    ActionKey,
+    Heartbeat,
+    HubMessage,
+    HubProtocol,
+    MessageKind,
+    PerformerState,
+)
+from cxbridge_ros2.settings import as_list, check_keys, nested
 from cxbridge_ros2.skills import fill
 
 RETRY_S: Final = 1.0  # seconds between REQUESTs without a response, as in PlanSys2
 
 SILENCE_S: Final = 5.0  # seconds without a heartbeat until a performer counts as gone
 
-_OF_SKILL: Final = ("action", "arguments", "mapped", "timeout", "patience")
-_DEAF: Final = 2  # unanswered REQUESTs of a performer that reports READY
-_NOT_RUNNING: Final = 2  # heartbeats of a performer without the confirmed action
-_REMEMBERED: Final = 100  # REQUESTs whose late RESPONSEs are rejected
+_SKILL_KEYS: Final = ("action", "arguments", "mapped", "timeout", "patience")
+_MAX_UNANSWERED: Final = 2  # REQUESTs after which a performer that reports READY counts as deaf
+_MAX_IDLE_HEARTBEATS: Final = 2  # of a performer without the confirmed action: the first may be older
+_MAX_REQUESTS: Final = 100  # recent REQUESTs whose late RESPONSEs are rejected
 
 
 class HubSkill(Struct, frozen=True):
@@ -47,34 +55,59 @@ class HubSkill(Struct, frozen=True):
     timeout_s: float
     patience_s: float
 
+    @classmethod
+    def of(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkill:
+        """Read the settings of a skill."""
+        if not isinstance(settings, Mapping):
+            raise ConfigError(f"the skill {name} has settings, not {settings!r}", hint="e.g. {timeout: 60}")
+        keys = [key for key in _SKILL_KEYS if key != "mapped" or protocol.has_agents]
+        check_keys(settings, keys, f"the skill {name}")
+        arguments = settings.get("arguments")
+        return cls(
+            action=str(settings.get("action", name)),
+            arguments=None if arguments is None else as_list(arguments),
+            mapped=str(settings["mapped"]) if "mapped" in settings else None,
+            timeout_s=seconds_of(name, "timeout", settings.get("timeout", TIMEOUT_S)),
+            patience_s=seconds_of(name, "patience", settings.get("patience", protocol.patience_s)),
+        )
 
-class _OpenRequest:
+    def arguments_for(self, call: SkillCall) -> tuple[str, ...]:
+        if self.arguments is None:
+            values = [value for name, value in call.parameters.items() if name != MAPPED_ACTION]
+        else:
+            values = [fill(argument, call, {}) for argument in self.arguments]
+        for value in values:
+            if isinstance(value, list | Mapping):
+                raise SkillError(f"{call.skill}: {value!r} is no argument of an action")
+        return tuple(map(str, values))
+
+
+class _OpenRequest(Struct):
     """A requested action until its end.
 
     :ivar performer: the confirmed performer; empty before.
     :ivar feedback: the last FEEDBACK, or None.
-    :ivar end: the FINISH, or None.
-    :ivar idle_signs: the number of consecutive heartbeats without the action.
+    :ivar finish: the FINISH, or None.
+    :ivar idle_heartbeats: the number of consecutive heartbeats without the action.
     """
 
-    def __init__(self, request: Word) -> None:
-        self.request = request
-        self.performer = ""
-        self.feedback: Word | None = None
-        self.end: Word | None = None
-        self.idle_signs = 0
+    request: HubMessage
+    performer: str = ""
+    feedback: HubMessage | None = None
+    finish: HubMessage | None = None
+    idle_heartbeats: int = 0
 
 
 class _Performer(Struct):
     """The known state of a performer.
 
-    :ivar life_us: the time of the last heartbeat; 0 before the first.
-    :ivar answer_us: the time of the last RESPONSE, to any caller.
+    :ivar heartbeat_us: the time of the last heartbeat; 0 before the first.
+    :ivar response_us: the time of the last RESPONSE, to any caller.
     """
 
-    sign: Sign
-    life_us: int = 0
-    answer_us: int = 0
+    heartbeat: Heartbeat
+    heartbeat_us: int = 0
+    response_us: int = 0
 
 
 class HubSkills(RosExecutor):
@@ -85,22 +118,26 @@ class HubSkills(RosExecutor):
 
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
-        self._agent_id = self._agent()
-        self._known = {
-            name: _skill(name, value, self.protocol) for name, value in _configured(self.settings).items()
+        if "agent-id" in self.settings and not self.protocol.has_agents:
+            raise ConfigError(f"{type(self).__name__} has no setting 'agent-id': its messages name no robot")
+        self._agent_id = self.setting("agent-id", "")
+        self._skills = {
+            name: HubSkill.of(name, settings, self.protocol)
+            for name, settings in _configured_skills(self.settings).items()
         }
-        if not self._known:
+        if not self._skills:
             raise ConfigError(f"{type(self).__name__} has no skills", hint="name them: skills: [move]")
-        self.skills = tuple(self._known)
+        self.skills = tuple(self._skills)
+        # unique among callers: performers tell them apart by their names only
         self._name = f"cxbridge_{self.agent}_{secrets.token_hex(2)}"
         self._hub: Hub | None = None
-        self._asked: _OpenRequest | None = None
-        self._ours: dict[Key, str] = {}  # our recent requests: the node name of the execution by action
+        self._open_request: _OpenRequest | None = None
+        self._requests: dict[ActionKey, str] = {}  # node name of our recent REQUESTs by action
         self._performers: dict[str, _Performer] = {}
 
     @classmethod
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:
-        return tuple(_configured(nested(settings)))
+        return tuple(_configured_skills(nested(settings)))
 
     @property
     def topic(self) -> str:
@@ -109,7 +146,7 @@ class HubSkills(RosExecutor):
     def start(self) -> None:
         """Join the domain and the hub before the first request, so that performers know us."""
         namespace = self.node_settings.namespace
-        self._hub = Hub(self.join(), self.protocol, namespace, self._take_word, self._signed)
+        self._hub = Hub(self.join(), self.protocol, namespace, self._take_message, self._take_heartbeat)
 
     def close(self) -> None:
         if self._hub is not None:
@@ -117,39 +154,30 @@ class HubSkills(RosExecutor):
         super().close()
 
     def execute(self, call: SkillCall) -> Steps:
-        known = self._known[call.skill]
-        key = Key(known.action, _arguments(known, call), self._agent_id)
-        mapped = str(call.get(MAPPED_ACTION, "") if known.mapped is None else fill(known.mapped, call, {}))
-        open_request = _OpenRequest(Word(WordKind.REQUEST, call.name or self._name, key, mapped))
-        return (
-            yield from self.within(
-                known.timeout_s, f"{key} on {self.topic}", self._perform(known, open_request)
-            )
-        )
-
-    def _agent(self) -> str:
-        if "agent-id" in self.settings and not self.protocol.has_agents:
-            raise ConfigError(f"{type(self).__name__} has no setting 'agent-id': its messages name no robot")
-        return self.setting("agent-id", "")
+        skill = self._skills[call.skill]
+        key = ActionKey(skill.action, skill.arguments_for(call), self._agent_id)
+        mapped = str(call.get(MAPPED_ACTION, "") if skill.mapped is None else fill(skill.mapped, call, {}))
+        request = HubMessage(MessageKind.REQUEST, call.name or self._name, key, mapped)
+        steps = self._perform(skill, _OpenRequest(request))
+        return (yield from self.limit_time(skill.timeout_s, f"{key} on {self.topic}", steps))
 
     # --- steps --------------------------------------------------------------------------------------------
 
-    def _perform(self, known: HubSkill, open_request: _OpenRequest) -> Generator[Any, None, Progress]:
-        self._asked = open_request
+    def _perform(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[Any, None, Progress]:
+        self._open_request = open_request
         try:
-            yield from self._find_performer(known, open_request)
-            yield from self._follow(open_request)
+            yield from self._find_performer(skill, open_request)
+            finish = yield from self._follow(open_request)
         finally:
-            self._asked = None
-            if open_request.performer and open_request.end is None:
-                self._say(WordKind.CANCEL, open_request.performer, open_request.request.key)
-        assert open_request.end is not None  # the loop ends only with a FINISH or an error
-        if not open_request.end.success:
-            words = open_request.end.status or f"{open_request.performer} has failed"
-            raise SkillFailedError(words, progress=open_request.end.progress)
-        return Progress(1.0, open_request.end.status)
+            self._open_request = None
+            if open_request.performer and open_request.finish is None:
+                self._send(MessageKind.CANCEL, open_request.performer, open_request.request.key)
+        if not finish.success:
+            reason = finish.status or f"{open_request.performer} has failed"
+            raise SkillFailedError(reason, progress=finish.progress)
+        return Progress(1.0, finish.status)
 
-    def _find_performer(self, known: HubSkill, open_request: _OpenRequest) -> Generator[None, None, None]:
+    def _find_performer(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[None, None, None]:
         """Repeat the REQUEST until a performer has responded."""
         key, start_us, requests = open_request.request.key, self.clock.now_us(), 0
         while True:
@@ -157,144 +185,118 @@ class HubSkills(RosExecutor):
             if open_request.performer:
                 return
             waited_us = self.clock.now_us() - start_us
-            if waited_us > known.patience_s * MICROSECONDS:
+            if waited_us > skill.patience_s * MICROSECONDS:
                 raise SkillFailedError(f"no performer of {key} answers on {self.topic}")
             if waited_us >= requests * RETRY_S * MICROSECONDS:
-                if requests >= _DEAF:
-                    self._reject_deaf(key)
-                self._request(open_request.request)
+                if requests >= _MAX_UNANSWERED:
+                    self._reject_deaf_performers(key)
+                self._send_request(open_request.request)
                 requests += 1
             yield
 
-    def _request(self, request: Word) -> None:
-        self._ours.pop(request.key, None)  # move the key to the end, as the most recent
-        self._ours[request.key] = request.node
-        while len(self._ours) > _REMEMBERED:
-            del self._ours[next(iter(self._ours))]
+    def _send_request(self, request: HubMessage) -> None:
+        self._requests.pop(request.key, None)  # move the key to the end, as the most recent
+        self._requests[request.key] = request.node
+        while len(self._requests) > _MAX_REQUESTS:
+            del self._requests[next(iter(self._requests))]
         assert self._hub is not None  # skills are executed only after the start
-        self._hub.say(request)
+        self._hub.publish(request)
 
-    def _reject_deaf(self, key: Key) -> None:
+    def _reject_deaf_performers(self, key: ActionKey) -> None:
         """Reject performers that report READY but do not respond: their RESPONSE may be lost."""
-        now_us = self.clock.now_us()
-        recent_us = now_us - round(_DEAF * RETRY_S * MICROSECONDS)
+        recent_us = self.clock.now_us() - round(_MAX_UNANSWERED * RETRY_S * MICROSECONDS)
         for name, performer in self._performers.items():
-            is_ready = performer.sign.life == Life.READY and performer.life_us > recent_us
-            if is_ready and performer.sign.action == key.action and performer.answer_us < recent_us:
-                self._say(WordKind.REJECT, name, key)
+            heartbeat = performer.heartbeat
+            is_ready = heartbeat.state == PerformerState.READY and performer.heartbeat_us > recent_us
+            if is_ready and heartbeat.action == key.action and performer.response_us < recent_us:
+                self._send(MessageKind.REJECT, name, key)
 
-    def _follow(self, open_request: _OpenRequest) -> Generator[Progress | None, None, None]:
-        feedback: Word | None = None
-        since_us = self.clock.now_us()
+    def _follow(self, open_request: _OpenRequest) -> Generator[Progress | None, None, HubMessage]:
+        """Yield the progress of a confirmed performer, and return its FINISH."""
+        reported: HubMessage | None = None
+        start_us = self.clock.now_us()
         while True:
             self.poll()
-            if open_request.end is not None:
-                return
-            self._check(open_request, since_us)
-            if open_request.feedback is feedback:
-                yield None
-                continue
+            if open_request.finish is not None:
+                return open_request.finish
+            self._check_performer(open_request, start_us)
             feedback = open_request.feedback
-            if feedback is not None:
+            if feedback is None or feedback is reported:
+                yield None
+            else:
                 yield Progress(feedback.progress, feedback.status)
+            reported = feedback
 
-    def _check(self, request: _OpenRequest, since_us: int) -> None:
+    def _check_performer(self, open_request: _OpenRequest, start_us: int) -> None:
         """Raise an error if the performer has vanished or does something else."""
-        performer = self._performers.get(request.performer)
-        if performer is None or not performer.life_us:
+        performer = self._performers.get(open_request.performer)
+        if performer is None or not performer.heartbeat_us:
             return  # without heartbeats, only the time limit helps
-        if request.idle_signs >= _NOT_RUNNING:
+        if open_request.idle_heartbeats >= _MAX_IDLE_HEARTBEATS:
             raise SkillFailedError(
-                f"{request.performer} does not perform it any more: it was restarted, or stopped"
+                f"{open_request.performer} does not perform it any more: it was restarted, or stopped"
             )
-        silent_us = self.clock.now_us() - max(performer.life_us, since_us)
+        silent_us = self.clock.now_us() - max(performer.heartbeat_us, start_us)
         if silent_us > SILENCE_S * MICROSECONDS:
-            raise SkillFailedError(f"the performer {request.performer} has vanished")
+            raise SkillFailedError(f"the performer {open_request.performer} has vanished")
 
     # --- the hub ------------------------------------------------------------------------------------------
 
-    def _say(self, kind: WordKind, node: str, key: Key) -> None:
+    def _send(self, kind: MessageKind, node: str, key: ActionKey, mapped: str = "") -> None:
         assert self._hub is not None  # nothing is received, and no skill executed, before the start
-        mapped = self._asked.request.mapped if self._asked is not None and kind is WordKind.CONFIRM else ""
-        self._hub.say(Word(kind, node, key, mapped))
+        self._hub.publish(HubMessage(kind, node, key, mapped))
 
-    def _take_word(self, word: Word) -> None:
+    def _take_message(self, message: HubMessage) -> None:
         """Handle a message of any node, ourselves included."""
-        if word.kind == WordKind.REQUEST:
-            if self._ours.get(word.key) != word.node:
-                self._ours.pop(word.key, None)
-        elif word.kind == WordKind.RESPONSE:
-            self._answered(word)
-        open_request = self._asked
+        if message.kind == MessageKind.REQUEST:
+            # another caller of the same action: its responses are not for us
+            if self._requests.get(message.key) != message.node:
+                self._requests.pop(message.key, None)
+        elif message.kind == MessageKind.RESPONSE:
+            self._take_response(message)
+        open_request = self._open_request
         if (
             open_request is None
-            or (word.node, word.key) != (open_request.performer, open_request.request.key)
-            or open_request.end
+            or (message.node, message.key) != (open_request.performer, open_request.request.key)
+            or open_request.finish
         ):
             return
-        if word.kind == WordKind.FEEDBACK:
-            open_request.feedback, open_request.idle_signs = word, 0
-            performer = self._known_performer(word)
-            performer.life_us = self.clock.now_us() if performer.life_us else 0
-        elif word.kind == WordKind.FINISH:
-            open_request.end = word
+        if message.kind == MessageKind.FEEDBACK:
+            open_request.feedback, open_request.idle_heartbeats = message, 0
+            performer = self._performer(message)
+            performer.heartbeat_us = self.clock.now_us() if performer.heartbeat_us else 0
+        elif message.kind == MessageKind.FINISH:
+            open_request.finish = message
 
-    def _answered(self, word: Word) -> None:
-        self._known_performer(word).answer_us = self.clock.now_us()
-        if word.key not in self._ours:
+    def _take_response(self, message: HubMessage) -> None:
+        self._performer(message).response_us = self.clock.now_us()
+        if message.key not in self._requests:
             return  # the response to another caller
-        open_request = self._asked
-        if open_request is not None and open_request.request.key == word.key and not open_request.performer:
-            open_request.performer = word.node
-            self._say(WordKind.CONFIRM, word.node, word.key)
+        open_request = self._open_request
+        if (
+            open_request is not None
+            and open_request.request.key == message.key
+            and not open_request.performer
+        ):
+            open_request.performer = message.node
+            self._send(MessageKind.CONFIRM, message.node, message.key, open_request.request.mapped)
         else:
-            self._say(WordKind.REJECT, word.node, word.key)
+            self._send(MessageKind.REJECT, message.node, message.key)
 
-    def _known_performer(self, word: Word) -> _Performer:
-        sign = Sign(word.node, word.key.action, Life.NOT_READY)
-        return self._performers.setdefault(word.node, _Performer(sign))
+    def _performer(self, message: HubMessage) -> _Performer:
+        heartbeat = Heartbeat(message.node, message.key.action, PerformerState.NOT_READY)
+        return self._performers.setdefault(message.node, _Performer(heartbeat))
 
-    def _signed(self, sign: Sign) -> None:
-        performer = self._performers.setdefault(sign.node, _Performer(sign))
-        performer.sign, performer.life_us = sign, self.clock.now_us()
-        open_request = self._asked
-        if open_request is not None and open_request.performer == sign.node:
-            open_request.idle_signs = 0 if sign.life == Life.RUNNING else open_request.idle_signs + 1
+    def _take_heartbeat(self, heartbeat: Heartbeat) -> None:
+        performer = self._performers.setdefault(heartbeat.node, _Performer(heartbeat))
+        performer.heartbeat, performer.heartbeat_us = heartbeat, self.clock.now_us()
+        open_request = self._open_request
+        if open_request is not None and open_request.performer == heartbeat.node:
+            is_running = heartbeat.state == PerformerState.RUNNING
+            open_request.idle_heartbeats = 0 if is_running else open_request.idle_heartbeats + 1
 
 
-def _configured(settings: Mapping[str, Any]) -> Mapping[str, Any]:
+def _configured_skills(settings: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the settings of each skill; a list names skills without settings."""
     skills = settings.get("skills", {})
-    if isinstance(skills, Mapping):
-        return skills
-    return {str(name): {} for name in (skills if isinstance(skills, list) else [skills])}
-
-
-def _skill(name: str, value: Any, protocol: HubProtocol) -> HubSkill:
-    if not isinstance(value, Mapping):
-        raise ConfigError(f"the skill {name} has settings, not {value!r}", hint="e.g. {timeout: 60}")
-    known = [key for key in _OF_SKILL if key != "mapped" or protocol.has_agents]
-    for key in value:
-        if key not in known:
-            raise ConfigError(f"the skill {name} has no setting '{key}'", hint=f"it has: {', '.join(known)}")
-    arguments = value.get("arguments")
-    if arguments is not None and not isinstance(arguments, list):
-        arguments = [arguments]
-    return HubSkill(
-        action=str(value.get("action", name)),
-        arguments=arguments,
-        mapped=None if "mapped" not in value else str(value["mapped"]),
-        timeout_s=seconds_of(name, "timeout", value.get("timeout", TIMEOUT_S)),
-        patience_s=seconds_of(name, "patience", value.get("patience", protocol.patience_s)),
-    )
-
-
-def _arguments(known: HubSkill, call: SkillCall) -> tuple[str, ...]:
-    if known.arguments is None:
-        values = [value for name, value in call.parameters.items() if name != MAPPED_ACTION]
-    else:
-        values = [fill(each, call, {}) for each in known.arguments]
-    for value in values:
-        if isinstance(value, list | Mapping):
-            raise SkillError(f"{call.skill}: {value!r} is no argument of an action")
-    return tuple(str(value) for value in values)
+    return skills if isinstance(skills, Mapping) else {str(name): {} for name in as_list(skills)}

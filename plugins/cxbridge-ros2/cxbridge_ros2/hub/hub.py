@@ -7,11 +7,11 @@ from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.rights import Right, right_of_frame
-from cxbridge_ros2.hub.words import HubProtocol, Sign, Word
+from cxbridge_ros2.hub.protocol import Heartbeat, HubMessage, HubProtocol
 from cxbridge_ros2.node import Node, Publisher
 from cxbridge_ros2.qos import QosProfile
 
-_QOS: Final = QosProfile(depth=100)  # qoS of PlanSys2 and of the thesis
+_QOS: Final = QosProfile(depth=100)  # as in PlanSys2 and in the thesis
 
 
 class Hub(Closing):
@@ -19,8 +19,8 @@ class Hub(Closing):
 
     :param node: a node that its owner polls.
     :param namespace: the prefix of topic names.
-    :param on_word: called with each message.
-    :param signed: called with each heartbeat, or None.
+    :param on_message: called with each message.
+    :param on_heartbeat: called with each heartbeat, or None.
     """
 
     def __init__(
@@ -28,52 +28,52 @@ class Hub(Closing):
         node: Node,
         protocol: HubProtocol,
         namespace: str,
-        on_word: Callable[[Word], None],
-        signed: Callable[[Sign], None] | None = None,
+        on_message: Callable[[HubMessage], None],
+        on_heartbeat: Callable[[Heartbeat], None] | None = None,
     ) -> None:
         self._protocol = protocol
         self._node = node
         self.topic = f"{namespace}{protocol.topic}"
-        self._signs_topic = f"{namespace}{protocol.signs_topic}"
-        self._signs: Publisher | None = None
-        self._words = node.publisher(self.topic, protocol.message_type, _QOS)
+        self._heartbeat_topic = f"{namespace}{protocol.heartbeat_topic}"
+        self._heartbeats: Publisher | None = None
+        self._messages = node.publisher(self.topic, protocol.message_type, _QOS)
         self._ends = [
             node.subscribe(
                 self.topic,
                 protocol.message_type,
-                lambda message: on_word(protocol.word(message)),
+                lambda fields: on_message(protocol.decode(fields)),
                 _QOS,
                 needs=right_of_frame("ros2-performers", "word"),
             )
         ]
-        if signed is not None:
+        if on_heartbeat is not None:
             self._ends.append(
                 node.subscribe(
-                    self._signs_topic,
-                    protocol.signs_type,
-                    lambda message: signed(protocol.sign(message)),
+                    self._heartbeat_topic,
+                    protocol.heartbeat_type,
+                    lambda fields: on_heartbeat(protocol.decode_heartbeat(fields)),
                     _QOS,
                     needs=Right.LOOK,
                 )
             )
 
-    def say(self, word: Word) -> None:
-        """Publish a message."""
-        self._words.publish(self._protocol.message(word))
+    def publish(self, message: HubMessage) -> None:
+        self._messages.publish(self._protocol.encode(message))
 
-    def give_sign(self, sign: Sign, now_us: int) -> None:
+    def publish_heartbeat(self, heartbeat: Heartbeat, now_us: int) -> None:
         """Publish a heartbeat.
 
         :param now_us: microseconds since the epoch.
         """
-        if self._signs is None:
-            self._signs = self._node.publisher(self._signs_topic, self._protocol.signs_type, _QOS)
-        self._signs.publish(self._protocol.sign_message(sign, now_us))
+        if self._heartbeats is None:  # callers have none
+            self._heartbeats = self._node.publisher(
+                self._heartbeat_topic, self._protocol.heartbeat_type, _QOS
+            )
+        self._heartbeats.publish(self._protocol.encode_heartbeat(heartbeat, now_us))
 
     def close(self) -> None:
         for end in self._ends:
             end()
-        self._ends = []
-        self._words.close()
-        if self._signs is not None:
-            self._signs.close()
+        self._messages.close()
+        if self._heartbeats is not None:
+            self._heartbeats.close()

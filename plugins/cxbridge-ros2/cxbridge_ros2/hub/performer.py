@@ -8,9 +8,9 @@ late CONFIRM is still carried out.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from msgspec import Struct
 
@@ -22,13 +22,20 @@ from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.rights import right_of_frame
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import ExecutorState, MasterState, SkillCall
-from cxbridge.skiller.board.service import calls_of
+from cxbridge.skiller.board.service import LocalSkillCalls, calls_of
 from cxbridge.skiller.board.watch import ExecutorInfo
 from cxbridge.skiller.mapping import ActionSkillMapping
-from cxbridge_ros2.executor import NodeSettings
 from cxbridge_ros2.hub.hub import Hub
-from cxbridge_ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
+from cxbridge_ros2.hub.protocol import (
+    ActionKey,
+    Heartbeat,
+    HubMessage,
+    HubProtocol,
+    MessageKind,
+    PerformerState,
+)
 from cxbridge_ros2.node import Node
+from cxbridge_ros2.settings import NodeSettings, as_list, check_keys
 
 # Seconds from RESPONSE to CONFIRM or REJECT; after them the executor is free again.
 RESERVE_S: Final = 2.0
@@ -36,30 +43,10 @@ RESERVE_S: Final = 2.0
 # Seconds until a RESPONSE without a subscriber is repeated: the caller may have joined just now.
 REPEAT_S: Final = 0.5
 
-SIGN_S: Final = 1.0  # seconds between heartbeats
+HEARTBEAT_S: Final = 1.0  # seconds between heartbeats
 
-_OF_SKILL: Final = ("parameters", "call")
+_ACTION_KEYS: Final = ("parameters", "call")
 _MAPPED: Final = "mapped"
-
-
-class BoardCalls(Protocol):
-    """The skill board; see :class:`~cxbridge.skiller.board.service.LocalSkillCalls`."""
-
-    @property
-    def executors(self) -> Iterable[ExecutorInfo]: ...
-
-    def ask(
-        self,
-        skill: str,
-        parameters: Mapping[str, Any],
-        agent: str,
-        on_change: Callable[[Master], None],
-        name: str = "",
-    ) -> Master:
-        """Start the execution of a skill."""
-
-    def stop(self, number: int) -> bool:
-        """Cancel the execution with this number."""
 
 
 class ServedAction(Struct, frozen=True):
@@ -75,47 +62,43 @@ class ServedAction(Struct, frozen=True):
     call: str = ""
 
     @classmethod
-    def of(cls, action: str, value: Any, protocol: HubProtocol) -> ServedAction:
+    def of(cls, action: str, settings: Any, protocol: HubProtocol) -> ServedAction:
         """Read the settings of an action."""
-        if not isinstance(value, Mapping):
+        if not isinstance(settings, Mapping):
             raise ConfigError(
-                f"the action {action} has settings, not {value!r}", hint="e.g. {parameters: [to]}"
+                f"the action {action} has settings, not {settings!r}", hint="e.g. {parameters: [to]}"
             )
-        for key in value:
-            if key not in _OF_SKILL:
-                hint = f"it has: {', '.join(_OF_SKILL)}"
-                raise ConfigError(f"the action {action} has no setting '{key}'", hint=hint)
-        names, call = value.get("parameters", []), str(value.get("call", ""))
+        check_keys(settings, _ACTION_KEYS, f"the action {action}")
+        names, call = as_list(settings.get("parameters", [])), str(settings.get("call", ""))
         if call == _MAPPED and not protocol.has_agents:
             raise ConfigError(
                 f"the action {action} cannot call '{_MAPPED}': {protocol.name} has no mapped actions"
             )
-        mapping = ActionSkillMapping({action: call})
-        if call and call != _MAPPED and (doubts := mapping.check()):
-            raise ConfigError(f"the call of the action {action}: {doubts[0][1]}")
-        return cls(action, tuple(map(str, names if isinstance(names, list) else [names])), call)
+        if call and call != _MAPPED and (problems := ActionSkillMapping({action: call}).check()):
+            raise ConfigError(f"the call of the action {action}: {problems[0][1]}")
+        return cls(action, tuple(map(str, names)), call)
 
-    def call_of(self, word: Word, arguments: tuple[str, ...], agent: str) -> SkillCall:
+    def call_of(self, request: HubMessage, arguments: tuple[str, ...], agent: str) -> SkillCall:
         """Return the skill call for a REQUEST.
 
         :raises SkillError: if the REQUEST does not fit.
         """
         if self.parameters and len(arguments) != len(self.parameters):
             raise SkillError(
-                f"{word.key} has {len(arguments)} arguments, {self.action} has {len(self.parameters)}"
+                f"{request.key} has {len(arguments)} arguments, {self.action} has {len(self.parameters)}"
             )
         names = self.parameters or tuple(str(number) for number in range(1, len(arguments) + 1))
         values: dict[str, str] = dict(zip(names, arguments, strict=True))
         if not self.call:
-            mapped = {MAPPED_ACTION: word.mapped} if word.mapped else {}
-            return SkillCall(self.action, agent, values | mapped, word.node)
-        text = word.mapped if self.call == _MAPPED else self._mapped(values)
+            mapped = {MAPPED_ACTION: request.mapped} if request.mapped else {}
+            return SkillCall(self.action, agent, values | mapped, request.node)
+        text = request.mapped if self.call == _MAPPED else self._skill_string(values)
         calls = calls_of(text, agent)
         if len(calls) != 1:
-            raise SkillError(f"{word.key} maps to '{text}', which is not one skill")
-        return SkillCall(calls[0].skill, agent, calls[0].parameters, word.node)
+            raise SkillError(f"{request.key} maps to '{text}', which is not one skill")
+        return SkillCall(calls[0].skill, agent, calls[0].parameters, request.node)
 
-    def _mapped(self, values: Mapping[str, str]) -> str:
+    def _skill_string(self, values: Mapping[str, str]) -> str:
         skill_string = ActionSkillMapping({self.action: self.call}).map(self.action, values)
         if not skill_string.text:
             raise SkillError(skill_string.messages[0][1])
@@ -143,23 +126,24 @@ class PerformerSettings(Struct, frozen=True):
     node: NodeSettings
 
 
-class _Job:
+class _Job(Struct, eq=False):
     """A RESPONSE and its execution until the end.
 
+    :ivar call: the skill call, or the reason why there is none.
     :ivar deadline_us: the limit for its CONFIRM.
     :ivar repeat_us: when to repeat the RESPONSE; 0 for never, after another performer was confirmed.
     :ivar master: None until CONFIRM.
+    :ivar reported: progress and status of the last FEEDBACK.
     """
 
-    def __init__(self, request: Word, node: str, call: SkillCall | str) -> None:
-        self.request = request
-        self.node = node
-        self.call = call  # skill call, or the reason why there is none
-        self.deadline_us = 0
-        self.repeat_us = 0
-        self.master: Master | None = None
-        self.is_cancelled = False
-        self.said: tuple[float, str] | None = None
+    request: HubMessage
+    node: str
+    call: SkillCall | str
+    deadline_us: int = 0
+    repeat_us: int = 0
+    master: Master | None = None
+    is_cancelled: bool = False
+    reported: tuple[float, str] | None = None
 
 
 class HubPerformer(Closing):
@@ -172,21 +156,22 @@ class HubPerformer(Closing):
     def __init__(
         self,
         settings: PerformerSettings,
-        skills: Callable[[], BoardCalls | None],
+        skills: Callable[[], LocalSkillCalls | None],
         node: Node,
         clock: Clock,
         log: Logger,
     ) -> None:
         self._protocol = settings.protocol
-        self._actions = {each.action: each for each in settings.actions}
+        self._actions = {action.action: action for action in settings.actions}
+        # a performer per action, as in PlanSys2: callers confirm a node for an action
         self._nodes = {re.sub(r"\W", "_", f"{settings.name}_{action}"): action for action in self._actions}
         self._agent, self._agent_id = settings.agent, settings.agent_id
         self._skills, self._node, self._clock, self._log = skills, node, clock, log
-        # REQUESTs without a response, each with the time until which a response is useful.
-        self._pending_requests: dict[Key, tuple[Word, int]] = {}
-        self._jobs: dict[Key, _Job] = {}
-        self._next_sign_us = 0
-        self._hub = Hub(node, settings.protocol, settings.node.namespace, self._take_word)
+        # REQUESTs without a response, each with the time until which a response is useful
+        self._pending_requests: dict[ActionKey, tuple[HubMessage, int]] = {}
+        self._jobs: dict[ActionKey, _Job] = {}
+        self._next_heartbeat_us = 0
+        self._hub = Hub(node, settings.protocol, settings.node.namespace, self._take_message)
         self.topic = self._hub.topic
 
     @property
@@ -196,7 +181,7 @@ class HubPerformer(Closing):
     @property
     def served(self) -> set[str]:
         """The served skills, as far as the configuration names them."""
-        return {each.skill for each in self._actions.values()}
+        return {action.skill for action in self._actions.values()}
 
     def loop(self) -> None:
         """Receive and answer messages, and publish heartbeats."""
@@ -215,14 +200,14 @@ class HubPerformer(Closing):
                 del self._jobs[key]
             elif 0 < job.repeat_us <= now_us:
                 self._respond(job)
-        if now_us >= self._next_sign_us:
-            self._next_sign_us = now_us + round(SIGN_S * MICROSECONDS)
+        if now_us >= self._next_heartbeat_us:
+            self._next_heartbeat_us = now_us + round(HEARTBEAT_S * MICROSECONDS)
             for node, action in self._nodes.items():
-                self._hub.give_sign(Sign(node, action, self._life(action)), now_us)
+                self._hub.publish_heartbeat(Heartbeat(node, action, self._state(action)), now_us)
 
     def close(self) -> None:
         """Stop all executions, report their end, and leave the hub."""
-        jobs, self._jobs = self._jobs, {}
+        jobs, self._jobs = self._jobs, {}  # empty first: stopped skills report nothing more
         for job in jobs.values():
             if job.master is not None:
                 self._stop(job.master)
@@ -231,38 +216,38 @@ class HubPerformer(Closing):
 
     # --- messages of other nodes
 
-    def _take_word(self, word: Word) -> None:
-        key = word.key
+    def _take_message(self, message: HubMessage) -> None:
+        key = message.key
         if key.action not in self._actions or key.agent != self._agent_id:
             return
-        if word.kind == WordKind.REQUEST:
+        if message.kind == MessageKind.REQUEST:
             # until the caller repeats the REQUEST or gives up
-            until_us = self._clock.now_us() + round(self._protocol.wanted_s * MICROSECONDS)
-            self._pending_requests[key] = word, until_us
+            until_us = self._clock.now_us() + round(self._protocol.request_lifetime_s * MICROSECONDS)
+            self._pending_requests[key] = message, until_us
             self._answer(key)
             return
-        is_ours = self._nodes.get(word.node) == key.action
+        is_ours = self._nodes.get(message.node) == key.action
         job = self._jobs.get(key)
-        if word.kind == WordKind.CONFIRM:
+        if message.kind == MessageKind.CONFIRM:
             self._pending_requests.pop(key, None)
             if is_ours and (job is None or job.master is None):
-                self._begin(job or self._job(word))
+                self._begin(job or self._make_job(message))
             elif job is not None:
                 job.repeat_us = 0
         elif not is_ours or job is None:
             return
-        elif word.kind in (WordKind.REJECT, WordKind.CANCEL) and job.master is None:
+        elif message.kind in (MessageKind.REJECT, MessageKind.CANCEL) and job.master is None:
             del self._jobs[key]
-        elif word.kind == WordKind.CANCEL and job.master is not None:
+        elif message.kind == MessageKind.CANCEL and job.master is not None:
             job.is_cancelled = True
             self._stop(job.master)
 
-    def _answer(self, key: Key) -> None:
+    def _answer(self, key: ActionKey) -> None:
         """Respond to a REQUEST if an executor is free."""
-        word, _ = self._pending_requests[key]
+        request, _ = self._pending_requests[key]
         job = self._jobs.get(key)
         if job is None:
-            job = self._job(word)
+            job = self._make_job(request)
             if isinstance(job.call, SkillCall) and not self._is_free(job.call.skill):
                 return
             self._jobs[key] = job
@@ -275,17 +260,20 @@ class HubPerformer(Closing):
 
     def _respond(self, job: _Job) -> None:
         job.repeat_us = self._clock.now_us() + round(REPEAT_S * MICROSECONDS)
-        self._hub.say(Word(WordKind.RESPONSE, job.node, job.request.key, job.request.mapped))
+        self._publish(job, MessageKind.RESPONSE)
 
-    def _job(self, word: Word) -> _Job:
-        served = self._actions[word.key.action]
-        node = next(node for node, action in self._nodes.items() if action == word.key.action)
+    def _publish(self, job: _Job, kind: MessageKind, **fields: Any) -> None:
+        self._hub.publish(HubMessage(kind, job.node, job.request.key, job.request.mapped, **fields))
+
+    def _make_job(self, request: HubMessage) -> _Job:
+        action = self._actions[request.key.action]
+        node = next(node for node, name in self._nodes.items() if name == action.action)
         call: SkillCall | str
         try:
-            call = served.call_of(word, self._protocol.arguments_of(word.key), self._agent)
+            call = action.call_of(request, self._protocol.arguments_of(request.key), self._agent)
         except CxbridgeError as error:
             call = error.message  # reported to the caller after CONFIRM
-        return _Job(word, node, call)
+        return _Job(request, node, call)
 
     def _stop(self, master: Master) -> None:
         skills = self._skills()
@@ -307,12 +295,13 @@ class HubPerformer(Closing):
         )
         return idle > reserved
 
-    def _life(self, action: str) -> Life:
+    def _state(self, action: str) -> PerformerState:
         if any(job.request.key.action == action and job.master is not None for job in self._jobs.values()):
-            return Life.RUNNING
+            return PerformerState.RUNNING
+        # callers must not wait for a performer that refuses their messages
         is_allowed = self._node.rights.allow(right_of_frame("ros2-performers", "word"))
-        able = is_allowed and any(True for _ in self._executors(self._actions[action].skill))
-        return Life.READY if able else Life.NOT_READY
+        is_able = is_allowed and any(True for _ in self._executors(self._actions[action].skill))
+        return PerformerState.READY if is_able else PerformerState.NOT_READY
 
     # --- execution
 
@@ -325,8 +314,8 @@ class HubPerformer(Closing):
             skills = self._skills()
             if skills is None:
                 raise SkillError("there is no skill board")
-            changed = partial(self._report_state, job)
-            job.master = skills.ask(call.skill, call.parameters, call.agent, changed, call.name)
+            on_change = partial(self._report_state, job)
+            job.master = skills.ask(call.skill, call.parameters, call.agent, on_change, call.name)
         except CxbridgeError as error:
             self._end_job(job, success=False, status=error.message)
 
@@ -337,24 +326,20 @@ class HubPerformer(Closing):
         if master.state is MasterState.SUCCEEDED:
             self._end_job(job, success=True, status=master.feedback, progress=master.progress)
         elif master.is_over:
-            why = master.error or f"{master.skill} was cancelled"
-            self._end_job(job, success=False, status=why, progress=master.progress)
-        elif master.state is MasterState.RUNNING and job.said != (master.progress, master.feedback):
-            job.said = (master.progress, master.feedback)
-            request, (progress, status) = job.request, job.said
-            self._hub.say(
-                Word(
-                    WordKind.FEEDBACK, job.node, request.key, request.mapped, progress=progress, status=status
-                )
-            )
+            reason = master.error or f"{master.skill} was cancelled"
+            self._end_job(job, success=False, status=reason, progress=master.progress)
+        elif master.state is MasterState.RUNNING and job.reported != (master.progress, master.feedback):
+            job.reported = (master.progress, master.feedback)
+            self._publish(job, MessageKind.FEEDBACK, progress=master.progress, status=master.feedback)
 
-    def _end_job(self, job: _Job, *, success: bool, status: str, progress: float = 0.0) -> None:
+    def _end_job(self, job: _Job, **fields: Any) -> None:
         del self._jobs[job.request.key]
-        self._finish(job, success=success, status=status, progress=progress)
+        self._finish(job, **fields)
 
-    def _finish(self, job: _Job, *, success: bool, status: str, progress: float = 0.0) -> None:
+    def _finish(self, job: _Job, **fields: Any) -> None:
+        """Publish the FINISH of a job, in the protocol's form if the caller has cancelled it."""
         request = job.request
-        finish = Word(WordKind.FINISH, job.node, request.key, request.mapped, success, progress, status)
-        word = self._protocol.after_cancel(finish) if job.is_cancelled else finish
-        if word is not None:
-            self._hub.say(word)
+        finish = HubMessage(MessageKind.FINISH, job.node, request.key, request.mapped, **fields)
+        message = self._protocol.after_cancel(finish) if job.is_cancelled else finish
+        if message is not None:
+            self._hub.publish(message)

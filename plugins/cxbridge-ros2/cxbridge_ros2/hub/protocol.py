@@ -1,4 +1,8 @@
-"""The messages on a hub, independent of a protocol's field names."""
+"""The messages on a hub, and the differences of its protocols.
+
+The protocols of PlanSys2 and of the thesis have the same messages in the same order; their topics, some field
+names and some habits differ.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from msgspec import Struct
 from cxbridge_ros2.messages import Message
 
 
-class WordKind(IntEnum):
+class MessageKind(IntEnum):
     REQUEST = 1
     RESPONSE = 2
     CONFIRM = 3
@@ -22,7 +26,7 @@ class WordKind(IntEnum):
     CANCEL = 7
 
 
-class Life(IntEnum):
+class PerformerState(IntEnum):
     """The state that a performer publishes once a second."""
 
     NOT_READY = 0
@@ -31,7 +35,7 @@ class Life(IntEnum):
     FAILURE = 4
 
 
-class Key(NamedTuple):
+class ActionKey(NamedTuple):
     """The requested action. Hubs have no request ids, so two requests for one action are indistinguishable.
 
     :param agent: the robot; empty for a single robot.
@@ -45,10 +49,10 @@ class Key(NamedTuple):
         return f"({' '.join((self.action, *self.arguments))})"
 
 
-class Word(Struct, frozen=True):
+class HubMessage(Struct, frozen=True):
     """A message on the hub.
 
-    :param kind: a :class:`WordKind`, or an unknown number.
+    :param kind: a :class:`MessageKind`, or an unknown number.
     :param node: the caller's node in a REQUEST, else the performer's.
     :param key: the requested action.
     :param mapped: the skill string mapped to the action; may be empty.
@@ -59,26 +63,26 @@ class Word(Struct, frozen=True):
 
     kind: int
     node: str
-    key: Key
+    key: ActionKey
     mapped: str = ""
     success: bool = False
     progress: float = 0.0
     status: str = ""
 
 
-class Sign(Struct, frozen=True):
+class Heartbeat(Struct, frozen=True):
     """A heartbeat of a performer.
 
-    :param life: a :class:`Life`, or an unknown number.
+    :param state: a :class:`PerformerState`, or an unknown number.
     """
 
     node: str
     action: str
-    life: int
+    state: int
 
 
 class HubProtocol(ABC):
-    """A protocol: its topics and the fields of its messages."""
+    """A protocol: its topics, the fields of its messages, and its habits."""
 
     name: ClassVar[str]  # protocol's name in a configuration
 
@@ -86,41 +90,65 @@ class HubProtocol(ABC):
 
     message_type: ClassVar[str]
 
-    signs_topic: ClassVar[str]  # topic of heartbeats
+    heartbeat_topic: ClassVar[str]
 
-    signs_type: ClassVar[str]
+    heartbeat_type: ClassVar[str]
+
+    arguments_field: ClassVar[str]  # field of the messages with the arguments of the action
+
+    progress_field: ClassVar[str]
 
     # Seconds after which the original gives up the search for a performer.
     patience_s: ClassVar[float]
 
     # Seconds in which a response to a REQUEST is useful; then the REQUEST is repeated or given up.
-    wanted_s: ClassVar[float]
+    request_lifetime_s: ClassVar[float]
 
-    has_agents: ClassVar[bool] = False  # whether messages name a robot
+    has_agents: ClassVar[bool] = False  # whether messages name a robot and a mapped skill string
+
+    def encode(self, message: HubMessage) -> Mapping[str, Any]:
+        fields = {
+            "type": message.kind,
+            "node_id": message.node,
+            "action": message.key.action,
+            self.arguments_field: list(message.key.arguments),
+            "success": message.success,
+            self.progress_field: message.progress,
+            "status": message.status,
+        }
+        if self.has_agents:
+            fields |= {"agent_id": message.key.agent, "mapped_action": message.mapped}
+        return fields
+
+    def decode(self, fields: Message) -> HubMessage:
+        arguments = tuple(fields[self.arguments_field])
+        return HubMessage(
+            kind=fields["type"],
+            node=fields["node_id"],
+            key=ActionKey(fields["action"], arguments, fields.get("agent_id", "")),
+            mapped=fields.get("mapped_action", ""),
+            success=fields["success"],
+            progress=fields[self.progress_field],
+            status=fields["status"],
+        )
 
     @abstractmethod
-    def message(self, word: Word) -> Mapping[str, Any]: ...
-
-    @abstractmethod
-    def word(self, message: Message) -> Word: ...
-
-    @abstractmethod
-    def sign_message(self, sign: Sign, now_us: int) -> Mapping[str, Any]:
+    def encode_heartbeat(self, heartbeat: Heartbeat, now_us: int) -> Mapping[str, Any]:
         """Return the message for a heartbeat.
 
         :param now_us: microseconds since the epoch.
         """
 
     @abstractmethod
-    def sign(self, message: Message) -> Sign: ...
+    def decode_heartbeat(self, fields: Message) -> Heartbeat: ...
 
     @abstractmethod
-    def after_cancel(self, finish: Word) -> Word | None:
+    def after_cancel(self, finish: HubMessage) -> HubMessage | None:
         """Return the performer's last message after CANCEL, or None to send none, as the original does.
 
         :param finish: the last message without CANCEL.
         """
 
     @abstractmethod
-    def arguments_of(self, key: Key) -> tuple[str, ...]:
+    def arguments_of(self, key: ActionKey) -> tuple[str, ...]:
         """Return the intended arguments: some originals send one in place of none."""

@@ -8,23 +8,31 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
-from cxbridge_ros2.executor import OF_NODE, NodeSettings, nested, typed
 from cxbridge_ros2.hub.performer import PerformerSettings, ServedAction
-from cxbridge_ros2.hub.words import HubProtocol
+from cxbridge_ros2.hub.protocol import HubProtocol
 from cxbridge_ros2.plansys2 import PlanSys2Protocol
+from cxbridge_ros2.settings import (
+    NODE_KEYS,
+    NodeSettings,
+    as_list,
+    check_keys,
+    located,
+    nested,
+    section_values,
+    typed,
+)
 from cxbridge_ros2.skill_execution import SkillExecutionProtocol
-from cxbridge_ros2.trees import placed, values_below
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
-TREE: Final = "/ros2/performers"
+SECTION: Final = "/ros2/performers"
 
 PROTOCOLS: Final[Mapping[str, HubProtocol]] = {
-    each.name: each for each in (PlanSys2Protocol(), SkillExecutionProtocol())
+    protocol.name: protocol for protocol in (PlanSys2Protocol(), SkillExecutionProtocol())
 }
 
-_KNOWN: Final = ("protocol", "agent", "agent-id", "name", "actions", *OF_NODE)
+_KEYS: Final = ("protocol", "agent", "agent-id", "name", "actions", *NODE_KEYS)
 
 
 def performer_settings(
@@ -36,40 +44,42 @@ def performer_settings(
     :param folder: the base of relative paths.
     :raises CxbridgeError: if a setting is invalid; with file and line.
     """
-    settings_of_performers = {}
-    for key in config.keys(TREE):
-        tree = f"{TREE}/{key}"
-        with placed(config, tree):
-            settings_of_performers[key] = _performer(key, nested(values_below(config, tree)), agents, folder)
-    return settings_of_performers
+    performers = {}
+    for key in config.keys(SECTION):
+        section = f"{SECTION}/{key}"
+        with located(config, section):
+            values = nested(section_values(config, section))
+            performers[key] = _performer(f"the performer {key}", values, agents, folder)
+    return performers
 
 
-def _performer(key: str, values: Mapping[str, Any], agents: Sequence[str], folder: Path) -> PerformerSettings:
-    whose = f"the performer {key}"
-    for name in values:
-        if name not in _KNOWN:
-            raise ConfigError(f"{whose} has no setting '{name}'", hint=did_you_mean(name, _KNOWN))
-    protocol = PROTOCOLS.get(called := typed(values, "protocol", "", whose))
-    if protocol is None:
-        hint = did_you_mean(called, PROTOCOLS, f"there are: {', '.join(PROTOCOLS)}")
-        raise ConfigError(f"{whose} has no protocol '{called}'", hint=hint)
+def _performer(
+    component: str, values: Mapping[str, Any], agents: Sequence[str], folder: Path
+) -> PerformerSettings:
+    check_keys(values, _KEYS, component)
+    protocol_name = typed(values, "protocol", "", component)
+    if protocol_name not in PROTOCOLS:
+        hint = did_you_mean(protocol_name, PROTOCOLS, f"there are: {', '.join(PROTOCOLS)}")
+        raise ConfigError(f"{component} has no protocol '{protocol_name}'", hint=hint)
+    protocol = PROTOCOLS[protocol_name]
+    # an agent is named only where the skill board has several
     agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
     if agent not in agents:
         problem = f"serves the agent '{agent}', which there is not" if agent else "names no agent"
         hint = did_you_mean(agent, agents, f"the skill board has: {', '.join(agents) or 'none'}")
-        raise ConfigError(f"{whose} {problem}", hint=hint)
+        raise ConfigError(f"{component} {problem}", hint=hint)
     if "agent-id" in values and not protocol.has_agents:
-        raise ConfigError(f"{whose} has no setting 'agent-id': messages of {called} name no robot")
+        raise ConfigError(f"{component} has no setting 'agent-id': messages of {protocol_name} name no robot")
     actions = values.get("actions", [])
     if not isinstance(actions, Mapping):
-        actions = {str(each): {} for each in (actions if isinstance(actions, list) else [actions])}
+        actions = {str(name): {} for name in as_list(actions)}
     if not actions:
-        raise ConfigError(f"{whose} has no actions", hint="name them: actions: [move]")
+        raise ConfigError(f"{component} has no actions", hint="name them: actions: [move]")
     return PerformerSettings(
         protocol=protocol,
         agent=agent,
         agent_id=str(values.get("agent-id", "")),
         name=str(values.get("name", f"cxbridge_{agent}")),
-        actions=tuple(ServedAction.of(name, value, protocol) for name, value in actions.items()),
-        node=NodeSettings.of(values, folder, whose),
+        actions=tuple(ServedAction.of(name, settings, protocol) for name, settings in actions.items()),
+        node=NodeSettings.of(values, folder, component),
     )

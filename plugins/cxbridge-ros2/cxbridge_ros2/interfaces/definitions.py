@@ -33,13 +33,13 @@ string status        # as in SkillerInterface: S_RUNNING and the like
 }
 
 _TYPES: Final = {
-    **{each: each for each in ("bool", "string")},
-    **{each: each for bits in (8, 16, 32, 64) for each in (f"int{bits}", f"uint{bits}")},
+    **{name: name for name in ("bool", "string")},
+    **{name: name for bits in (8, 16, 32, 64) for name in (f"int{bits}", f"uint{bits}")},
     "byte": "uint8",
     "float": "float32",
     "double": "float64",
 }
-_ENUM: Final = "int32"
+_ENUM: Final = "int32"  # ROS has no enums; the items are constants
 
 
 def type_of(interface: str, message: str = "") -> str:
@@ -55,10 +55,10 @@ def definitions_of(schema: InterfaceSchema) -> dict[str, str]:
 
 
 def field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
-    taken = {TIME}
+    used = {TIME}
     names = {}
     for field in fields:
-        name = _unique(re.sub(r"[^a-z0-9]+", "_", field.name.lower()).strip("_"), "f_", taken)
+        name = _unique(re.sub(r"[^a-z0-9]+", "_", field.name.lower()).strip("_"), "f_", used)
         names[field.name] = name
     return names
 
@@ -66,8 +66,8 @@ def field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
 def _text(fields: Sequence[FieldSchema], schema: InterfaceSchema, *, has_time: bool) -> str:
     lines = [f"builtin_interfaces/Time {TIME}"] if has_time else []
     names = field_names(fields)
-    used = {field.enum.name for field in fields if field.enum is not None}
-    enums = [each for each in schema.enums if each.name in used]
+    enum_names = {field.enum.name for field in fields if field.enum is not None}
+    enums = [enum for enum in schema.enums if enum.name in enum_names]
     lines += _constants(enums, schema.constants if has_time else ())
     for field in fields:
         kind = _TYPES.get(field.type, _ENUM)
@@ -78,29 +78,30 @@ def _text(fields: Sequence[FieldSchema], schema: InterfaceSchema, *, has_time: b
 
 
 def _constants(enums: Sequence[EnumSchema], constants: Sequence[ConstantSchema]) -> Iterator[str]:
-    taken: set[str] = set()
+    used: set[str] = set()
     for enum in enums:
         for item in enum.items:
-            yield f"{_ENUM} {_constant(item.name, taken)}={item.value}"
-    for each in constants:
-        value = repr(each.value) if isinstance(each.value, str) else str(each.value)
-        yield f"{_TYPES.get(each.type, _ENUM)} {_constant(each.name, taken)}={value}"
+            yield f"{_ENUM} {_constant(item.name, used)}={item.value}"
+    for constant in constants:
+        value = repr(constant.value) if isinstance(constant.value, str) else str(constant.value)
+        yield f"{_TYPES.get(constant.type, _ENUM)} {_constant(constant.name, used)}={value}"
 
 
-def _constant(name: str, taken: set[str]) -> str:
-    return _unique(re.sub(r"[^A-Z0-9]+", "_", name.upper()).strip("_"), "C_", taken)
+def _constant(name: str, used: set[str]) -> str:
+    return _unique(re.sub(r"[^A-Z0-9]+", "_", name.upper()).strip("_"), "C_", used)
 
 
-def _unique(name: str, prefix: str, taken: set[str]) -> str:
+def _unique(name: str, prefix: str, used: set[str]) -> str:
     """Return an unused name that begins with a letter, and mark it as used."""
     unique = plain = name if name[:1].isalpha() else f"{prefix}{name}"
     number = 2
-    while unique in taken:
+    while unique in used:
+        # _ after a digit: a1 and a second a must not both become a12
         unique = f"{plain}{'_' if plain[-1].isdigit() else ''}{number}"
         number += 1
-    taken.add(unique)
+    used.add(unique)
     return unique
 
 
 def _camel(name: str) -> str:
-    return "".join(part[:1].upper() + part[1:] for part in re.split(r"[^A-Za-z0-9]+", name))
+    return "".join(word[:1].upper() + word[1:] for word in re.split(r"[^A-Za-z0-9]+", name))

@@ -19,8 +19,6 @@ from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.spawning import python_command
 from cxbridge_ros2.interfaces.definitions import ACTIONS, PACKAGE, definitions_of
 
-_SUFFIXES: Final = {"msg": ".msg", "srv": ".srv", "action": ".action"}
-
 _MANIFEST: Final = Template("""<?xml version="1.0"?>
 <package format="3">
   <name>$name</name>
@@ -34,13 +32,13 @@ $depends
 </package>
 """)
 
-_OF_MESSAGES: Final = """  <buildtool_depend>rosidl_default_generators</buildtool_depend>
+_MESSAGE_DEPENDS: Final = """  <buildtool_depend>rosidl_default_generators</buildtool_depend>
   <depend>builtin_interfaces</depend>
   <depend>action_msgs</depend>
   <exec_depend>rosidl_default_runtime</exec_depend>
   <member_of_group>rosidl_interface_packages</member_of_group>"""
 
-_OF_PROGRAM: Final = """  <exec_depend>ros2launch</exec_depend>"""
+_PROGRAM_DEPENDS: Final = """  <exec_depend>ros2launch</exec_depend>"""
 
 _BUILD_MESSAGES: Final = Template("""cmake_minimum_required(VERSION 3.16)
 project($name)
@@ -98,33 +96,30 @@ def write_packages(schemas: Iterable[InterfaceSchema], folder: Path) -> list[Pat
 def _messages(texts: Mapping[str, str]) -> dict[str, str]:
     files = {}
     for kind, text in texts.items():
-        _, subfolder, name = kind.split("/")
-        files[f"{subfolder}/{name}{_SUFFIXES[subfolder]}"] = text
-    listed = "\n".join(f'  "{each}"' for each in sorted(files))
-    about = "Interfaces of the blackboard as messages, and the action of Skillers"
-    manifest = _MANIFEST.substitute(name=PACKAGE, version=_version(), description=about, depends=_OF_MESSAGES)
-    build = _BUILD_MESSAGES.substitute(name=PACKAGE, files=listed)
+        _, folder, name = kind.split("/")
+        files[f"{folder}/{name}.{folder}"] = text
+    file_list = "\n".join(f'  "{file}"' for file in sorted(files))
+    description = "Interfaces of the blackboard as messages, and the action of Skillers"
+    manifest = _manifest(PACKAGE, description, _MESSAGE_DEPENDS)
+    build = _BUILD_MESSAGES.substitute(name=PACKAGE, files=file_list)
     return {**files, "package.xml": manifest, "CMakeLists.txt": build}
 
 
 def _program() -> dict[str, str]:
-    about = "The CLIPS Executive as a program"
-    manifest = _MANIFEST.substitute(
-        name="cxbridge", version=_version(), description=about, depends=_OF_PROGRAM
-    )
+    # a script with the path of this Python, since ROS' own Python does not have cxbridge
     start = f'#!/bin/sh\nexec {shlex.join(python_command("-m", "cxbridge"))} "$@"\n'
     return {
-        "package.xml": manifest,
+        "package.xml": _manifest("cxbridge", "The CLIPS Executive as a program", _PROGRAM_DEPENDS),
         "CMakeLists.txt": _BUILD_PROGRAM,
         "cxbridge": start,
         "launch/daemon.launch.py": _LAUNCH,
     }
 
 
-def _version() -> str:
-    """Return the version with three numbers, as ROS requires."""
-    numbers = [part for part in __version__.split(".") if part.isdecimal()]
-    return ".".join((*numbers, "0", "0", "0")[:3])
+def _manifest(name: str, description: str, depends: str) -> str:
+    numbers = [number for number in __version__.split(".") if number.isdecimal()]
+    version = ".".join((*numbers, "0", "0", "0")[:3])  # ROS requires three numbers
+    return _MANIFEST.substitute(name=name, version=version, description=description, depends=depends)
 
 
 def _write(file: Path, text: str) -> None:

@@ -12,22 +12,22 @@ from msgspec import Struct
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
-from cxbridge_ros2.executor import OF_NODE, NodeSettings, nested, typed
+from cxbridge_ros2.names import check_topic
 from cxbridge_ros2.qos import QosProfile, profile
-from cxbridge_ros2.topics import check_topic
-from cxbridge_ros2.trees import placed, values_below
+from cxbridge_ros2.settings import NODE_KEYS, NodeSettings, check_keys, located, nested, section_values, typed
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
-TREE: Final = "/ros2/interfaces"
+SECTION: Final = "/ros2/interfaces"
 PUBLISH, WRITE = "publish", "write"
 
-_KNOWN: Final = (
+_KEYS: Final = (
     *("interface", "direction", "topic", "type", "fields", "constants", "stamp", "qos", "messages"),
-    *OF_NODE,
+    *NODE_KEYS,
 )
-_MAPPED: Final = ("fields", "constants", "stamp")
+# Settings that only a message type of the user needs.
+_MAPPING_KEYS: Final = ("fields", "constants", "stamp")
 _GLOB: Final = re.compile(r"[*?\[]")
 
 
@@ -64,35 +64,36 @@ def topic_settings(config: Configuration, folder: Path) -> list[TopicSettings]:
     :raises CxbridgeError: if a setting is invalid; with file and line.
     """
     topics = []
-    for key in config.keys(TREE):
-        with placed(config, tree := f"{TREE}/{key}"):
-            topics.append(_settings(key, values_below(config, tree), folder))
+    for key in config.keys(SECTION):
+        with located(config, section := f"{SECTION}/{key}"):
+            topics.append(_settings(key, section_values(config, section), folder))
     return topics
 
 
 def _settings(key: str, flat: Mapping[str, Any], folder: Path) -> TopicSettings:
-    whose, values = f"the topic {key}", nested(flat)
-    for name in values:
-        if name not in _KNOWN:
-            raise ConfigError(f"{whose} has no setting '{name}'", hint=did_you_mean(name, _KNOWN))
-    pattern = Pattern.parse(typed(values, "interface", "", whose))
-    direction = typed(values, "direction", PUBLISH, whose)
+    component, values = f"the topic {key}", nested(flat)
+    check_keys(values, _KEYS, component)
+    pattern = Pattern.parse(typed(values, "interface", "", component))
+    direction = typed(values, "direction", PUBLISH, component)
     if direction not in (PUBLISH, WRITE):
         hint = did_you_mean(direction, (PUBLISH, WRITE), f"use {PUBLISH} or {WRITE}")
-        raise ConfigError(f"{whose} has no direction '{direction}'", hint=hint)
-    topic, kind = typed(values, "topic", "", whose), typed(values, "type", "", whose)
+        raise ConfigError(f"{component} has no direction '{direction}'", hint=hint)
+    topic, kind = typed(values, "topic", "", component), typed(values, "type", "", component)
     if _GLOB.search(f"{pattern.type_glob}{pattern.id_glob}") and (topic or kind or direction == WRITE):
         hint = "several interfaces can only be published, each to a topic of its own"
-        raise ConfigError(f"{whose} is for one interface: write TYPE::ID", hint=hint)
-    messages = typed(values, "messages", default=False, whose=whose)
+        raise ConfigError(f"{component} is for one interface: write TYPE::ID", hint=hint)
+    messages = typed(values, "messages", default=False, component=component)
     if kind and messages:
-        raise ConfigError(f"{whose}: messages have topics only where no type is set")
-    if not kind and (wrong := [name for name in _MAPPED if name in values]):
-        raise ConfigError(f"{whose}: '{wrong[0]}' goes with a type", hint="e.g. sensor_msgs/msg/BatteryState")
-    fields: dict[str, Any] = typed(values, "fields", {}, whose)
+        raise ConfigError(f"{component}: messages have topics only where no type is set")
+    if not kind and (useless := [name for name in _MAPPING_KEYS if name in values]):
+        raise ConfigError(
+            f"{component}: '{useless[0]}' goes with a type", hint="e.g. sensor_msgs/msg/BatteryState"
+        )
+    fields: dict[str, Any] = typed(values, "fields", {}, component)
     if kind and not fields:
         hint = "e.g. fields: {voltage: voltage}: the interface's field, the message's"
-        raise ConfigError(f"{whose} needs fields", hint=hint)
+        raise ConfigError(f"{component} needs fields", hint=hint)
+    # from the flat settings: a nested mapping of constants is a path in the message
     constants = {
         path.removeprefix("constants/").replace("/", "."): value
         for path, value in flat.items()
@@ -106,8 +107,8 @@ def _settings(key: str, flat: Mapping[str, Any], folder: Path) -> TopicSettings:
         type=kind or None,
         fields={str(name): str(path) for name, path in fields.items()},
         constants=constants,
-        stamp=typed(values, "stamp", "", whose),
-        qos=profile(typed(values, "qos", "default", whose)),
+        stamp=typed(values, "stamp", "", component),
+        qos=profile(typed(values, "qos", "default", component)),
         messages=messages,
-        node=NodeSettings.of(values, folder, whose),
+        node=NodeSettings.of(values, folder, component),
     )

@@ -1,4 +1,8 @@
-"""Interfaces as topics: publishes writes of the blackboard, or writes received messages to it."""
+"""Interfaces as topics: publishes writes of the blackboard, or writes received messages to it.
+
+An interface has a writer and readers, which send messages to the writer. A published interface is written
+here, and its messages come from ROS. A written interface is written from ROS, and its messages go there.
+"""
 
 from __future__ import annotations
 
@@ -8,29 +12,27 @@ from enum import Enum
 from functools import partial
 from typing import Any, Final
 
-from rosbags.interfaces import Nodetype
-
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
-from cxbridge.clock import split_us
 from cxbridge.closing import Closing
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import Logger
 from cxbridge.interfaces.instance import Interface
-from cxbridge.interfaces.message import Message as InterfaceMessage
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.rights import right_of_frame
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.interfaces.definitions import TIME, field_names, type_of
 from cxbridge_ros2.interfaces.settings import WRITE, TopicSettings
-from cxbridge_ros2.messages import Message
-from cxbridge_ros2.names import TypeName, parse_type
+from cxbridge_ros2.messages import Message, value_at
+from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.node import Node, Publisher
+from cxbridge_ros2.stamps import stamp_of
 
 OWNER: Final = "ROS 2"
-_NANOSECONDS: Final = 1000  # per microsecond
-_END: Final = "Message"
+
+_QUEUE_LIMIT: Final = 100  # messages that wait for the next loop
+_SUFFIX: Final = "Message"  # of messages' names, which topics leave out
 
 
 def topic_of(interface_type: str, interface_id: str) -> str:
@@ -48,34 +50,22 @@ def check_mapping(settings: TopicSettings, schema: InterfaceSchema, definitions:
         return
     kind = parse_type(settings.type)
     for path in (*_paths(settings, schema).values(), *settings.constants, *filter(None, [settings.stamp])):
-        _check_path(definitions, kind, path)
-
-
-def _check_path(definitions: Definitions, kind: TypeName, path: str) -> None:
-    name, _, rest = path.partition(".")
-    fields = dict(definitions.fields(kind))
-    if name not in fields:
-        raise ConfigError(f"{kind} has no field '{name}'", hint=did_you_mean(name, fields))
-    node, inner = fields[name]
-    if rest:
-        if node != Nodetype.NAME:
-            raise ConfigError(f"the field '{name}' of {kind} has no fields in it: '{path}'")
-        _check_path(definitions, parse_type(inner), rest)
+        definitions.check_path(kind, path)
 
 
 class PublishedInterfaces(Closing):
     """Publishes existing and future interfaces.
 
-    :param written: interfaces written from ROS, which are not sent back.
+    :param written_uids: interfaces written from ROS, which are not sent back.
     """
 
     def __init__(
-        self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger, written: set[str]
+        self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger, written_uids: set[str]
     ) -> None:
-        self._settings, self._node, self._log, self._written = settings, node, log, written
+        self._settings, self._node, self._log, self._written_uids = settings, node, log, written_uids
         self._board = board
-        self._publishers: dict[str, Callable[[InterfaceChange], None]] = {}
-        self._opened: list[Publisher] = []
+        self._publish: dict[str, Callable[[InterfaceChange], None]] = {}
+        self._publishers: list[Publisher] = []
         self._ends: list[Callable[[], None]] = []
         self._topics: set[str] = set()
         self._refused: set[str] = set()
@@ -91,15 +81,15 @@ class PublishedInterfaces(Closing):
         while (change := self._feed.next(Deadline(0))) is not None:
             self._take(change)
         for instance in self._feed.opened:
-            if instance.uid not in self._publishers:  # an interface without a write so far
+            if instance.uid not in self._publish:  # an interface without a write so far
                 self._take(self._feed.now(instance))
 
     def _take(self, change: InterfaceChange) -> None:
-        if change.uid in self._written or change.uid in self._refused:
+        if change.uid in self._written_uids or change.uid in self._refused:
             return
         try:
-            publish = self._publishers.get(change.uid) or self._begin(change.uid)
-            if change.kind == "data" and change.time_us:
+            publish = self._publish.get(change.uid) or self._begin(change.uid)
+            if change.kind == "data" and change.time_us:  # no time: the interface was never written
                 publish(change)
         except CxbridgeError as error:
             self._refused.add(change.uid)
@@ -113,30 +103,38 @@ class PublishedInterfaces(Closing):
             raise ConfigError(f"another interface has the topic {topic}")
         self._topics.add(topic)
         publisher = self._node.publisher(topic, settings.type or type_of(interface_type), settings.qos)
-        self._opened.append(publisher)
-        make = _maker(settings, schema)
+        self._publishers.append(publisher)
+        paths, stamp = _paths(settings, schema), TIME if settings.type is None else settings.stamp
         if settings.messages:
             self._receive_messages(topic, self._feed.open(interface_type, interface_id))
 
         def publish(change: InterfaceChange) -> None:
-            publisher.publish(make(change))
+            message: Message = {}
+            for path, value in settings.constants.items():
+                _put(message, path, value)
+            for field, path in paths.items():
+                _put(message, path, _to_ros(change.values[field]))
+            if stamp:
+                _put(message, stamp, stamp_of(change.time_us))
+            publisher.publish(message)
 
-        self._publishers[uid] = publish
+        self._publish[uid] = publish
         return publish
 
     def _receive_messages(self, topic: str, instance: Interface) -> None:
-        for each in instance.SCHEMA.messages:
-            send = partial(self._send, instance, each.name, field_names(each.fields))
-            kind = type_of(instance.type, each.name)
-            needs = self._node.rights.of_message(instance.type, each.name)
-            message_topic = f"{topic}/{each.name.removesuffix(_END)}"
+        """Send the messages of an interface's topics to its writer."""
+        for schema in instance.SCHEMA.messages:
+            send = partial(self._send, instance, schema.name, field_names(schema.fields))
+            kind = type_of(instance.type, schema.name)
+            needs = self._node.rights.of_message(instance.type, schema.name)
+            message_topic = f"{topic}/{schema.name.removesuffix(_SUFFIX)}"
             self._ends.append(self._node.subscribe(message_topic, kind, send, needs=needs))
 
     def _send(self, instance: Interface, name: str, names: Mapping[str, str], message: Message) -> None:
         try:
             interface_message = instance.create_message(name)
-            for field, called in names.items():
-                interface_message.set(field, _from_ros(interface_message.field(field), message[called]))
+            for field, ros_field in names.items():
+                interface_message.set(field, _from_ros(interface_message.field(field), message[ros_field]))
             instance.msgq_enqueue(interface_message)
         except CxbridgeError as error:
             self._log.warn(f"{instance.uid} did not get a {name}: {error.message}")
@@ -144,7 +142,7 @@ class PublishedInterfaces(Closing):
     def close(self) -> None:
         for end in self._ends:
             end()
-        for publisher in self._opened:
+        for publisher in self._publishers:
             publisher.close()
         self._feed.close()
 
@@ -158,17 +156,19 @@ class WrittenInterface(Closing):
     def __init__(self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger) -> None:
         self._settings, self._log = settings, log
         interface_type, interface_id = settings.pattern.type_glob, settings.pattern.id_glob
-        self._instance = board.open_for_writing(interface_type, interface_id, owner=OWNER, queue_limit=100)
+        self._instance = board.open_for_writing(
+            interface_type, interface_id, owner=OWNER, queue_limit=_QUEUE_LIMIT
+        )
         schema = self._instance.SCHEMA
         self._paths = _paths(settings, schema)
         self._reported: set[str] = set()
         topic = f"{settings.node.namespace}{settings.topic or topic_of(interface_type, interface_id)}"
         self._publishers: dict[str, tuple[Publisher, Mapping[str, str]]] = {}
         try:
-            for each in schema.messages if settings.messages else ():
-                kind = type_of(interface_type, each.name)
-                publisher = node.publisher(f"{topic}/{each.name.removesuffix(_END)}", kind)
-                self._publishers[each.name] = publisher, field_names(each.fields)
+            for message in schema.messages if settings.messages else ():
+                kind = type_of(interface_type, message.name)
+                publisher = node.publisher(f"{topic}/{message.name.removesuffix(_SUFFIX)}", kind)
+                self._publishers[message.name] = publisher, field_names(message.fields)
             self._end = node.subscribe(
                 topic,
                 settings.type or type_of(interface_type),
@@ -185,20 +185,20 @@ class WrittenInterface(Closing):
         return self._instance.uid
 
     def loop(self) -> None:
-        """Publish the received messages."""
+        """Publish the messages of the interface's readers."""
         while (message := self._instance.msgq_pop()) is not None:
-            found = self._publishers.get(message.type)
-            if found is not None:
-                publisher, names = found
-                publisher.publish(_values(message, names))
+            if message.type in self._publishers:
+                publisher, names = self._publishers[message.type]
+                values = message.as_dict()
+                publisher.publish({ros_field: _to_ros(values[field]) for field, ros_field in names.items()})
 
     def _take(self, message: Message) -> None:
         try:
             for field, path in self._paths.items():
-                self._instance.set(field, _from_ros(self._instance.field(field), _at(message, path)))
+                self._instance.set(field, _from_ros(self._instance.field(field), value_at(message, path)))
             self._instance.write()
         except CxbridgeError as error:
-            if error.message not in self._reported:
+            if error.message not in self._reported:  # a topic may have many messages a second
                 self._reported.add(error.message)
                 self._log.warn(f"{self.uid} was not written: {error.message}")
 
@@ -213,44 +213,20 @@ def _paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str
     """Return the path in the message of each interface field."""
     if settings.type is None:
         return field_names(schema.fields)
-    known = [field.name for field in schema.fields]
+    field_list = [field.name for field in schema.fields]
     for name in settings.fields:
-        if name not in known:
-            hint = did_you_mean(name, known, f"it has: {', '.join(known)}")
+        if name not in field_list:
+            hint = did_you_mean(name, field_list, f"it has: {', '.join(field_list)}")
             raise ConfigError(f"the topic {settings.key}: {schema.name} has no field '{name}'", hint=hint)
     return settings.fields
-
-
-def _maker(settings: TopicSettings, schema: InterfaceSchema) -> Callable[[InterfaceChange], Message]:
-    """Return the function that converts a write to a message."""
-    paths = _paths(settings, schema)
-    stamp = TIME if settings.type is None else settings.stamp
-
-    def make(change: InterfaceChange) -> Message:
-        message: Message = {}
-        for path, value in settings.constants.items():
-            _put(message, path, value)
-        for field, path in paths.items():
-            _put(message, path, _to_ros(change.values[field]))
-        if stamp:
-            seconds, micros = split_us(change.time_us)
-            _put(message, stamp, {"sec": seconds, "nanosec": micros * _NANOSECONDS})
-        return message
-
-    return make
-
-
-def _values(message: InterfaceMessage, names: Mapping[str, str]) -> Message:
-    values = message.as_dict()
-    return {called: _to_ros(values[field]) for field, called in names.items()}
 
 
 def _to_ros(value: Any) -> Any:
     """Convert a value of an interface for a message."""
     if isinstance(value, str):
-        return value.encode("utf-8", "replace").decode()
+        return value.encode("utf-8", "replace").decode()  # blocks may have bytes that are no UTF-8
     if isinstance(value, tuple):
-        return [_to_ros(each) for each in value]
+        return [_to_ros(element) for element in value]
     return value.value if isinstance(value, Enum) else value
 
 
@@ -262,15 +238,7 @@ def _from_ros(field: FieldSchema, value: Any) -> Any:
 
 
 def _put(message: Message, path: str, value: Any) -> None:
-    *parents, last = path.split(".")
-    for part in parents:
-        message = message.setdefault(part, {})
-    message[last] = value
-
-
-def _at(message: Any, path: str) -> Any:
-    for part in path.split("."):
-        if not isinstance(message, Mapping) or part not in message:
-            raise ConfigError(f"the message has no field '{path}'")
-        message = message[part]
-    return message
+    *parents, field = path.split(".")
+    for parent in parents:
+        message = message.setdefault(parent, {})
+    message[field] = value

@@ -15,25 +15,32 @@ from msgspec import Struct
 
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec, Message
-from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.names import TypeName, check_topic, parse_type
+from cxbridge_ros2.node import (
+    Client,
+    FailureCallback,
+    MessageCallback,
+    Node,
+    Publisher,
+    Report,
+    RequestHandler,
+)
 from cxbridge_ros2.qos import PROFILES, QosProfile
-from cxbridge_ros2.topics import check_topic
 
 # the limit stops two nodes that answer each other forever; otherwise the clock would never advance
-MOST_ROUNDS: Final = 10_000
+MAX_ROUNDS: Final = 10_000
 
 
-class _Reader(Struct, eq=False):
+class _Subscription(Struct, eq=False):
     node: LocalNode
     kind: TypeName
-    receive: Receive
+    callback: MessageCallback
 
 
 class _Server(Struct, eq=False):
     node: LocalNode
     kind: TypeName
-    answer: AnswerLater
+    handler: RequestHandler
     number: int
 
 
@@ -42,10 +49,10 @@ class LocalGraph:
 
     def __init__(self, definitions: Definitions) -> None:
         self.codec = Codec(definitions)
-        self.readers: dict[str, list[_Reader]] = {}
+        self.subscriptions: dict[str, list[_Subscription]] = {}
         self.servers: dict[str, _Server] = {}
-        # Last messages of latched topics, for late subscriptions.
-        self.kept: dict[str, deque[tuple[TypeName, bytes]]] = {}
+        # last messages of latched topics, for late subscriptions
+        self.latched: dict[str, deque[tuple[TypeName, bytes]]] = {}
         self.numbers = count(1)
         self._nodes: list[LocalNode] = []
 
@@ -62,13 +69,16 @@ class LocalGraph:
         """Remove a node with its subscriptions and services."""
         if node in self._nodes:
             self._nodes.remove(node)
-        for readers in self.readers.values():
-            readers[:] = [each for each in readers if each.node is not node]
-        self.servers = {name: each for name, each in self.servers.items() if each.node is not node}
+        for subscriptions in self.subscriptions.values():
+            subscriptions[:] = [
+                subscription for subscription in subscriptions if subscription.node is not node
+            ]
+        self.servers = {name: server for name, server in self.servers.items() if server.node is not node}
 
     def settle(self) -> bool:
         """Poll all nodes until no messages are left; return whether none are left."""
-        for _ in range(MOST_ROUNDS):
+        for _ in range(MAX_ROUNDS):
+            # a list, since any() of a generator would stop at the first node that had a message
             handled = [node.poll() for node in list(self._nodes)]
             if not any(handled):
                 return True
@@ -82,50 +92,62 @@ class LocalNode(Node):
         self.graph = graph
         self.queue: deque[Callable[[], None]] = deque()
 
-    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+    def _topic_type(self, message_type: str) -> TypeName:
         kind = parse_type(message_type)
-        self.graph.codec.encode(kind, {})  # checks that the type exists
-        return _LocalPublisher(self.graph, check_topic(topic), kind, qos)
+        self.graph.codec.encode(kind, {})  # raises the error about an unknown type
+        return kind
+
+    def _service_type(self, service_type: str) -> TypeName:
+        kind = parse_type(service_type, "srv")
+        self.graph.codec.encode(kind.derived("Request"), {})
+        return kind
+
+    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+        graph, kind = self.graph, self._topic_type(message_type)
+        check_topic(topic)
+
+        def publish(message: Mapping[str, Any]) -> None:
+            data = graph.codec.encode(kind, message)
+            if qos.durability == "transient_local":
+                graph.latched.setdefault(topic, deque(maxlen=qos.depth)).append((kind, data))
+            for subscription in list(graph.subscriptions.get(topic, ())):
+                subscription.node.take(topic, subscription, kind, data)
+
+        return Publisher(publish, lambda: len(graph.subscriptions.get(topic, ())), lambda: None)
 
     def _subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
+        self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
-        kind = parse_type(message_type)
-        self.graph.codec.encode(kind, {})
-        reader = _Reader(self, kind, receive)
-        readers = self.graph.readers.setdefault(check_topic(topic), [])
-        readers.append(reader)
+        subscription = _Subscription(self, self._topic_type(message_type), callback)
+        subscriptions = self.graph.subscriptions.setdefault(check_topic(topic), [])
+        subscriptions.append(subscription)
         if qos.durability == "transient_local":
-            for sent, data in self.graph.kept.get(topic, ()):
-                self.take(topic, reader, sent, data)
+            for kind, data in self.graph.latched.get(topic, ()):
+                self.take(topic, subscription, kind, data)
 
         def end() -> None:
-            if reader in readers:
-                readers.remove(reader)
+            if subscription in subscriptions:
+                subscriptions.remove(subscription)
 
         return end
 
-    def take(self, topic: str, reader: _Reader, kind: TypeName, data: bytes) -> None:
+    def take(self, topic: str, subscription: _Subscription, kind: TypeName, data: bytes) -> None:
         """Queue a message for a subscription until this node is polled."""
-        if kind != reader.kind:
-            self.complain(f"type {topic}", f"{topic}: {kind} comes, {reader.kind} is wanted")
+        if kind != subscription.kind:
+            self.complain(f"type {topic}", f"{topic}: {kind} comes, {subscription.kind} is wanted")
             return
 
         def deliver() -> None:
-            if reader in self.graph.readers[topic]:  # the subscription may have ended meanwhile
-                reader.receive(self.graph.codec.decode(kind, data))
+            if subscription in self.graph.subscriptions[topic]:  # the subscription may have ended meanwhile
+                subscription.callback(self.graph.codec.decode(kind, data))
 
         self.queue.append(deliver)
 
     def client(self, service: str, service_type: str) -> Client:
-        kind = parse_type(service_type, "srv")
-        self.graph.codec.encode(kind.derived("Request"), {})
-        return _LocalClient(self, check_topic(service), kind)
+        return _LocalClient(self, check_topic(service), self._service_type(service_type))
 
-    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
-        kind = parse_type(service_type, "srv")
-        self.graph.codec.encode(kind.derived("Request"), {})
-        server = _Server(self, kind, answer, next(self.graph.numbers))
+    def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
+        server = _Server(self, self._service_type(service_type), handler, next(self.graph.numbers))
         self.graph.servers[check_topic(service)] = server
 
         def end() -> None:
@@ -135,74 +157,56 @@ class LocalNode(Node):
         return end
 
     def poll(self, timeout_s: float = 0.0) -> bool:  # noqa: ARG002 - a wait would receive nothing
-        remaining = len(self.queue)
-        for _ in range(remaining):
+        # messages that callbacks queue meanwhile belong to the next poll
+        queued = len(self.queue)
+        for _ in range(queued):
             self.queue.popleft()()
-        return remaining > 0
+        return queued > 0
 
     def close(self) -> None:
         self.queue.clear()
         self.graph.leave(self)
 
 
-class _LocalPublisher(Publisher):
-    def __init__(self, graph: LocalGraph, topic: str, kind: TypeName, qos: QosProfile) -> None:
-        self._graph, self._topic, self._kind = graph, topic, kind
-        self._keep = qos.depth if qos.durability == "transient_local" else 0
-
-    def publish(self, message: Mapping[str, Any]) -> None:
-        data = self._graph.codec.encode(self._kind, message)
-        if self._keep:
-            kept = self._graph.kept.setdefault(self._topic, deque(maxlen=self._keep))
-            kept.append((self._kind, data))
-        for reader in list(self._graph.readers.get(self._topic, ())):
-            reader.node.take(self._topic, reader, self._kind, data)
-
-    @property
-    def subscriptions(self) -> int:
-        return len(self._graph.readers.get(self._topic, ()))
-
-    def close(self) -> None: ...
-
-
 class _LocalClient(Client):
     def __init__(self, node: LocalNode, service: str, kind: TypeName) -> None:
+        super().__init__()
         self._node, self._service, self._kind = node, service, kind
-        self._waiting: dict[int, Receive] = {}
-        self._numbers = count(1)
 
-    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:  # noqa: ARG002
+    def call(
+        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+    ) -> int:
         """Send a request; without a server it is lost, as on a network."""
-        codec, kind = self._node.graph.codec, self._kind
-        number = next(self._numbers)
-        self._waiting[number] = done
-        sent = codec.decode(kind.derived("Request"), codec.encode(kind.derived("Request"), request))
-        server = self._node.graph.servers.get(self._service)
-        if server is not None and server.kind == kind:
-            server.node.queue.append(partial(self._ask, server, sent, number))
+        number = self._add_request(done, failed)
+        sent = self._transfer("Request", request)
+        server = self._server
+        if server is not None:
+            server.node.queue.append(partial(self._handle, server, sent, number))
         return number
 
-    def _ask(self, server: _Server, request: Message, number: int) -> None:
-        codec, kind = self._node.graph.codec, self._kind.derived("Response")
+    def _transfer(self, part: str, message: Mapping[str, Any]) -> Message:
+        """Return a message as the other node receives it."""
+        codec, kind = self._node.graph.codec, self._kind.derived(part)
+        return codec.decode(kind, codec.encode(kind, message))
 
+    def _handle(self, server: _Server, request: Message, number: int) -> None:
         def reply(response: Mapping[str, Any]) -> None:
-            decoded = codec.decode(kind, codec.encode(kind, response))
-            self._node.queue.append(partial(self._answered, number, decoded))
+            self._node.queue.append(partial(self._finish, number, self._transfer("Response", response)))
 
-        server.answer(request, reply)
+        server.handler(request, reply)
 
-    def _answered(self, number: int, response: Message) -> None:
-        done = self._waiting.pop(number, None)
-        if done is not None:
-            done(response)
+    def _finish(self, number: int, response: Message) -> None:
+        if number in self._pending:
+            self._pending.pop(number)[0](response)
 
-    def forget(self, number: int) -> None:
-        self._waiting.pop(number, None)
+    @property
+    def _server(self) -> _Server | None:
+        server = self._node.graph.servers.get(self._service)
+        return None if server is None or server.kind != self._kind else server
 
     @property
     def servers(self) -> frozenset[int]:
-        server = self._node.graph.servers.get(self._service)
-        return frozenset() if server is None or server.kind != self._kind else frozenset({server.number})
+        return frozenset() if self._server is None else frozenset({self._server.number})
 
     def close(self) -> None:
-        self._waiting.clear()
+        self._pending.clear()

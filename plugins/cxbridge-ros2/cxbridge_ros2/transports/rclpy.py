@@ -10,27 +10,33 @@ import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from importlib import import_module
-from itertools import count
 from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.messages import Codec, Message
-from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Client, Domain, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.messages import PLACEHOLDER, Codec, Message
+from cxbridge_ros2.names import TypeName, check_topic, parse_type
+from cxbridge_ros2.node import (
+    Client,
+    Domain,
+    FailureCallback,
+    MessageCallback,
+    Node,
+    Publisher,
+    Report,
+    RequestHandler,
+)
 from cxbridge_ros2.qos import PROFILES, QosProfile
-from cxbridge_ros2.topics import check_topic
-from cxbridge_ros2.transports.environment import MOST_DDS_DOMAIN
+from cxbridge_ros2.transports.environment import MAX_DDS_DOMAIN
 
-# Parts of an action's Python class (`Impl`), by the suffix of their types.
-_PARTS: Final = {
+# Members of an action's Python class (`Impl`), by the suffix of their types.
+_ACTION_MEMBERS: Final = {
     "SendGoal": "SendGoalService",
     "GetResult": "GetResultService",
     "FeedbackMessage": "FeedbackMessage",
 }
 
 _BATCH: Final = 256  # callbacks per poll, so that a fast topic does not starve the loop
-_NO_MEMBER: Final = "structure_needs_at_least_one_member"
 
 
 class RclpyNode(Node):
@@ -54,9 +60,9 @@ class RclpyNode(Node):
         self._definitions = definitions
         self._codec = Codec(definitions)
         self._rclpy = rclpy = _rclpy()
-        if domain is not None and domain > MOST_DDS_DOMAIN and "zenoh" not in _rmw(rclpy):
+        if domain is not None and domain > MAX_DDS_DOMAIN and "zenoh" not in _rmw(rclpy):
             # some RMWs abort the process for an invalid domain
-            raise Ros2Error(f"there is no domain {domain}: the last of {_rmw(rclpy)} is {MOST_DDS_DOMAIN}")
+            raise Ros2Error(f"there is no domain {domain}: the last of {_rmw(rclpy)} is {MAX_DDS_DOMAIN}")
         self._context = rclpy.context.Context()
         try:
             rclpy.init(
@@ -77,29 +83,29 @@ class RclpyNode(Node):
             raise Ros2Error(f"rclpy cannot begin: {_one_line(error)}", hint=hint) from None
         self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._came = 0
+        self._received = 0  # number of messages so far
 
     # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         name = parse_type(message_type)
         rcl_publisher = self._node.create_publisher(self._class(name), check_topic(topic), self._qos(qos))
-        return _Publisher(
-            rcl_publisher,
-            lambda message: self._codec.encode(name, message),
+        return Publisher(
+            lambda message: rcl_publisher.publish(self._codec.encode(name, message)),
+            lambda: int(rcl_publisher.get_subscription_count()),
             self._ending("publisher", rcl_publisher),
         )
 
     def _subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
+        self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
         name = parse_type(message_type)
 
         def take(data: bytes) -> None:
-            self._came += 1
-            message = self._intact(topic, partial(self._codec.decode, name, data))
+            self._received += 1
+            message = self._decoded(topic, partial(self._codec.decode, name, data))
             if message is not None:
-                receive(message)
+                callback(message)
 
         rcl_subscription = self._node.create_subscription(
             self._class(name), check_topic(topic), take, self._qos(qos), raw=True
@@ -118,22 +124,22 @@ class RclpyNode(Node):
             return self._to_object(kind.Request, request, message)
 
         def decode(message: Any) -> Message:
-            self._came += 1
+            self._received += 1
             return self._from_object(response, message)
 
         end = self._ending("client", rcl_client)
         return _Client(rcl_client, encode, decode, lambda: self._servers(rcl_client, service), end)
 
-    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         name = parse_type(service_type, "srv")
         kind = self._service(name)
         request, response = name.derived("Request"), name.derived("Response")
 
         def take(message: Any, _response: object) -> _Response:
-            self._came += 1
-            later = _Response(lambda reply: self._to_object(kind.Response, response, reply))
-            answer(self._from_object(request, message), later.reply)
-            return later
+            self._received += 1
+            response_later = _Response(lambda reply: self._to_object(kind.Response, response, reply))
+            handler(self._from_object(request, message), response_later.reply)
+            return response_later
 
         rcl_service = self._node.create_service(
             kind, check_topic(service), take, qos_profile=self._qos(PROFILES["services_default"])
@@ -144,14 +150,14 @@ class RclpyNode(Node):
         return self._ending("service", rcl_service)
 
     def poll(self, timeout_s: float = 0.0) -> bool:
-        before = self._came
-        self._executor.spin_once(timeout_sec=max(0.0, timeout_s))
+        received_before = self._received
+        self._executor.spin_once(timeout_sec=max(0.0, timeout_s))  # one callback
         for _ in range(_BATCH):
-            came = self._came
+            received = self._received
             self._executor.spin_once(timeout_sec=0.0)
-            if came == self._came:
+            if received == self._received:
                 break
-        return self._came != before
+        return self._received != received_before
 
     def close(self) -> None:
         if self._context.ok():
@@ -161,39 +167,38 @@ class RclpyNode(Node):
 
     # --- rclpy --------------------------------------------------------------------------------------------
 
-    def _ending(self, entity: str, made: Any) -> Callable[[], None]:
+    def _ending(self, kind: str, entity: Any) -> Callable[[], None]:
         """Return the function that closes an entity of this node."""
-        destroy = getattr(self._node, f"destroy_{entity}")
-        return lambda: None if not self._context.ok() else destroy(made)
+        destroy = getattr(self._node, f"destroy_{kind}")
+        return lambda: destroy(entity) if self._context.ok() else None
 
     def _servers(self, client: Any, service: str) -> frozenset[int]:
         if not self._context.ok() or not client.service_is_ready():
             return frozenset()
         publishers = self._node.get_publishers_info_by_topic(f"rr{service}Reply", no_mangle=True)
         # an RMW without DDS has no such topics; then all servers count as one
-        return frozenset(int.from_bytes(bytes(each.endpoint_gid), "big") for each in publishers) or frozenset(
-            {0}
-        )
+        gids = (bytes(publisher.endpoint_gid) for publisher in publishers)
+        return frozenset(int.from_bytes(gid, "big") for gid in gids) or frozenset({0})
 
     def _class(self, name: TypeName) -> Any:
         """Return the Python class of a message."""
-        self._definitions.fields(name)  # raises the better error
+        self._definitions.fields(name)  # raises the error about an unknown type
         message_class = _member(name)
         self._compare(name, message_class)
         return message_class
 
     def _service(self, name: TypeName) -> Any:
         """Return the Python class of a service."""
-        self._definitions.fields(name.derived("Request"))  # raises the better error
+        self._definitions.fields(name.derived("Request"))  # raises the error about an unknown type
         service_class = _member(name)
         self._compare(name.derived("Request"), service_class.Request)
         self._compare(name.derived("Response"), service_class.Response)
         return service_class
 
-    def _compare(self, name: TypeName, found: Any) -> None:
+    def _compare(self, name: TypeName, sourced_class: Any) -> None:
         """Check that the sourced type equals our definition, since CDR does not reveal a difference."""
-        ours = [field for field, _ in self._definitions.fields(name) if field != _NO_MEMBER]
-        theirs = list(found.get_fields_and_field_types())
+        ours = [field for field, _ in self._definitions.fields(name) if field != PLACEHOLDER]
+        theirs = list(sourced_class.get_fields_and_field_types())
         if ours != theirs:
             hint = "name no older package in 'packages'"
             difference = f"{', '.join(theirs) or 'nothing'}, not {', '.join(ours) or 'nothing'}"
@@ -218,23 +223,6 @@ def join(name: str, definitions: Definitions, domain: Domain, report: Report | N
     return RclpyNode(name, definitions, domain.number, report)
 
 
-class _Publisher(Publisher):
-    def __init__(
-        self, publisher: Any, encode: Callable[[Mapping[str, Any]], bytes], end: Callable[[], None]
-    ) -> None:
-        self._publisher, self._encode, self._end = publisher, encode, end
-
-    def publish(self, message: Mapping[str, Any]) -> None:
-        self._publisher.publish(self._encode(message))
-
-    @property
-    def subscriptions(self) -> int:
-        return int(self._publisher.get_subscription_count())
-
-    def close(self) -> None:
-        self._end()
-
-
 class _Client(Client):
     def __init__(
         self,
@@ -244,24 +232,29 @@ class _Client(Client):
         servers: Callable[[], frozenset[int]],
         end: Callable[[], None],
     ) -> None:
+        super().__init__()
         self._client, self._encode, self._decode = client, encode, decode
         self._servers, self._end = servers, end
-        self._numbers = count(1)
-        self._waiting: dict[int, Any] = {}
+        self._futures: dict[int, Any] = {}
 
-    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:  # noqa: ARG002
+    def call(
+        self,
+        request: Mapping[str, Any],
+        done: MessageCallback,
+        failed: FailureCallback | None = None,  # noqa: ARG002 - rclpy reports no failures
+    ) -> int:
         number = next(self._numbers)
-        self._waiting[number] = future = self._client.call_async(self._encode(request))
+        self._futures[number] = future = self._client.call_async(self._encode(request))
 
-        def answered(answer: Any) -> None:
-            if self._waiting.pop(number, None) is not None:
-                done(self._decode(answer.result()))
+        def finish(response: Any) -> None:
+            if self._futures.pop(number, None) is not None:
+                done(self._decode(response.result()))
 
-        future.add_done_callback(answered)
+        future.add_done_callback(finish)
         return number
 
     def forget(self, number: int) -> None:
-        future = self._waiting.pop(number, None)
+        future = self._futures.pop(number, None)
         if future is not None:
             self._client.remove_pending_request(future)
 
@@ -270,7 +263,7 @@ class _Client(Client):
         return self._servers()
 
     def close(self) -> None:
-        self._waiting.clear()
+        self._futures.clear()
         self._end()
 
 
@@ -284,13 +277,13 @@ class _Response:
 
     def reply(self, response: Mapping[str, Any]) -> None:
         self._response = self._encode(response)
-        self._go()
+        self._send_if_complete()
 
     def send_with(self, send: Callable[[Any], None]) -> None:
         self._send = send
-        self._go()
+        self._send_if_complete()
 
-    def _go(self) -> None:
+    def _send_if_complete(self) -> None:
         if self._send is not None and self._response is not None:
             self._send(self._response)
 
@@ -315,11 +308,11 @@ def _rmw(rclpy: Any) -> str:
 
 def _member(name: TypeName) -> Any:
     """Return the Python class of a message or a service."""
-    action, _, part = name.name.rpartition("_")
+    action, _, suffix = name.name.rpartition("_")
     try:
         module = import_module(f"{name.package}.{name.kind}")
         if name.kind == "action":
-            return getattr(getattr(module, action).Impl, _PARTS[part])
+            return getattr(getattr(module, action).Impl, _ACTION_MEMBERS[suffix])
         return getattr(module, name.name)
     except (ImportError, AttributeError, KeyError) as error:
         hint = f"source the workspace that the package {name.package} was built in"

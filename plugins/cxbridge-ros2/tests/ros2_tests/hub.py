@@ -19,13 +19,13 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFail
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
-from cxbridge_ros2.executor import NodeSettings
 from cxbridge_ros2.hub.hub import Hub
 from cxbridge_ros2.hub.performer import HubPerformer
+from cxbridge_ros2.hub.protocol import ActionKey, Heartbeat, HubMessage, MessageKind, PerformerState
 from cxbridge_ros2.hub.settings import PROTOCOLS, performer_settings
-from cxbridge_ros2.hub.words import Key, Life, Sign, Word, WordKind
-from cxbridge_ros2.node import AnswerLater, Client, Node, Publisher, Receive
+from cxbridge_ros2.node import Client, MessageCallback, Node, Publisher, RequestHandler
 from cxbridge_ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.settings import NodeSettings
 
 LOOP_US = 20_000
 STEPS = 30
@@ -164,28 +164,13 @@ class Ether:
     """Topics of nodes in this process. ``lost`` selects messages that are dropped."""
 
     def __init__(self) -> None:
-        self.readers: list[tuple[str, EtherNode, Receive]] = []
+        self.readers: list[tuple[str, EtherNode, MessageCallback]] = []
         self.lost: Callable[[EtherNode, Mapping[str, Any]], bool] = lambda _reader, _message: False
 
     def send(self, topic: str, message: Mapping[str, Any]) -> None:
         for where, node, receive in self.readers:
             if where == topic and not self.lost(node, message):
                 node.queue.append(partial(receive, dict(message)))
-
-
-class EtherPublisher(Publisher):
-    def __init__(self, ether: Ether, topic: str) -> None:
-        self._ether, self._topic = ether, topic
-
-    def publish(self, message: Mapping[str, Any]) -> None:
-        self._ether.send(self._topic, message)
-
-    @property
-    def subscriptions(self) -> int:
-        return 1
-
-    def close(self) -> None:
-        pass
 
 
 class EtherNode(Node):
@@ -195,10 +180,10 @@ class EtherNode(Node):
         self._ether = ether
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
-        return EtherPublisher(self._ether, topic)
+        return Publisher(partial(self._ether.send, topic), lambda: 1, lambda: None)
 
     def _subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
+        self, topic: str, message_type: str, receive: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
         entry = (topic, self, receive)
         self._ether.readers.append(entry)
@@ -207,7 +192,7 @@ class EtherNode(Node):
     def client(self, service: str, service_type: str) -> Client:
         raise NotImplementedError
 
-    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, answer: RequestHandler) -> Callable[[], None]:
         raise NotImplementedError
 
     def poll(self, timeout_s: float = 0.0) -> bool:
@@ -242,21 +227,21 @@ class Stranger:
 
     def __init__(self, world: EtherWorld, protocol: str, name: str) -> None:
         self.name = name
-        self.heard: list[Word] = []
-        self.signs: list[Sign] = []
+        self.heard: list[HubMessage] = []
+        self.signs: list[Heartbeat] = []
         self.node = EtherNode(world.ether, name)
         self.world = world
         self.hub = Hub(self.node, PROTOCOLS[protocol], "", self.heard.append, self.signs.append)
 
-    def say(self, kind: WordKind, key: Key, node: str = "", **fields: Any) -> None:
+    def say(self, kind: MessageKind, key: ActionKey, node: str = "", **fields: Any) -> None:
         """Say a word."""
-        self.hub.say(Word(kind, node or self.name, key, **fields))
+        self.hub.publish(HubMessage(kind, node or self.name, key, **fields))
 
-    def live(self, life: Life, action: str = "move") -> None:
+    def live(self, life: PerformerState, action: str = "move") -> None:
         """Give a sign of life."""
-        self.hub.give_sign(Sign(self.name, action, life), self.world.clock.now_us())
+        self.hub.publish_heartbeat(Heartbeat(self.name, action, life), self.world.clock.now_us())
 
-    def hear(self, kind: WordKind, node: str = "", limit_s: float = 20.0) -> Word:
+    def hear(self, kind: MessageKind, node: str = "", limit_s: float = 20.0) -> HubMessage:
         """Loop until a word comes, and return it; forget it and the words before."""
 
         def found() -> list[int]:
@@ -273,7 +258,7 @@ class Stranger:
         del self.heard[: number + 1]
         return word
 
-    def silent(self, *kinds: WordKind, loops: int = 20) -> bool:
+    def silent(self, *kinds: MessageKind, loops: int = 20) -> bool:
         """Whether none of these words comes."""
         self.world.loop(loops)
         self.node.poll()

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from cxbridge.clock import RealClock
 from cxbridge.rights import EVERYTHING
-from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
+from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, GoalResponse, ServedGoal
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.executor import NodeSettings
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import QosProfile
+from cxbridge_ros2.settings import NodeSettings
 
 ABORTED = 13
 PACKAGES = Path(__file__).parent / "packages"
@@ -27,6 +27,11 @@ def count(goal: ServedGoal) -> Execution:
     return {"sequence": numbers}
 
 
+class Fibonacci(ActionServer):
+    def respond(self, served: ServedGoal) -> GoalResponse:
+        return super().respond(served) if served.goal["order"] >= 0 else GoalResponse.REJECT
+
+
 def node_of(transport: str = "dds", url: str = "") -> Node:
     """Make the peer's node."""
     settings = {"transport": transport, **({"url": url} if url else {})}
@@ -40,14 +45,7 @@ def main() -> None:
     back = node.publisher("/back", "std_msgs/msg/String", many)
     node.subscribe("/there", "std_msgs/msg/String", back.publish, many)
     node.serve("/add", "example_interfaces/srv/AddTwoInts", lambda each: {"sum": each["a"] + each["b"]})
-    server = ActionServer(
-        node,
-        "/fibonacci",
-        "example_interfaces/action/Fibonacci",
-        count,
-        RealClock(),
-        accept=lambda goal: bool(goal["order"] >= 0),
-    )
+    server = Fibonacci(node, "/fibonacci", "example_interfaces/action/Fibonacci", count, RealClock())
     print("ready", flush=True)  # noqa: T201
     while True:
         node.poll(0.02)

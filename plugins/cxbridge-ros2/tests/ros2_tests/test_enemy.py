@@ -22,10 +22,10 @@ from cxbridge_ros2.definitions import Definitions, FieldType
 from cxbridge_ros2.interfaces.definitions import ACTIONS
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Reply
+from cxbridge_ros2.node import RequestHandler, SendResponse
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
-from cxbridge_ros2.transports.dds.node import _write
+from cxbridge_ros2.transports.dds.services import write
 from ros2_tests.clients import ParameterClient
 from ros2_tests.hub import Side
 from ros2_tests.peer import PACKAGES
@@ -134,10 +134,10 @@ def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: i
         running(DaemonOptions(config=file)) as (daemon, lines, outcome),
         DdsNode("enemy", types, where, report=lambda _text: None) as node,
     ):
-        until(node, lambda: len(node._discovery._theirs[False]) > 20)
+        until(node, lambda: len(node._discovery._discovered[False]) > 20)
         until(node, lambda: not node.poll(0.5))
-        node._discovery.look()
-        read = {each.topic_name: each.type_name for each in node._discovery._theirs[False].values()}
+        node._discovery.update()
+        read = {each.topic_name: each.type_name for each in node._discovery._discovered[False].values()}
         assert {"rt/tf", "rt/pose", "rt/actions_hub", "rt/skill_board", "rq/victim/change_stateRequest"} <= {
             *read
         }
@@ -150,7 +150,7 @@ def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: i
             head = b"" if topic.startswith("rt/") else enemy.random.randbytes(8) + bytes(8)
             for _ in range(ROUNDS):
                 data = enemy.data(name)
-                _write(writer, data[:4] + head + data[4:])
+                write(writer, data[:4] + head + data[4:])
                 node.poll(0.004)
         loops = daemon.loop.loops
         until(node, lambda: outcome or daemon.loop.loops > loops + 30)
@@ -188,8 +188,8 @@ def test_skills_survive_what_servers_answer(domain: int):
     kind, clock = parse_type(action, "action"), RealClock()
     with DdsNode("enemy", types, domain + 15, report=lambda _text: None) as node:
 
-        def answers(name: TypeName) -> AnswerLater:
-            def answer(_request: Message, reply: Reply) -> None:
+        def answers(name: TypeName) -> RequestHandler:
+            def answer(_request: Message, reply: SendResponse) -> None:
                 if enemy.random.random() < 0.8:
                     reply(enemy.message(name.derived("Response")))
 
@@ -201,7 +201,7 @@ def test_skills_survive_what_servers_answer(domain: int):
         )
         goals: list[bytes] = []
 
-        def accept(request: Message, reply: Reply) -> None:
+        def accept(request: Message, reply: SendResponse) -> None:
             goals.append(request["goal_id"]["uuid"])
             reply({**enemy.message(kind.derived("SendGoal").derived("Response")), "accepted": True})
 

@@ -11,9 +11,8 @@ from cxbridge.errors import ConfigError
 from cxbridge.run.agent import Run
 from cxbridge.run.components.table import needed_components
 from cxbridge.run.options import RunOptions
-from cxbridge_ros2.executor import OF_NODE
 from cxbridge_ros2.fawkes_keys import OF_FAWKES, has_ours
-from cxbridge_ros2.trees import node_settings, values_below
+from cxbridge_ros2.settings import NODE_KEYS, node_settings, section_values
 from tests.run.mini import write_scenario
 from tests.support import ROBOTINO_DIR
 
@@ -54,7 +53,7 @@ def test_ours_beside_them_are_read(tree: str, tmp_path: Path):
     config = configuration(tmp_path, ROBOT)
     config.set(f"{tree}/domain", 7)
     assert has_ours(config, tree)
-    assert values_below(config, tree) == {"domain": 7}
+    assert section_values(config, tree) == {"domain": 7}
     _, settings = node_settings(config, tree, (), tmp_path, "settings")
     assert settings.domain == 7
 
@@ -62,13 +61,13 @@ def test_ours_beside_them_are_read(tree: str, tmp_path: Path):
 @pytest.mark.parametrize("tree", OF_FAWKES)
 def test_a_misspelt_one_is_a_mistake_of_that_line(tree: str, tmp_path: Path):
     config = configuration(tmp_path, f"{ROBOT}---\nros2: {{{tree.removeprefix('/ros2/')}: {{domian: 7}}}}\n")
-    with pytest.raises(ConfigError, match="there is no setting 'domian'") as caught:
+    with pytest.raises(ConfigError, match="has no setting 'domian'") as caught:
         node_settings(config, tree, (), tmp_path, "settings")
     assert caught.value.line == len(ROBOT.splitlines()) + 2
 
 
 def test_none_of_them_is_a_name_of_ours():
-    assert not frozenset(OF_NODE) & frozenset().union(*OF_FAWKES.values())
+    assert not frozenset(NODE_KEYS) & frozenset().union(*OF_FAWKES.values())
 
 
 @pytest.mark.skipif(ROBOTINO_DIR is None, reason="ROBOTINO_DIR does not name a checkout")

@@ -11,11 +11,11 @@ pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
+from cxbridge_ros2.hub.protocol import ActionKey, HubMessage, MessageKind, PerformerState
 from cxbridge_ros2.hub.settings import PROTOCOLS, performer_settings
-from cxbridge_ros2.hub.words import Key, Life, Word, WordKind
 from ros2_tests.hub import CALLER, CALLERS, PERFORMER, EtherWorld, Side
 
-MOVE = Key("move", ("r2", "hall"), "")
+MOVE = ActionKey("move", ("r2", "hall"), "")
 THERE = ("SUCCEEDED", "")
 
 
@@ -92,79 +92,79 @@ def test_one_of_two_performers_executes(world: EtherWorld, protocol: str):
 
 def test_a_repeated_request_is_answered_again_and_done_once(world: EtherWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
-    stranger.say(WordKind.REQUEST, MOVE)
-    stranger.hear(WordKind.RESPONSE)
-    stranger.say(WordKind.REQUEST, MOVE)
-    stranger.hear(WordKind.RESPONSE)
-    stranger.say(WordKind.CONFIRM, MOVE, "ours_move")
-    stranger.say(WordKind.CONFIRM, MOVE, "ours_move")
-    stranger.say(WordKind.REJECT, MOVE, "ours_move")  # as PlanSys2 answers to the second RESPONSE
-    stranger.hear(WordKind.FEEDBACK)
-    end = stranger.hear(WordKind.FINISH)
+    stranger.say(MessageKind.REQUEST, MOVE)
+    stranger.hear(MessageKind.RESPONSE)
+    stranger.say(MessageKind.REQUEST, MOVE)
+    stranger.hear(MessageKind.RESPONSE)
+    stranger.say(MessageKind.CONFIRM, MOVE, "ours_move")
+    stranger.say(MessageKind.CONFIRM, MOVE, "ours_move")
+    stranger.say(MessageKind.REJECT, MOVE, "ours_move")  # as PlanSys2 answers to the second RESPONSE
+    stranger.hear(MessageKind.FEEDBACK)
+    end = stranger.hear(MessageKind.FINISH)
     assert (end.success, end.status, end.node) == (True, "there", "ours_move")
-    assert stranger.silent(WordKind.FINISH)
+    assert stranger.silent(MessageKind.FINISH)
     assert [line for line in there.lines if " {'" in line] == ["move {'1': 'r2', '2': 'hall'}"]
 
 
 def test_a_lost_answer_is_repeated_until_somebody_is_confirmed(world: EtherWorld, protocol: str):
     performer(world, protocol)
     stranger = world.stranger(protocol)
-    stranger.say(WordKind.REQUEST, MOVE)
-    stranger.hear(WordKind.RESPONSE)
-    stranger.hear(WordKind.RESPONSE, limit_s=0.6)
-    stranger.say(WordKind.CONFIRM, MOVE, "another")
-    assert stranger.silent(WordKind.RESPONSE, loops=50)
+    stranger.say(MessageKind.REQUEST, MOVE)
+    stranger.hear(MessageKind.RESPONSE)
+    stranger.hear(MessageKind.RESPONSE, limit_s=0.6)
+    stranger.say(MessageKind.CONFIRM, MOVE, "another")
+    assert stranger.silent(MessageKind.RESPONSE, loops=50)
 
 
 def test_who_was_rejected_is_free(world: EtherWorld, protocol: str):
     performer(world, protocol)
     stranger = world.stranger(protocol)
-    stranger.say(WordKind.REQUEST, MOVE)
-    stranger.hear(WordKind.RESPONSE)
-    other = Key("wave", ("x",), "")
-    stranger.say(WordKind.REQUEST, other)
-    assert stranger.silent(WordKind.RESPONSE)  # its only executor is promised
-    stranger.say(WordKind.REJECT, MOVE, "ours_move")
-    assert stranger.hear(WordKind.RESPONSE, limit_s=0.5).key == other
+    stranger.say(MessageKind.REQUEST, MOVE)
+    stranger.hear(MessageKind.RESPONSE)
+    other = ActionKey("wave", ("x",), "")
+    stranger.say(MessageKind.REQUEST, other)
+    assert stranger.silent(MessageKind.RESPONSE)  # its only executor is promised
+    stranger.say(MessageKind.REJECT, MOVE, "ours_move")
+    assert stranger.hear(MessageKind.RESPONSE, limit_s=0.5).key == other
 
 
 def test_who_is_neither_confirmed_nor_rejected_is_free_after_a_while(world: EtherWorld, protocol: str):
     performer(world, protocol)
     stranger = world.stranger(protocol)
-    stranger.say(WordKind.REQUEST, MOVE)
-    stranger.hear(WordKind.RESPONSE)
+    stranger.say(MessageKind.REQUEST, MOVE)
+    stranger.hear(MessageKind.RESPONSE)
     world.loop(150)
     stranger.node.poll()
     stranger.heard.clear()
-    other = Key("move", ("x",), "")
-    stranger.say(WordKind.REQUEST, other)
-    assert stranger.hear(WordKind.RESPONSE, limit_s=0.5).key == other
-    stranger.say(WordKind.CONFIRM, MOVE, "ours_move")  # late: it is done nevertheless
-    assert stranger.hear(WordKind.FINISH).success
+    other = ActionKey("move", ("x",), "")
+    stranger.say(MessageKind.REQUEST, other)
+    assert stranger.hear(MessageKind.RESPONSE, limit_s=0.5).key == other
+    stranger.say(MessageKind.CONFIRM, MOVE, "ours_move")  # late: it is done nevertheless
+    assert stranger.hear(MessageKind.FINISH).success
 
 
 def test_who_asks_knows_what_does_not_fit(world: EtherWorld, protocol: str):
     text = PERFORMER.replace("actions: [move, wave]", "actions: {move: {parameters: [robot]}}")
     performer(world, protocol, text)
     stranger = world.stranger(protocol)
-    stranger.say(WordKind.REQUEST, MOVE)
-    stranger.hear(WordKind.RESPONSE)
-    stranger.say(WordKind.CONFIRM, MOVE, "ours_move")
-    end = stranger.hear(WordKind.FINISH)
+    stranger.say(MessageKind.REQUEST, MOVE)
+    stranger.hear(MessageKind.RESPONSE)
+    stranger.say(MessageKind.CONFIRM, MOVE, "ours_move")
+    end = stranger.hear(MessageKind.FINISH)
     assert (end.success, end.status) == (False, "(move r2 hall) has 2 arguments, move has 1")
 
 
 def test_nobody_answers_for_what_is_not_there(world: EtherWorld, protocol: str):
     performer(world, protocol, PERFORMER.replace("[move, wave]", "[move, fly]"))
     stranger = world.stranger(protocol)
-    for key in (Key("wave", (), ""), Key("fly", (), "")):
-        stranger.say(WordKind.REQUEST, key)
-    assert stranger.silent(WordKind.RESPONSE)
+    for key in (ActionKey("wave", (), ""), ActionKey("fly", (), "")):
+        stranger.say(MessageKind.REQUEST, key)
+    assert stranger.silent(MessageKind.RESPONSE)
     world.loop(60)
     stranger.node.poll()
-    assert {(each.node, each.life) for each in stranger.signs} == {
-        ("ours_move", Life.READY),
-        ("ours_fly", Life.NOT_READY),
+    assert {(each.node, each.state) for each in stranger.signs} == {
+        ("ours_move", PerformerState.READY),
+        ("ours_fly", PerformerState.NOT_READY),
     }
 
 
@@ -172,51 +172,51 @@ def test_a_template_gives_skills_numbers(world: EtherWorld, protocol: str):
     actions = "actions: {move: {parameters: [robot, times], call: 'count{times=?(times)i, who=?(robot)s}'}}"
     there = performer(world, protocol, PERFORMER.replace("actions: [move, wave]", actions))
     stranger = world.stranger(protocol)
-    key = Key("move", ("r2", "3"), "")
-    stranger.say(WordKind.REQUEST, key)
-    stranger.hear(WordKind.RESPONSE)
-    stranger.say(WordKind.CONFIRM, key, "ours_move")
-    assert stranger.hear(WordKind.FINISH).success
+    key = ActionKey("move", ("r2", "3"), "")
+    stranger.say(MessageKind.REQUEST, key)
+    stranger.hear(MessageKind.RESPONSE)
+    stranger.say(MessageKind.CONFIRM, key, "ours_move")
+    assert stranger.hear(MessageKind.FINISH).success
     assert "count {'times': 3, 'who': 'r2'}" in there.lines
 
 
 def test_an_action_without_parameters_has_none(world: EtherWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
     # what PlanSys2's executor, and the master of the thesis, make of no parameters
-    key = Key("wave", ("wave",) if protocol == "plansys2" else ("",), "")
-    stranger.say(WordKind.REQUEST, key)
-    assert stranger.hear(WordKind.RESPONSE).key == key
-    stranger.say(WordKind.CONFIRM, key, "ours_wave")
-    assert stranger.hear(WordKind.FINISH).key == key
+    key = ActionKey("wave", ("wave",) if protocol == "plansys2" else ("",), "")
+    stranger.say(MessageKind.REQUEST, key)
+    assert stranger.hear(MessageKind.RESPONSE).key == key
+    stranger.say(MessageKind.CONFIRM, key, "ours_wave")
+    assert stranger.hear(MessageKind.FINISH).key == key
     assert "wave {}" in there.lines
 
 
 @pytest.mark.parametrize("protocol", CALLERS)
 def test_after_cancel_a_performer_says_what_the_original_says(world: EtherWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
-    key = Key("move", ("long",), "")
-    stranger.say(WordKind.REQUEST, key)
-    stranger.hear(WordKind.RESPONSE)
-    stranger.say(WordKind.CONFIRM, key, "ours_move")
-    stranger.hear(WordKind.FEEDBACK)
-    stranger.say(WordKind.CANCEL, key, "ours_move")
+    key = ActionKey("move", ("long",), "")
+    stranger.say(MessageKind.REQUEST, key)
+    stranger.hear(MessageKind.RESPONSE)
+    stranger.say(MessageKind.CONFIRM, key, "ours_move")
+    stranger.hear(MessageKind.FEEDBACK)
+    stranger.say(MessageKind.CANCEL, key, "ours_move")
     if protocol == "plansys2":
-        assert stranger.silent(WordKind.FINISH)
+        assert stranger.silent(MessageKind.FINISH)
     else:
-        end = stranger.hear(WordKind.FINISH)
+        end = stranger.hear(MessageKind.FINISH)
         assert (end.success, end.status, end.progress) == (False, "CANCELLED", 0.0)
     assert "move was stopped" in there.lines
 
 
 def test_the_end_of_a_performer_ends_what_it_does(world: EtherWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
-    key = Key("move", ("long",), "")
-    stranger.say(WordKind.REQUEST, key)
-    stranger.hear(WordKind.RESPONSE)
-    stranger.say(WordKind.CONFIRM, key, "ours_move")
-    stranger.hear(WordKind.FEEDBACK)
+    key = ActionKey("move", ("long",), "")
+    stranger.say(MessageKind.REQUEST, key)
+    stranger.hear(MessageKind.RESPONSE)
+    stranger.say(MessageKind.CONFIRM, key, "ours_move")
+    stranger.hear(MessageKind.FEEDBACK)
     there.performers.pop().close()
-    end = stranger.hear(WordKind.FINISH)
+    end = stranger.hear(MessageKind.FINISH)
     assert (end.success, end.status) == (False, "the performer ours_move was shut down")
 
 
@@ -225,13 +225,13 @@ def test_the_thesis_names_agents_and_mapped_skills(world: EtherWorld):
         "actions: [move, wave]", "actions: {move: {call: mapped}, wave: {parameters: [to]}}"
     )
     there, stranger = performer(world, "skill-execution", text), world.stranger("skill-execution")
-    stranger.say(WordKind.REQUEST, MOVE, mapped='count{times=2, to="x"}')
-    assert stranger.silent(WordKind.RESPONSE)
-    for key in (MOVE._replace(agent="r7"), Key("wave", ("y",), "r7")):
-        stranger.say(WordKind.REQUEST, key, mapped='count{times=2, to="x"}')
-        stranger.hear(WordKind.RESPONSE)
-        stranger.say(WordKind.CONFIRM, key, f"ours_{key.action}", mapped='count{times=2, to="x"}')
-        stranger.hear(WordKind.FINISH)
+    stranger.say(MessageKind.REQUEST, MOVE, mapped='count{times=2, to="x"}')
+    assert stranger.silent(MessageKind.RESPONSE)
+    for key in (MOVE._replace(agent="r7"), ActionKey("wave", ("y",), "r7")):
+        stranger.say(MessageKind.REQUEST, key, mapped='count{times=2, to="x"}')
+        stranger.hear(MessageKind.RESPONSE)
+        stranger.say(MessageKind.CONFIRM, key, f"ours_{key.action}", mapped='count{times=2, to="x"}')
+        stranger.hear(MessageKind.FINISH)
     assert "count {'times': 2, 'to': 'x'}" in there.lines
     assert "wave {'to': 'y', 'mapped_action': 'count{times=2, to=\"x\"}'}" in there.lines
 
@@ -239,11 +239,11 @@ def test_the_thesis_names_agents_and_mapped_skills(world: EtherWorld):
 # --- our executive, and a stranger that performs ----------------------------------------------------------
 
 
-def perform(stranger: Any) -> Word:
+def perform(stranger: Any) -> HubMessage:
     """Answer a REQUEST, and wait for CONFIRM."""
-    request: Word = stranger.hear(WordKind.REQUEST)
-    stranger.say(WordKind.RESPONSE, request.key, mapped=request.mapped)
-    confirm: Word = stranger.hear(WordKind.CONFIRM, stranger.name)
+    request: HubMessage = stranger.hear(MessageKind.REQUEST)
+    stranger.say(MessageKind.RESPONSE, request.key, mapped=request.mapped)
+    confirm: HubMessage = stranger.hear(MessageKind.CONFIRM, stranger.name)
     assert confirm.key == request.key
     return confirm
 
@@ -251,9 +251,9 @@ def perform(stranger: Any) -> Word:
 def test_a_lost_request_is_repeated(world: EtherWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
-    stranger.hear(WordKind.REQUEST)
+    stranger.hear(MessageKind.REQUEST)
     key = perform(stranger).key
-    stranger.say(WordKind.FINISH, key, success=True, status="done")
+    stranger.say(MessageKind.FINISH, key, success=True, status="done")
     assert world.over(master) == [THERE]
     assert (master.feedback, key.arguments) == ("done", ("r2", "hall"))
 
@@ -266,16 +266,16 @@ def test_who_answers_second_or_late_is_rejected(world: EtherWorld, protocol: str
     )
     master = here.ask("move", "r2", "hall")
     key = perform(stranger).key
-    second.say(WordKind.RESPONSE, key)
-    second.hear(WordKind.REJECT, "second")
-    stranger.say(WordKind.FINISH, key, success=True)
-    second.say(WordKind.FEEDBACK, key, status="wrong")
+    second.say(MessageKind.RESPONSE, key)
+    second.hear(MessageKind.REJECT, "second")
+    stranger.say(MessageKind.FINISH, key, success=True)
+    second.say(MessageKind.FEEDBACK, key, status="wrong")
     assert world.over(master) == [THERE]
-    second.say(WordKind.RESPONSE, key)
-    second.hear(WordKind.REJECT, "second")
-    second.say(WordKind.REQUEST, key, "a stranger")  # now it is another one's
-    second.say(WordKind.RESPONSE, key)
-    assert second.silent(WordKind.REJECT, WordKind.CONFIRM)
+    second.say(MessageKind.RESPONSE, key)
+    second.hear(MessageKind.REJECT, "second")
+    second.say(MessageKind.REQUEST, key, "a stranger")  # now it is another one's
+    second.say(MessageKind.RESPONSE, key)
+    assert second.silent(MessageKind.REJECT, MessageKind.CONFIRM)
 
 
 def test_a_performer_that_waits_in_vain_is_freed(world: EtherWorld, protocol: str):
@@ -283,14 +283,14 @@ def test_a_performer_that_waits_in_vain_is_freed(world: EtherWorld, protocol: st
     master = here.ask("move", "r2", "hall")
     # its RESPONSE was lost: it reports to be ready, and answers no request
     for _ in range(60):
-        stranger.live(Life.READY)
+        stranger.live(PerformerState.READY)
         world.loop(5)
         stranger.node.poll()
-        if any(word.kind == WordKind.REJECT and word.node == "stranger" for word in stranger.heard):
+        if any(word.kind == MessageKind.REJECT and word.node == "stranger" for word in stranger.heard):
             break
-    stranger.hear(WordKind.REJECT, "stranger")
+    stranger.hear(MessageKind.REJECT, "stranger")
     key = perform(stranger).key
-    stranger.say(WordKind.FINISH, key, success=True)
+    stranger.say(MessageKind.FINISH, key, success=True)
     assert world.over(master) == [THERE]
 
 
@@ -309,8 +309,8 @@ def test_a_performer_that_vanishes_is_a_failure(world: EtherWorld, protocol: str
     master = here.ask("move", "r2", "hall")
     key = perform(stranger).key
     for _ in range(10):
-        stranger.live(Life.RUNNING)
-        stranger.say(WordKind.FEEDBACK, key, progress=0.5, status="half")
+        stranger.live(PerformerState.RUNNING)
+        stranger.say(MessageKind.FEEDBACK, key, progress=0.5, status="half")
         world.loop(50)
     assert (master.progress, master.feedback) == (0.5, "half")
     assert world.over(master) == [("FAILED", "the performer stranger has vanished")]
@@ -320,9 +320,9 @@ def test_a_performer_without_signs_of_life_may_be_silent(world: EtherWorld, prot
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
     key = perform(stranger).key
-    stranger.say(WordKind.FEEDBACK, key, progress=0.5)
+    stranger.say(MessageKind.FEEDBACK, key, progress=0.5)
     world.loop(1000)
-    stranger.say(WordKind.FINISH, key, success=True)
+    stranger.say(MessageKind.FINISH, key, success=True)
     assert world.over(master) == [THERE]
 
 
@@ -330,12 +330,12 @@ def test_a_performer_that_was_restarted_is_a_failure(world: EtherWorld, protocol
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
     perform(stranger)
-    for life in (Life.READY, Life.RUNNING, Life.READY, Life.RUNNING):
+    for life in (PerformerState.READY, PerformerState.RUNNING, PerformerState.READY, PerformerState.RUNNING):
         stranger.live(life)
         world.loop(50)
     assert not master.is_over
     for _ in range(2):
-        stranger.live(Life.READY)
+        stranger.live(PerformerState.READY)
         world.loop(50)
     ((state, error),) = world.over(master)
     assert state == "FAILED"
@@ -345,12 +345,12 @@ def test_a_performer_that_was_restarted_is_a_failure(world: EtherWorld, protocol
 def test_cancel_before_anybody_has_answered_rejects_who_answers(world: EtherWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
-    key = stranger.hear(WordKind.REQUEST).key
+    key = stranger.hear(MessageKind.REQUEST).key
     here.service.local_calls.stop(master.number)
     world.over(master)
-    stranger.say(WordKind.RESPONSE, key)
-    stranger.hear(WordKind.REJECT, "stranger")
-    assert stranger.silent(WordKind.CANCEL)
+    stranger.say(MessageKind.RESPONSE, key)
+    stranger.hear(MessageKind.REJECT, "stranger")
+    assert stranger.silent(MessageKind.CANCEL)
 
 
 def test_arguments_are_as_configured(world: EtherWorld):
@@ -359,8 +359,8 @@ def test_arguments_are_as_configured(world: EtherWorld):
     here = world.side(text, CLASS=CALLERS["skill-execution"])
     stranger = world.stranger("skill-execution")
     here.ask("move", to=4, speed=1.5)
-    request = stranger.hear(WordKind.REQUEST)
-    assert request.key == Key("go", ("4", "at 1.5"), "r7")
+    request = stranger.hear(MessageKind.REQUEST)
+    assert request.key == ActionKey("go", ("4", "at 1.5"), "r7")
     assert request.mapped == "drive{x=4}"
 
 
@@ -369,10 +369,10 @@ def test_the_mapped_action_of_the_thesis_goes_along(world: EtherWorld):
     here.service.local_calls.ask(
         "move", {"1": "r2", "2": "hall", "mapped_action": "go()"}, "robot1", lambda _master: None, "move_gen1"
     )
-    request = stranger.hear(WordKind.REQUEST)
+    request = stranger.hear(MessageKind.REQUEST)
     assert (request.node, request.key, request.mapped) == ("move_gen1", MOVE, "go()")
-    stranger.say(WordKind.RESPONSE, request.key, mapped=request.mapped)
-    assert stranger.hear(WordKind.CONFIRM).mapped == "go()"
+    stranger.say(MessageKind.RESPONSE, request.key, mapped=request.mapped)
+    assert stranger.hear(MessageKind.CONFIRM).mapped == "go()"
 
 
 def test_a_skill_takes_no_longer_than_it_may(world: EtherWorld, protocol: str):
@@ -383,7 +383,7 @@ def test_a_skill_takes_no_longer_than_it_may(world: EtherWorld, protocol: str):
     ((state, error),) = world.over(master)
     assert state == "FAILED"
     assert error.endswith("has not ended within 3 s")
-    stranger.hear(WordKind.CANCEL, "stranger")
+    stranger.hear(MessageKind.CANCEL, "stranger")
 
 
 # --- configurations ---------------------------------------------------------------------------------------

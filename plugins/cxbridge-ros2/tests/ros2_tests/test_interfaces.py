@@ -198,7 +198,7 @@ def test_messages_go_to_the_writer(tmp_path: Path, domain: int, node: Node):
         tmp_path, domain, "    s: {interface: 'SpeechSynthInterface', messages: true, DOMAIN}\n"
     ) as run:
         speech = run.board.open_for_writing("SpeechSynthInterface", "Speech")
-        turn_until(run, node, lambda: says.subscriptions)
+        turn_until(run, node, says.count_subscriptions)
         says.publish({"text": "hello"})
         turn_until(run, node, lambda: not speech.msgq_empty())
         message = speech.msgq_pop()
@@ -265,7 +265,7 @@ def test_a_run_whose_clients_may_only_look_is_not_written(tmp_path: Path, domain
         run.bus.subscribe(lambda line: lines.append(str(line)), LogLine)
         battery = run.board.open_for_reading("BatteryInterface", "Robot")
         publisher = node.publisher(BATTERY, type_of("BatteryInterface"))
-        turn_until(run, node, lambda: publisher.subscriptions)
+        turn_until(run, node, publisher.count_subscriptions)
         publisher.publish({"current": 7})
         turn_until(run, node, lambda: any(f"refused: {BATTERY}: cxbridge/remote" in line for line in lines))
         battery.read()

@@ -19,9 +19,8 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.parameters import EVENTS, message_of, type_of, value_of
-from cxbridge_ros2.rosout import listen
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.clients import LifecycleClient, ParameterClient
+from ros2_tests.clients import LifecycleClient, ParameterClient, listen
 from ros2_tests.conftest import HERE, forked, needs_ros, started, with_ros
 
 
@@ -153,7 +152,7 @@ def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifec
     until(node, lambda: states.is_served)
     response = answer(node, lambda done: states.call({}, done))
     assert {(each["id"], each["label"]) for each in response["available_states"]} == {
-        (int(each), each.label) for each in LifecycleState
+        (int(state), state.name.lower()) for state in LifecycleState
     }
 
 

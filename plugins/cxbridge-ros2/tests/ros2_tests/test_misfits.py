@@ -69,7 +69,7 @@ def test_another_type_on_the_topic(join: Join):
 def test_it_is_found_whoever_was_there_first(join: Join):
     (ours, said), (theirs, _) = join(), join()
     theirs.publisher("/chatter", "std_msgs/msg/Int32")
-    poll_until(ours, lambda: any(ours._discovery._theirs.values()))
+    poll_until(ours, lambda: any(ours._discovery._discovered.values()))
     ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
     assert [each.partition(":")[0] for each in said] == ["/chatter"]
 
@@ -112,9 +112,9 @@ def test_those_that_fit_say_nothing(join: Join):
     ours.serve("/empty", "std_srvs/srv/Empty", lambda _request: {})
     sends = theirs.publisher("/chatter", "std_msgs/msg/String", LATCHED)
     client = theirs.client("/empty", "std_srvs/srv/Empty")
-    poll_until(ours, lambda: sends.subscriptions and client.is_served)
+    poll_until(ours, lambda: sends.count_subscriptions() and client.is_served)
     for node in (ours, theirs):
-        node._discovery.look()
+        node._discovery.update()
     assert said + they_said == []
 
 

@@ -15,8 +15,8 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import ConfigError, Ros2Error
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.executor import NodeSettings
-from cxbridge_ros2.transports import has_rclpy
+from cxbridge_ros2.settings import NodeSettings
+from cxbridge_ros2.transports.environment import has_rclpy
 from cxbridge_ros2.transports.rclpy import RclpyNode
 from ros2_tests.conftest import in_ros, needs_ros
 from tests.support import ROOT
@@ -74,7 +74,7 @@ def test_by_default_it_is_dds():
 
 SETTINGS = """
     from pathlib import Path
-    from cxbridge_ros2.executor import NodeSettings
+    from cxbridge_ros2.settings import NodeSettings
     made = [NodeSettings.of(each, Path(), "x").transport for each in ({}, {"domain": 3}, {"reach": "subnet"})]
     assert made == ["rclpy", "rclpy", "dds"], made
 """

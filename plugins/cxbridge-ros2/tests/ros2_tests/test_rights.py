@@ -28,7 +28,7 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import TYPES
 from cxbridge_ros2.frames import TRANSFORMS
-from cxbridge_ros2.hub.words import Key, Word, WordKind
+from cxbridge_ros2.hub.protocol import ActionKey, HubMessage, MessageKind
 from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of, type_of
 from cxbridge_ros2.interfaces.definitions import EXEC_SKILL as EXEC_SKILL_ACTION
 from cxbridge_ros2.plansys2 import PlanSys2Protocol
@@ -103,7 +103,7 @@ class Asking:
     ) -> bool:
         """Publish until something happens, or the daemon says that it refuses; return whether it happened."""
         publisher = self.node.publisher(topic, kind, PROFILES[qos])
-        self.until(lambda: publisher.subscriptions)
+        self.until(publisher.count_subscriptions)
         publisher.publish(message)
         refusal = f"refused: {topic}:"
         self.until(lambda: happened() or any(refusal in line for line in self.lines))
@@ -190,9 +190,9 @@ def _word(ask: Asking) -> bool:
     protocol = PlanSys2Protocol()
     said: list[int] = []
     end = ask.node.subscribe(protocol.topic, protocol.message_type, lambda each: said.append(each["type"]))
-    word = Word(WordKind.REQUEST, "asks", Key("wave", ("a",), ""))
+    word = HubMessage(MessageKind.REQUEST, "asks", ActionKey("wave", ("a",), ""))
     heard = ask.publish(
-        protocol.topic, protocol.message_type, protocol.message(word), lambda: WordKind.RESPONSE in said
+        protocol.topic, protocol.message_type, protocol.encode(word), lambda: MessageKind.RESPONSE in said
     )
     end()
     return heard
@@ -201,12 +201,12 @@ def _word(ask: Asking) -> bool:
 def _expert(ask: Asking, frame: str) -> bool:
     client = ExpertClient(ask.node, RealClock(), "", patience_s=20.0)
     if frame == "read":
-        return bool(client.ask("/problem_expert/get_problem")["success"])
+        return bool(client.call("/problem_expert/get_problem")["success"])
     if frame == "change":
-        response = client.ask("/problem_expert/add_problem_instance", named("attic", "room"))
-        assert response["success"] is ("attic" in client.do("/problem_expert/get_problem")["problem"])
+        response = client.call("/problem_expert/add_problem_instance", named("attic", "room"))
+        assert response["success"] is ("attic" in client.request("/problem_expert/get_problem")["problem"])
         return bool(response["success"])
-    return not client.ask("/planner/get_plan")["error_info"].startswith("refused")
+    return not client.call("/planner/get_plan")["error_info"].startswith("refused")
 
 
 PROBES: dict[tuple[str, str], Callable[[Asking], bool]] = {

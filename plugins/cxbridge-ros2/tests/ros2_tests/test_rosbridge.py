@@ -20,7 +20,7 @@ from websockets.sync.server import Server, ServerConnection, serve
 from cxbridge.errors import ConfigError, Ros2Error
 from cxbridge_ros2.actions import ActionClient, GoalStatus
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.settings import NodeSettings
 from cxbridge_ros2.transports.rosbridge import RosbridgeNode
 from ros2_tests.peer import PACKAGES
 

@@ -103,7 +103,7 @@ def test_it_goes_on_when_the_simulation_is_reset(simulation: Simulation, clock: 
     at_us = clock.now_us()
     simulation.at_ms = 10
     clock.sleep_until(at_us + 100_000)
-    assert clock.resets == 1
+    assert clock._offset_us > 0
     assert clock.now_us() < at_us + 10 * MICROSECONDS
 
 

@@ -22,14 +22,14 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.skiller.board import SkillCall
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge_ros2.skills import RosSkills, fill
-from cxbridge_ros2.transports.dds.domain import _on_this_host
+from cxbridge_ros2.transports.dds.domain import _local_configuration
 from ros2_tests.conftest import SETUP, forked, needs_ros, start, stop
 from ros2_tests.peer import PACKAGES
 from tests.forked import Piped, nursery
 from tests.support import ROOT
 
 WAYS = 7
-MISSED_SOON = _on_this_host("localhost").replace(
+MISSED_SOON = _local_configuration("localhost").replace(
     "<Discovery>", "<Discovery><LeaseDuration>2s</LeaseDuration>"
 )
 """Makes other nodes drop a process when they hear nothing for two seconds, not ten."""
@@ -244,6 +244,6 @@ def test_parameters_fill_a_message():
 
 def test_a_namespace_comes_before_names():
     made = executor({"namespace": "/robot1", "skills/go/action": "a/action/B", "skills/go/name": "/go"})
-    assert made._known["go"].name == "/robot1/go"
+    assert made._skills["go"].name == "/robot1/go"
     with pytest.raises(CxbridgeError, match="is no whole name"):
         executor({"namespace": "robot1", "skills/go/action": "a/action/B", "skills/go/name": "/go"})

@@ -161,7 +161,7 @@ def test_only_the_frames_that_are_named(tmp_path: Path, domain: int):
 
 
 def test_too_many_frames_are_left_out_and_told(buffer, domain: int, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(transforms, "MOST_FRAMES", 2)
+    monkeypatch.setattr(transforms, "MAX_FRAMES", 2)
     run, _frames = buffer
     lines: list[str] = []
     run.bus.subscribe(lambda event: lines.append(event.text), LogLine)

@@ -25,11 +25,10 @@ from cxbridge_ros2.messages import Codec
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES, QosProfile
-from cxbridge_ros2.transports import has_rclpy
 from cxbridge_ros2.transports.dds import DdsNode
 from cxbridge_ros2.transports.dds.domain import _domains
-from cxbridge_ros2.transports.dds.node import _write
-from cxbridge_ros2.transports.dds.services import _Introduction, matched, named
+from cxbridge_ros2.transports.dds.services import _Introduction, matched, owner_data, write
+from cxbridge_ros2.transports.environment import has_rclpy
 from cxbridge_ros2.transports.rclpy import RclpyNode
 from cxbridge_ros2.transports.rosbridge import RosbridgeNode
 from cxbridge_ros2.transports.zenoh import ZenohNode
@@ -143,7 +142,7 @@ def test_each_message_comes_back_once_and_in_order(node: Node, peer: str):
     many = QosProfile(depth=COUNT)
     end = node.subscribe("/back", "std_msgs/msg/String", lambda each: got.append(each["data"]), many)
     there = node.publisher("/there", "std_msgs/msg/String", many)
-    poll_until(node, lambda: there.subscriptions)
+    poll_until(node, there.count_subscriptions)
     while not got:  # until the peer has found our subscription
         there.publish({"data": "first"})
         node.poll(0.1)
@@ -318,7 +317,7 @@ def test_requests_and_messages_without_the_right_reach_nobody(node: Node, monkey
     assert [each for each in asked if "a" not in each] == []
     asked.clear()
     here = node.publisher("/here", "std_msgs/msg/String")
-    poll_until(node, lambda: here.subscriptions)
+    poll_until(node, here.count_subscriptions)
     here.publish({"data": "one"})
     poll_until(node, lambda: asked and any(text.startswith("refused: /here: ") for text in refused))
     assert asked == [{"data": "one"}]
@@ -388,21 +387,21 @@ def test_a_response_waits_until_its_reader_is_found(domain: int):
     types = Definitions([PACKAGES], environment={})
     kind = parse_type(service, "srv")
     request, response = kind.derived("Request"), kind.derived("Response")
-    qos, whose = PROFILES["services_default"], named("clientid")
+    qos, whose = PROFILES["services_default"], owner_data("clientid")
     with DdsNode("server", types, domain + 7) as server, DdsNode("asks", types, domain + 7) as asks:
         server.serve("/late", service, lambda each: {"sum": each["a"] + each["b"]})
         writer = asks._writer("rq/lateRequest", request, qos, whose)
         got: list[bytes] = []
         introduction = _Introduction(writer)
-        poll_until(server, lambda: introduction.found(frozenset(writer.get_matched_subscriptions())))
+        poll_until(server, lambda: introduction.introduced(frozenset(writer.get_matched_subscriptions())))
         made = Codec(types).encode(request, {"a": 1, "b": 2})
-        _write(writer, made[:4] + bytes(16) + made[4:])
-        poll_until(server, lambda: server._servers[0]._kept)
+        write(writer, made[:4] + bytes(16) + made[4:])
+        poll_until(server, lambda: server._servers[0]._unsent)
         asks._reader("rr/lateReply", response, qos, lambda sample: got.append(sample.cdr), whose)
         poll_until(asks, lambda: server.poll() or got)
         poll_until(asks, lambda: got)
         assert Codec(types).decode(response, got[0][:4] + got[0][20:]) == {"sum": 3}
-        assert not server._servers[0]._kept
+        assert not server._servers[0]._unsent
 
 
 def test_a_response_to_a_client_that_is_gone_is_dropped(domain: int):
@@ -416,9 +415,9 @@ def test_a_response_to_a_client_that_is_gone_is_dropped(domain: int):
             poll_until(asks, lambda: client.is_served)
             client.call({"a": 1, "b": 2}, lambda _message: None)
             poll_until(server, lambda: replies)
-        poll_until(server, lambda: not server._servers[0]._readers.now())
+        poll_until(server, lambda: not server._servers[0]._response_readers.update())
         replies[0]({"sum": 3})
-        poll_until(server, lambda: not server._servers[0]._kept)
+        poll_until(server, lambda: not server._servers[0]._unsent)
 
 
 def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():

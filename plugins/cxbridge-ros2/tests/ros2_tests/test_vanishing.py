@@ -13,7 +13,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.clock import RealClock
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Message
-from cxbridge_ros2.node import Reply
+from cxbridge_ros2.node import SendResponse
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.hub import Side
@@ -49,7 +49,7 @@ class Server:
         self.node.publisher(
             "/count/_action/status", "action_msgs/msg/GoalStatusArray", PROFILES["action_status"]
         )
-        services: Mapping[str, tuple[str, Callable[[Message, Reply], None]]] = {
+        services: Mapping[str, tuple[str, Callable[[Message, SendResponse], None]]] = {
             "send_goal": (f"{ACTION}_SendGoal", self._accept),
             "get_result": (f"{ACTION}_GetResult", self._result),
             "cancel_goal": ("action_msgs/srv/CancelGoal", self._cancel),
@@ -57,20 +57,20 @@ class Server:
         for name, (kind, answer) in services.items():
             self.node.serve_later(f"/count/_action/{name}", kind, answer)
 
-    def _accept(self, request: Message, reply: Reply) -> None:
+    def _accept(self, request: Message, reply: SendResponse) -> None:
         self._goal = request["goal_id"]["uuid"]
         if self._state == STATES[0]:
             self.reached = True
         else:
             reply({"accepted": True})
 
-    def _result(self, request: Message, reply: Reply) -> None:
+    def _result(self, request: Message, reply: SendResponse) -> None:
         if request["goal_id"]["uuid"] == self._goal:
             self.reached = self._state != STATES[3]
         else:  # of a goal of an earlier life
             reply({"status": 0})
 
-    def _cancel(self, _request: Message, _reply: Reply) -> None:
+    def _cancel(self, _request: Message, _reply: SendResponse) -> None:
         self.reached = True
 
     def loop(self) -> None:

@@ -56,7 +56,7 @@ class _Goal(ServedGoal):
     """A goal of a client in the same process; it stores its result."""
 
     def __init__(self, goal: Message) -> None:
-        self.number, self.goal = os.urandom(16), goal
+        self.goal_id, self.goal = os.urandom(16), goal
         self.status, self.wants_cancel = GoalStatus.EXECUTING, False
         self.result: Mapping[str, Any] | None = None
 

@@ -23,7 +23,7 @@ from msgspec import Struct
 
 from cxbridge_ros2.names import TypeName
 from cxbridge_ros2.transports.dds.domain import READ_QOS
-from cxbridge_ros2.transports.misfits import misfit, why_unserved
+from cxbridge_ros2.transports.mismatches import mismatch, why_unserved
 
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint
@@ -34,46 +34,47 @@ _POLICIES: Final = {
     10: "PARTITION", 11: "RELIABILITY", 12: "DESTINATION_ORDER", 23: "DATA_REPRESENTATION",
 }  # fmt: skip
 
-_OTHER_PARTS: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
+# An action has three services; send_goal stands for all of them.
+_FURTHER_SERVICES: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
 _BATCH: Final = 1000  # samples per read
-_MOST: Final = 20_000  # limit of stored endpoints, since other nodes decide how many exist
+_MAX_ENDPOINTS: Final = 20_000  # limit of stored endpoints, since other nodes decide how many exist
 
 _HASH: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
-_PLACE: Final = re.compile(
+_DDS_TOPIC: Final = re.compile(
     r"\Art(/.*?)(?:/_action/(?:feedback|status))?|\Ar[qr](/.*?)(?:/_action/\w+?)?(?:Request|Reply)"
 )
 
 
 class OwnEndpoint(Struct, frozen=True, eq=False):
-    """One of our readers or writers.
+    """A reader or writer of our node.
 
     :param topic: the name in DDS, such as ``rt/chatter``.
-    :param sent: the type on the wire.
+    :param type: the type on the wire: a message, a request or a response.
     :param type_hash: our hash of the type; empty if the distribution has none.
     """
 
     entity: DataReader[Any] | DataWriter[Any]
     topic: str
-    sent: TypeName
+    type: TypeName
     type_hash: str
 
     @property
-    def is_read(self) -> bool:
+    def is_reader(self) -> bool:
         return isinstance(self.entity, DataReader)
 
     @property
     def peer(self) -> str:
         """ROS' name for the remote end of the endpoint."""
         if self.topic.startswith("rt/"):
-            return "publisher" if self.is_read else "subscription"
-        return "client" if self.topic.startswith("rq/") == self.is_read else "server"
+            return "publisher" if self.is_reader else "subscription"
+        return "client" if self.topic.startswith("rq/") == self.is_reader else "server"
 
 
 class Discovery:
     """Knows the endpoints of other participants, and complains about mismatches.
 
     :param graph: reads the reports of other participants about their nodes.
-    :param nodes: returns the full names in such a report.
+    :param nodes_in: returns the full names in such a report.
     :param name: the full name of our node.
     :param complain: called with the kind and the description of a problem.
     """
@@ -82,65 +83,68 @@ class Discovery:
         self,
         participant: DomainParticipant,
         graph: DataReader[Any],
-        nodes: Callable[[bytes], Iterable[str]],
+        nodes_in: Callable[[bytes], Iterable[str]],
         name: str,
         complain: Callable[[str, str], None],
     ) -> None:
         self._complain = complain
-        self._graph, self._nodes, self._name = graph, nodes, name
-        self._us = participant.guid
-        self._participants = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
-        # Built-in readers: True for discovered writers, False for discovered readers.
-        self._readers = {
+        self._graph, self._nodes_in, self._name = graph, nodes_in, name
+        self._own_guid = participant.guid
+        self._participant_reader = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
+        # True: discovered writers, the peers of our readers; False: discovered readers
+        self._endpoint_readers = {
             True: BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
             False: BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
         }
-        self._theirs: dict[bool, dict[Any, DcpsEndpoint]] = {True: {}, False: {}}
-        self._ours: list[OwnEndpoint] = []
-        self._incompatible: dict[int, int] = {}
-        self._others: set[Any] = set()
+        self._discovered: dict[bool, dict[Any, DcpsEndpoint]] = {True: {}, False: {}}
+        self._own_endpoints: list[OwnEndpoint] = []
+        self._incompatible_counts: dict[int, int] = {}
+        self._participants: set[Any] = set()
         self._has_namesake = False
 
-    def add(self, ours: OwnEndpoint) -> None:
-        self._ours.append(ours)
-        for endpoint in self._theirs[ours.is_read].values():
-            self._compare(ours, endpoint)
+    def add(self, endpoint: OwnEndpoint) -> None:
+        self._own_endpoints.append(endpoint)
+        for discovered in self._discovered[endpoint.is_reader].values():
+            self._compare(endpoint, discovered)
 
     def remove(self, entity: object) -> None:
-        self._ours = [each for each in self._ours if each.entity is not entity]
-        self._incompatible.pop(id(entity), None)
+        self._own_endpoints = [own for own in self._own_endpoints if own.entity is not entity]
+        self._incompatible_counts.pop(id(entity), None)
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Take new discoveries and complain about mismatches."""
-        self._look_at_nodes()
-        for writes, reader in self._readers.items():
-            known = self._theirs[writes]
-            for endpoint in self._take(reader):
+        self._update_participants()
+        for is_writer, reader in self._endpoint_readers.items():
+            endpoints = self._discovered[is_writer]
+            for endpoint in self._samples(reader):
                 if not _is_alive(endpoint):
-                    known.pop(endpoint.key, None)
-                elif endpoint.participant_key != self._us and len(known) < _MOST:
-                    known[endpoint.key] = endpoint
-                    for ours in self._ours:
-                        if ours.is_read == writes:
-                            self._compare(ours, endpoint)
-        for ours in self._ours:
-            self._look_at_qos(ours)
+                    endpoints.pop(endpoint.key, None)
+                elif endpoint.participant_key != self._own_guid and len(endpoints) < _MAX_ENDPOINTS:
+                    endpoints[endpoint.key] = endpoint
+                    for own in self._own_endpoints:
+                        if own.is_reader == is_writer:
+                            self._compare(own, endpoint)
+        for own in self._own_endpoints:
+            self._check_qos(own)
 
-    def _look_at_nodes(self) -> None:
-        for sample in self._take(self._participants):
-            if sample.key != self._us:
-                (self._others.add if _is_alive(sample) else self._others.discard)(sample.key)
-        for sample in self._take(self._graph):
-            if hasattr(sample, "cdr") and self._name in self._nodes(sample.cdr):
+    def _update_participants(self) -> None:
+        for sample in self._samples(self._participant_reader):
+            if sample.key != self._own_guid:
+                (self._participants.add if _is_alive(sample) else self._participants.discard)(sample.key)
+        for sample in self._samples(self._graph):
+            # a sample without data reports the end of a participant
+            if hasattr(sample, "cdr") and self._name in self._nodes_in(sample.cdr):
                 self._has_namesake = True
-        # Only services below the name are affected: those of parameters and of the lifecycle.
-        if self._has_namesake and any(each.topic.startswith(f"rq{self._name}/") for each in self._ours):
+        # only services below the name are affected: those of parameters and of the lifecycle
+        if self._has_namesake and any(
+            own.topic.startswith(f"rq{self._name}/") for own in self._own_endpoints
+        ):
             self._complain(
                 "name", f"another node is called {self._name}, too: their parameters and lives mix"
             )
 
     @staticmethod
-    def _take(reader: DataReader[Any]) -> Iterator[Any]:
+    def _samples(reader: DataReader[Any]) -> Iterator[Any]:
         while True:
             with READ_QOS:
                 samples = reader.take(N=_BATCH)
@@ -148,54 +152,56 @@ class Discovery:
                 return
             yield from samples
 
-    def _compare(self, ours: OwnEndpoint, endpoint: DcpsEndpoint) -> None:
-        if endpoint.topic_name != ours.topic:
+    def _compare(self, own: OwnEndpoint, endpoint: DcpsEndpoint) -> None:
+        if endpoint.topic_name != own.topic:
             return
         policy = endpoint.qos[Policy.Userdata]
         match = None if policy is None else _HASH.search(bytes(policy.data))
-        theirs = endpoint.type_name, "" if match is None else match[1].decode()
-        name = _name(ours.topic)
-        if text := misfit(name, ours.peer, theirs, (ours.sent, ours.type_hash)):
-            self._complain(f"type {name} {ours.peer}", text)
+        their_hash = "" if match is None else match[1].decode()
+        name = _ros_name(own.topic)
+        if text := mismatch(name, own.peer, endpoint.type_name, their_hash, own.type, own.type_hash):
+            self._complain(f"type {name} {own.peer}", text)
 
-    def _look_at_qos(self, ours: OwnEndpoint) -> None:
-        entity = ours.entity
+    def _check_qos(self, own: OwnEndpoint) -> None:
+        entity = own.entity
         status = (
             entity.get_requested_incompatible_qos_status()  # type: ignore[no-untyped-call]
             if isinstance(entity, DataReader)
             else entity.get_offered_incompatible_qos_status()  # type: ignore[no-untyped-call]
         )
-        count = status.total_count
-        if count > self._incompatible.get(id(entity), 0):
-            self._incompatible[id(entity)] = count
+        # the count of all mismatches so far: only a new one is a complaint
+        if status.total_count > self._incompatible_counts.get(id(entity), 0):
+            self._incompatible_counts[id(entity)] = status.total_count
             policy = _POLICIES.get(status.last_policy_id, f"number {status.last_policy_id}")
-            differs = "offers less than is wanted here" if ours.is_read else "wants more than is offered here"
-            name = _name(ours.topic)
+            differs = (
+                "offers less than is wanted here" if own.is_reader else "wants more than is offered here"
+            )
+            name = _ros_name(own.topic)
             self._complain(
-                f"qos {name} {ours.peer}",
-                f"{name}: a {ours.peer} there {differs}, so no message goes: see its QoS policy {policy}",
+                f"qos {name} {own.peer}",
+                f"{name}: a {own.peer} there {differs}, so no message goes: see its QoS policy {policy}",
             )
 
-    def why_unserved(self, topic: str, sent: TypeName, where: str) -> str:
-        """Return why a service has no server; see :func:`.misfits.why_unserved`.
+    def why_unserved(self, topic: str, request_type: TypeName, network: str) -> str:
+        """Return why a service has no server; see :func:`.mismatches.why_unserved`.
 
         :param topic: the topic of requests.
-        :param where: our part of the network.
+        :param network: our part of the network.
         """
-        self.look()
+        self.update()
         served = {
-            _name(each.topic_name): each.type_name
-            for each in self._theirs[False].values()
-            if each.topic_name.startswith("rq/") and not each.topic_name.endswith(_OTHER_PARTS)
+            _ros_name(endpoint.topic_name): endpoint.type_name
+            for endpoint in self._discovered[False].values()
+            if endpoint.topic_name.startswith("rq/") and not endpoint.topic_name.endswith(_FURTHER_SERVICES)
         }
-        return why_unserved(_name(topic), sent, served, "" if self._others else where)
+        return why_unserved(_ros_name(topic), request_type, served, "" if self._participants else network)
 
 
 def _is_alive(sample: Any) -> bool:
     return bool(sample.sample_info.instance_state == InstanceState.Alive)
 
 
-def _name(topic: str) -> str:
+def _ros_name(topic: str) -> str:
     """Return ROS' name of a topic, a service or an action in DDS."""
-    match = _PLACE.fullmatch(topic)
+    match = _DDS_TOPIC.fullmatch(topic)
     return topic if match is None else match[1] or match[2]

@@ -1,4 +1,4 @@
-"""Domains of DDS, and the range of discovery."""
+"""Domains of DDS, the range of discovery, and workarounds for the wheel of Cyclone DDS."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from cxbridge.errors import Ros2Error
 # Without the lock, an endpoint gets the user data of another endpoint that another thread reads.
 READ_QOS: Final = threading.Lock()
 
-# Configuration of Cyclone DDS' discovery for the ranges within this host.
+# Configuration of Cyclone DDS' discovery for the ranges within this host: `localhost` tries the ports of 32
+# participants, `off` finds nodes of this process only, by a tag that no other process has.
 _DISCOVERY: Final = {
     "localhost": "<ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
@@ -44,34 +45,34 @@ def lacks_security() -> str:
 
 _domains: dict[int, Domain] = {}
 # Number of this process's nodes by domain: a domain is configured once, and closed with its last node.
-_nodes: Counter[int] = Counter()
+_node_counts: Counter[int] = Counter()
 
 
 def enter(number: int, reach: str) -> Callable[[], None]:
     """Configure a domain once per process, unless the user's CYCLONEDDS_URI does.
 
-    :returns: the function that leaves the domain.
+    :returns: the function that leaves the domain; further calls do nothing.
     """
     if reach not in _RANGES:
         raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
     if os.environ.get("CYCLONEDDS_URI") or reach not in _DISCOVERY:
         return lambda: None
     if number not in _domains:
-        _domains[number] = Domain(number, _on_this_host(reach))
-    _nodes[number] += 1
+        _domains[number] = Domain(number, _local_configuration(reach))
+    _node_counts[number] += 1
     is_inside = [True]
 
     def leave() -> None:
         if is_inside:
             is_inside.clear()
-            _nodes[number] -= 1
-            if not _nodes[number]:
+            _node_counts[number] -= 1
+            if not _node_counts[number]:
                 delete(_domains.pop(number))
 
     return leave
 
 
-def _on_this_host(reach: str) -> str:
+def _local_configuration(reach: str) -> str:
     """Return the configuration of a domain within this host."""
     return (
         '<CycloneDDS><Domain Id="any"><General><AllowMulticast>false</AllowMulticast>'
@@ -96,10 +97,9 @@ def delete_all(writers: Sequence[Entity]) -> None:
     Each writer waits for acknowledgements of its readers: a tenth of a second, or a whole second if a reader
     was killed just now.
     """
-    threads = [threading.Thread(target=delete, args=(writer,)) for writer in writers[1:]]
+    # plain threads: a pool of concurrent.futures takes no work at the end of the interpreter
+    threads = [threading.Thread(target=delete, args=(writer,)) for writer in writers]
     for thread in threads:
         thread.start()
-    for writer in writers[:1]:
-        delete(writer)
     for thread in threads:
         thread.join()

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
 
@@ -32,34 +31,41 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
+from msgspec import Struct
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec
-from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Client, Domain, Node, Publisher, Receive, Report
+from cxbridge_ros2.names import TypeName, check_topic, parse_type
+from cxbridge_ros2.node import Client, Domain, MessageCallback, Node, Publisher, Report, RequestHandler
 from cxbridge_ros2.qos import PROFILES, QosProfile
-from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.stamps import NANOSECONDS
 from cxbridge_ros2.transports.dds.discovery import Discovery, OwnEndpoint
 from cxbridge_ros2.transports.dds.domain import delete, delete_all, enter, lacks_security
-from cxbridge_ros2.transports.dds.services import DdsClient, DdsServer, matched, named
-from cxbridge_ros2.transports.environment import MOST_DDS_DOMAIN, default_reach, domain_id
+from cxbridge_ros2.transports.dds.services import (
+    DdsClient,
+    DdsServer,
+    matched,
+    owner_data,
+    sample_of,
+    write,
+)
+from cxbridge_ros2.transports.environment import MAX_DDS_DOMAIN, default_reach, domain_id
 
 _BATCH: Final = 256  # samples per reader and poll, so that a fast topic does not starve the rest
-_LOOK_S: Final = 1.0  # seconds between two looks at discovered endpoints
-_DISCOVERY_S: Final = 0.01  # seconds between two checks for the reader of a response
-_NANOSECONDS: Final = 1000
+_DISCOVERY_PERIOD_S: Final = 1.0  # seconds between two updates of the discovered endpoints
+_RETRY_S: Final = 0.01  # seconds between two checks for the reader of a response
 _GRAPH: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
 _REPORTS: Final = QosProfile(durability="transient_local", depth=1000)
 _GID: Final = parse_type("rmw_dds_common/msg/Gid")
 _ENCLAVE: Final = b"enclave=/;"  # user data of a node's participant; ROS ignores a participant without it
 
-_RESOURCE_WAIT: Final = duration(milliseconds=100)
+# how long a write waits while the queue of a slow reader is full, as in rmw_cyclonedds
+_MAX_BLOCKING: Final = duration(milliseconds=100)
 
 
-@dataclass(frozen=True, slots=True)
-class _Reader:
+class _Reader(Struct, frozen=True, eq=False):
     entity: DataReader[Any]
     condition: ReadCondition
     take: Callable[[Any], None]
@@ -87,7 +93,7 @@ class DdsNode(Node):
         self.name = name
         self._definitions = definitions
         self._codec = Codec(definitions)
-        self._number = number = domain_id(MOST_DDS_DOMAIN) if domain is None else domain
+        self._number = number = domain_id(MAX_DDS_DOMAIN) if domain is None else domain
         self._reach = reach or default_reach()
         if lack := lacks_security():
             self.complain("security", lack)
@@ -104,13 +110,12 @@ class DdsNode(Node):
         self._never = GuardCondition(self._participant)
         self._waits.attach(self._never)  # an empty wait set does not wait
         self._types: dict[str, Any] = {}
-        self._readers: dict[int, _Reader] = {}
+        self._readers: list[_Reader] = []
         self._writers: list[DataWriter[Any]] = []
         self._servers: list[DdsServer] = []
-        self._numbers = 0
         self._graph, graph = self._make_graph()
         self._discovery = Discovery(self._participant, graph, self._nodes_in, f"/{name}", self.complain)
-        self._looked_s = 0.0
+        self._discovery_s = 0.0
         self._announce()
 
     # --- the interface of a node --------------------------------------------------------------------------
@@ -118,94 +123,95 @@ class DdsNode(Node):
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         name = parse_type(message_type)
         writer = self._writer(f"rt{check_topic(topic)}", name, qos)
-        return _DdsPublisher(writer, partial(self._codec.encode, name), partial(self._end_writer, writer))
+        return Publisher(
+            lambda message: write(writer, self._codec.encode(name, message)),
+            lambda: len(matched(writer.get_matched_subscriptions)),
+            partial(self._end_writer, writer),
+        )
 
     def _subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
+        self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
         name = parse_type(message_type)
 
         def take(sample: Any) -> None:
-            message = self._intact(topic, partial(self._codec.decode, name, sample.cdr))
+            message = self._decoded(topic, partial(self._codec.decode, name, sample.cdr))
             if message is not None:
-                receive(message)
+                callback(message)
 
-        return self._reader(f"rt{check_topic(topic)}", name, qos, take)[1]
+        return partial(self._end_reader, self._reader(f"rt{check_topic(topic)}", name, qos, take))
 
     def client(self, service: str, service_type: str) -> Client:
-        name, whose = parse_type(service_type, "srv"), named("clientid")
+        name, user_data = parse_type(service_type, "srv"), owner_data("clientid")
         request, response = name.derived("Request"), name.derived("Response")
-        service_topic, qos = check_topic(service), PROFILES["services_default"]
-        writer = self._writer(f"rq{service_topic}Request", request, qos, whose)
-        dds_client = DdsClient(
+        request_topic, qos = f"rq{check_topic(service)}Request", PROFILES["services_default"]
+        writer = self._writer(request_topic, request, qos, user_data)
+        client = DdsClient(
             writer,
-            partial(_write, writer),
             partial(self._codec.encode, request),
-            lambda data: self._intact(service, partial(self._codec.decode, response, data)),
-            lambda: self._discovery.why_unserved(f"rq{service_topic}Request", request, self._where),
+            lambda data: self._decoded(service, partial(self._codec.decode, response, data)),
+            lambda: self._discovery.why_unserved(request_topic, request, self._network),
         )
-        reader, end = self._reader(f"rr{service_topic}Reply", response, qos, dds_client.take, whose)
+        reader = self._reader(f"rr{service}Reply", response, qos, client.take, user_data)
 
-        def end_both() -> None:
-            end()
+        def end() -> None:
+            self._end_reader(reader)
             self._end_writer(writer)
 
-        dds_client.receive_from(reader, end_both)
-        return dds_client
+        client.receive_from(reader.entity, end)
+        return client
 
-    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
-        name, whose = parse_type(service_type, "srv"), named("serviceid")
+    def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
+        name, user_data = parse_type(service_type, "srv"), owner_data("serviceid")
         request, response = name.derived("Request"), name.derived("Response")
-        service_topic, qos = check_topic(service), PROFILES["services_default"]
-        writer = self._writer(f"rr{service_topic}Reply", response, qos, whose)
-        dds_server = DdsServer(
+        qos = PROFILES["services_default"]
+        writer = self._writer(f"rr{check_topic(service)}Reply", response, qos, user_data)
+        server = DdsServer(
             writer,
-            partial(_write, writer),
             partial(self._codec.encode, response),
-            lambda data: self._intact(service, partial(self._codec.decode, request, data)),
-            answer,
+            lambda data: self._decoded(service, partial(self._codec.decode, request, data)),
+            handler,
         )
-        reader, end = self._reader(f"rq{service_topic}Request", request, qos, dds_server.take, whose)
-        dds_server.receive_from(reader)
-        self._servers.append(dds_server)
+        reader = self._reader(f"rq{service}Request", request, qos, server.take, user_data)
+        server.receive_from(reader.entity)
+        self._servers.append(server)
 
-        def end_both() -> None:
-            if dds_server in self._servers:
-                self._servers.remove(dds_server)
-                dds_server.close()
-                end()
+        def end() -> None:
+            if server in self._servers:
+                self._servers.remove(server)
+                server.close()
+                self._end_reader(reader)
                 self._end_writer(writer)
 
-        return end_both
+        return end
 
     def poll(self, timeout_s: float = 0.0) -> bool:
         unsent_servers = [server for server in self._servers if server.send()]
         if timeout_s > 0:
-            wait_s = min(timeout_s, _DISCOVERY_S) if unsent_servers else timeout_s
-            self._waits.wait(int(wait_s * MICROSECONDS) * _NANOSECONDS)
+            wait_s = min(timeout_s, _RETRY_S) if unsent_servers else timeout_s
+            self._waits.wait(int(wait_s * MICROSECONDS) * NANOSECONDS)
         now_s = time.monotonic()
-        if now_s - self._looked_s > _LOOK_S:
-            self._looked_s = now_s
-            self._discovery.look()
-        any_came = False
-        for number in list(self._readers):
-            reader = self._readers.get(number)
-            for sample in () if reader is None else reader.entity.take(N=_BATCH):
-                if reader is not None and hasattr(sample, "cdr"):
-                    any_came = True
+        if now_s - self._discovery_s > _DISCOVERY_PERIOD_S:
+            self._discovery_s = now_s
+            self._discovery.update()
+        any_received = False
+        for reader in list(self._readers):
+            if reader not in self._readers:
+                continue  # a callback has closed it
+            for sample in reader.entity.take(N=_BATCH):
+                if hasattr(sample, "cdr"):  # a sample without data reports the end of a writer
+                    any_received = True
                     reader.take(sample)
-        return any_came
+        return any_received
 
     def close(self) -> None:
         for server in self._servers:
             server.close()
-        # Readers are not announced one by one: DDS reports the end of the whole participant.
+        # readers are not announced one by one: DDS reports the end of the whole participant
         while self._readers:
-            _, reader = self._readers.popitem()
-            self._waits.detach(reader.condition)
-            delete(reader.condition)
-            delete(reader.entity)
+            self._delete_reader(self._readers.pop())
         delete_all((*self._writers, self._graph))
+        # in this order: an entity must be deleted before its participant
         for entity in (self._waits, self._never, self._participant):
             delete(entity)
         self._leave_domain()
@@ -213,17 +219,18 @@ class DdsNode(Node):
     # --- DDS ----------------------------------------------------------------------------------------------
 
     def _topic(self, topic: str, name: TypeName) -> Topic[Any]:
-        known = self._types.get(name.dds)
-        if known is None:
-            self._definitions.fields(name)
-            known = self._types[name.dds] = _dds_type(name)
+        if name.dds not in self._types:
+            self._definitions.fields(name)  # raises the error about an unknown type
+            self._types[name.dds] = _dds_type(name)
         try:  # without QoS, since readers and writers of one topic may differ in theirs
-            return Topic(self._participant, topic, known)
+            return Topic(self._participant, topic, self._types[name.dds])
         except DDSException as error:
             raise Ros2Error(f"DDS does not take {topic} as {name}: {error}") from None
 
-    def _writer(self, topic: str, name: TypeName, profile: QosProfile, whose: str = "") -> DataWriter[Any]:
-        qos = self._qos(name, profile, whose)
+    def _writer(
+        self, topic: str, name: TypeName, profile: QosProfile, user_data: str = ""
+    ) -> DataWriter[Any]:
+        qos = self._qos(name, profile, user_data)
         writer: DataWriter[Any] = DataWriter(self._participant, self._topic(topic, name), qos=qos)
         self._writers.append(writer)
         self._discovery.add(OwnEndpoint(writer, topic, name, self._hash(name)))
@@ -236,27 +243,29 @@ class DdsNode(Node):
         name: TypeName,
         profile: QosProfile,
         take: Callable[[Any], None],
-        whose: str = "",
-    ) -> tuple[DataReader[Any], Callable[[], None]]:
-        qos = self._qos(name, profile, whose)
-        reader: DataReader[Any] = DataReader(self._participant, self._topic(topic, name), qos=qos)
-        condition = ReadCondition(reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
+        user_data: str = "",
+    ) -> _Reader:
+        qos = self._qos(name, profile, user_data)
+        entity: DataReader[Any] = DataReader(self._participant, self._topic(topic, name), qos=qos)
+        condition = ReadCondition(entity, SampleState.NotRead | ViewState.Any | InstanceState.Any)
         self._waits.attach(condition)
-        self._numbers += 1
-        number = self._numbers
-        self._readers[number] = _Reader(reader, condition, take)
-        self._discovery.add(OwnEndpoint(reader, topic, name, self._hash(name)))
+        reader = _Reader(entity, condition, take)
+        self._readers.append(reader)
+        self._discovery.add(OwnEndpoint(entity, topic, name, self._hash(name)))
         self._announce()
-        return reader, lambda: self._end(number)
+        return reader
 
-    def _end(self, number: int) -> None:
-        reader = self._readers.pop(number, None)
-        if reader is not None:
-            self._waits.detach(reader.condition)
+    def _end_reader(self, reader: _Reader) -> None:
+        if reader in self._readers:
+            self._readers.remove(reader)
             self._discovery.remove(reader.entity)
-            delete(reader.condition)
-            delete(reader.entity)
+            self._delete_reader(reader)
             self._announce()
+
+    def _delete_reader(self, reader: _Reader) -> None:
+        self._waits.detach(reader.condition)
+        delete(reader.condition)
+        delete(reader.entity)
 
     def _end_writer(self, writer: DataWriter[Any]) -> None:
         if writer in self._writers:
@@ -266,7 +275,7 @@ class DdsNode(Node):
             self._announce()
 
     @property
-    def _where(self) -> str:
+    def _network(self) -> str:
         """Our part of the network."""
         host = " on this host (reach: subnet goes beyond)" if self._reach == "localhost" else ""
         return f"the domain {self._number}{host}"
@@ -285,9 +294,9 @@ class DdsNode(Node):
 
     def _nodes_in(self, report: bytes) -> Iterable[str]:
         """Return the full names of the nodes in a participant's report."""
-        message = self._intact("ros_discovery_info", partial(self._codec.decode, _GRAPH, report))
+        message = self._decoded("ros_discovery_info", partial(self._codec.decode, _GRAPH, report))
         nodes = () if message is None else message["node_entities_info_seq"]
-        return [f"{each['node_namespace'].rstrip('/')}/{each['node_name']}" for each in nodes]
+        return [f"{node['node_namespace'].rstrip('/')}/{node['node_name']}" for node in nodes]
 
     def _announce(self) -> None:
         """Report the readers and writers of this node, so that it appears in the graph of ROS."""
@@ -299,18 +308,20 @@ class DdsNode(Node):
         node = {
             "node_namespace": "/",
             "node_name": self.name,
-            "reader_gid_seq": [gid(reader.entity) for reader in self._readers.values()],
-            "writer_gid_seq": [gid(each) for each in self._writers],
+            "reader_gid_seq": [gid(reader.entity) for reader in self._readers],
+            "writer_gid_seq": [gid(writer) for writer in self._writers],
         }
         message = {"gid": gid(self._participant), "node_entities_info_seq": [node]}
-        _write(self._graph, self._codec.encode(_GRAPH, message))
+        write(self._graph, self._codec.encode(_GRAPH, message))
 
-    def _qos(self, name: TypeName, profile: QosProfile, whose: str = "") -> Qos:
+    def _qos(self, name: TypeName, profile: QosProfile, user_data: str = "") -> Qos:
         type_hash = self._hash(name)
-        user_data = f"typehash={type_hash};{whose}" if type_hash else whose
-        reliable = Policy.Reliability.Reliable(_RESOURCE_WAIT)
+        if type_hash:
+            user_data = f"typehash={type_hash};{user_data}"
         return Qos(
-            reliable if profile.reliability == "reliable" else Policy.Reliability.BestEffort,
+            Policy.Reliability.Reliable(_MAX_BLOCKING)
+            if profile.reliability == "reliable"
+            else Policy.Reliability.BestEffort,
             Policy.Durability.TransientLocal
             if profile.durability == "transient_local"
             else Policy.Durability.Volatile,
@@ -323,47 +334,13 @@ def join(name: str, definitions: Definitions, domain: Domain, report: Report | N
     return DdsNode(name, definitions, domain.number, domain.reach, report)
 
 
-class _DdsPublisher(Publisher):
-    def __init__(
-        self,
-        writer: DataWriter[Any],
-        encode: Callable[[Mapping[str, Any]], bytes],
-        end: Callable[[], None],
-    ) -> None:
-        self._writer, self._encode, self._end = writer, encode, end
-
-    def publish(self, message: Mapping[str, Any]) -> None:
-        _write(self._writer, self._encode(message))
-
-    @property
-    def subscriptions(self) -> int:
-        return len(matched(self._writer.get_matched_subscriptions))
-
-    def close(self) -> None:
-        self._end()
-
-
-def _write(writer: DataWriter[Any], data: bytes) -> None:
-    sample = _deserialize(writer.data_type, data)
-    try:
-        writer.write(sample)
-    except DDSException as error:
-        raise Ros2Error(f"DDS does not take a message: {error}") from None
-
-
 def _dds_type(name: TypeName) -> Any:
     """Make the class for a type that the wheel needs; samples have their bytes in ``cdr``."""
     idl_struct: Any = make_idl_struct(name.name, name.dds, {"data": uint8})
-    idl_struct.serialize, idl_struct.deserialize = _serialize, classmethod(_deserialize)
+    idl_struct.serialize, idl_struct.deserialize = _serialize, classmethod(sample_of)
     return idl_struct
 
 
 def _serialize(sample: Any, *_arguments: object, **_options: object) -> bytes:
     data: bytes = sample.cdr
     return data
-
-
-def _deserialize(kind: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:
-    instance = object.__new__(kind)
-    instance.cdr = data
-    return instance

@@ -14,13 +14,14 @@ import struct
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from cyclonedds.core import Policy
+from cyclonedds.core import DDSException, Policy
+from msgspec import Struct
 
+from cxbridge.errors import Ros2Error
 from cxbridge_ros2.messages import Message
-from cxbridge_ros2.node import AnswerLater, Client, Failed, Receive
+from cxbridge_ros2.node import Client, FailureCallback, MessageCallback, RequestHandler
 from cxbridge_ros2.transports.dds.domain import READ_QOS
 
 if TYPE_CHECKING:
@@ -30,23 +31,28 @@ if TYPE_CHECKING:
 
 _HEADER: Final = struct.Struct("<Qq")  # client's id and the number of the request
 
-_AGAIN_S: Final = 0.2  # seconds between two lookups of the server
+_PROBE_S: Final = 0.2  # seconds between two probes of a reader
 _INTRODUCTION_S: Final = 2.0  # seconds for readers to find a writer
 
 _CDR_HEADER: Final = 4  # bytes of the encapsulation header before the payload
 _ID_BYTES: Final = 16  # bytes of a client's GUID
 
-DecodeOrReport = Callable[[bytes], Message | None]
+Decode = Callable[[bytes], Message | None]  # decodes a message, or reports a broken message
 Encode = Callable[[Mapping[str, Any]], bytes]
 
 
-def named(key: str) -> str:
-    """Return the user data of the two endpoints of a client (``clientid``) or of a server (``serviceid``)."""
+def owner_data(key: str) -> str:
+    """Return the user data of both endpoints of a new client (``clientid``) or server (``serviceid``)."""
     return f"{key}={secrets.token_bytes(_ID_BYTES).hex('.')};"
 
 
-class _Found:
-    """The discovered endpoints with the ids of their owners."""
+class _EndpointOwners:
+    """The owners of the discovered endpoints, by their user data.
+
+    :param key: ``clientid`` or ``serviceid``.
+    :param handles: returns the handles of the discovered endpoints.
+    :param describe: returns an endpoint; None while DDS does not know the endpoint.
+    """
 
     def __init__(
         self, key: str, handles: Callable[[], list[int]], describe: Callable[[int], DcpsEndpoint | None]
@@ -56,43 +62,41 @@ class _Found:
         self._owners: dict[int, str] = {}
 
     @classmethod
-    def readers(cls, key: str, writer: DataWriter[Any]) -> _Found:
+    def readers(cls, key: str, writer: DataWriter[Any]) -> _EndpointOwners:
         return cls(key, writer.get_matched_subscriptions, writer.get_matched_subscription_data)
 
     @classmethod
-    def writers(cls, key: str, reader: DataReader[Any]) -> _Found:
+    def writers(cls, key: str, reader: DataReader[Any]) -> _EndpointOwners:
         return cls(key, reader.get_matched_publications, reader.get_matched_publication_data)
 
-    def now(self) -> Mapping[int, str]:
+    def update(self) -> Mapping[int, str]:
         """Return the owners of the discovered endpoints by handle; empty for an endpoint without an id."""
-        known, self._owners = self._owners, {}
+        previous, self._owners = self._owners, {}
         for handle in matched(self._handles):
-            owner = known.get(handle)
-            if not owner:  # DDS may report the id later
-                owner = self._owner(handle)
+            # an endpoint without an id is read again: DDS may report the id later
+            owner = previous.get(handle) or self._read_owner(handle)
             if owner is not None:
                 self._owners[handle] = owner
         return self._owners
 
     def has(self, owner: str) -> bool:
-        """Return whether an owner has an endpoint now, or had one at the last look."""
-        return owner in self._owners.values() or owner in self.now().values()
+        """Return whether an owner has an endpoint now, or had one at the last update."""
+        return owner in self._owners.values() or owner in self.update().values()
 
-    def owner(self, handle: int) -> str:
+    def owner_of(self, handle: int) -> str:
         """Return the owner of an endpoint; empty if unknown."""
-        return self._owners.get(handle) or self.now().get(handle, "")
+        return self._owners.get(handle) or self.update().get(handle, "")
 
-    def _owner(self, handle: int) -> str | None:
+    def _read_owner(self, handle: int) -> str | None:
         """Return the id in an endpoint's user data; None while DDS does not know the endpoint."""
         with READ_QOS:
             endpoint = self._describe(handle)
         if endpoint is None:
             return None
         policy = endpoint.qos[Policy.Userdata]
-        owners = (
-            None if policy is None else self._pattern.search(bytes(policy.data).decode("ascii", "replace"))
-        )
-        return "" if owners is None else owners[1]
+        text = "" if policy is None else bytes(policy.data).decode("ascii", "replace")
+        match = self._pattern.search(text)
+        return "" if match is None else match[1]
 
 
 class DdsClient(Client):
@@ -100,52 +104,44 @@ class DdsClient(Client):
 
     :param writer: writes requests.
     :param encode: encodes a request.
-    :param decode: decodes a response, or reports a broken one.
-    :param why: returns why there is no server.
+    :param decode: decodes a response.
+    :param why_unserved: returns why there is no server.
     """
 
     def __init__(
-        self,
-        writer: DataWriter[Any],
-        write: Callable[[bytes], None],
-        encode: Encode,
-        decode: DecodeOrReport,
-        why: Callable[[], str],
+        self, writer: DataWriter[Any], encode: Encode, decode: Decode, why_unserved: Callable[[], str]
     ) -> None:
-        self._write, self._encode, self._decode, self._why = write, encode, decode, why
-        self._requested = _Found.readers("serviceid", writer)
+        super().__init__()
+        self._writer, self._encode, self._decode = writer, encode, decode
+        self._why_unserved = why_unserved
+        self._request_readers = _EndpointOwners.readers("serviceid", writer)
         self._introduction = _Introduction(writer)
-        self._responded: _Found | None = None
-        self._end: Callable[[], None] | None = None
-        self._us = secrets.randbits(64)
-        self._waiting: dict[int, tuple[Receive, Failed | None]] = {}
-        self._number = 0
-        self._unpaired_s = time.monotonic()
+        self._response_writers: _EndpointOwners | None = None
+        self._end: Callable[[], None] = lambda: None
+        self._id = secrets.randbits(64)
+        self._paired_s = time.monotonic()  # last time that each server had both ends, or none had an end
 
     def receive_from(self, reader: DataReader[Any], end: Callable[[], None]) -> None:
-        """Receive responses from a reader; ``end`` closes it."""
-        self._responded, self._end = _Found.writers("serviceid", reader), end
+        """Receive responses from a reader; ``end`` closes reader and writer."""
+        self._response_writers, self._end = _EndpointOwners.writers("serviceid", reader), end
 
-    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
+    def call(
+        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+    ) -> int:
         payload = self._encode(request)
-        self._number += 1
-        self._waiting[self._number] = done, failed
-        self._write(_with_header(payload, _HEADER.pack(self._us, self._number)))
-        return self._number
-
-    def forget(self, number: int) -> None:
-        self._waiting.pop(number, None)
+        number = self._add_request(done, failed)
+        write(self._writer, _with_header(payload, _HEADER.pack(self._id, number)))
+        return number
 
     def take(self, sample: Any) -> None:
-        """Handle a response, which may be for another client."""
+        """Handle a response, which may be for another client: all clients of a service share a topic."""
         data = sample.cdr
         if len(data) < _CDR_HEADER + _HEADER.size:
             return
-        whose, number = _HEADER.unpack_from(data, _CDR_HEADER)
-        callbacks = self._waiting.pop(number, None) if whose == self._us else None
-        if callbacks is None:
+        client_id, number = _HEADER.unpack_from(data, _CDR_HEADER)
+        if client_id != self._id or number not in self._pending:
             return
-        done, failed = callbacks
+        done, failed = self._pending.pop(number)
         response = self._decode(_without_header(data))
         if response is not None:
             done(response)
@@ -155,28 +151,27 @@ class DdsClient(Client):
     @property
     def servers(self) -> frozenset[int]:
         """The servers with both ends found that have also found us."""
-        if self._responded is None:
+        if self._response_writers is None:
             return frozenset()  # the client is closed
-        owners, requested = set(self._responded.now().values()), self._requested.now()
-        paired = frozenset(handle for handle, owner in requested.items() if owner in owners)
+        owners, readers = set(self._response_writers.update().values()), self._request_readers.update()
+        paired = frozenset(handle for handle, owner in readers.items() if owner in owners)
         now_s = time.monotonic()
-        if paired or not requested:
-            self._unpaired_s = now_s
-        elif owners and now_s - self._unpaired_s > _INTRODUCTION_S:
-            paired = frozenset(requested)  # endpoints without ids cannot be paired
-        return self._introduction.found(paired)
+        if paired or not readers:
+            self._paired_s = now_s
+        elif owners and now_s - self._paired_s > _INTRODUCTION_S:
+            paired = frozenset(readers)  # endpoints without ids cannot be paired
+        return self._introduction.introduced(paired)
 
     def why_unserved(self) -> str:
-        return self._why()
+        return self._why_unserved()
 
     def close(self) -> None:
-        self._responded = None
-        if self._end is not None:
-            self._end()
+        self._response_writers = None
+        self._end()
 
 
 class _Introduction:
-    """Finds out which readers have found one of our writers.
+    """Finds out which readers have found a writer of ours.
 
     A reader that acknowledges a sample has found the writer. The writer sends the disposal of an instance,
     which readers of ROS skip because it is not a message.
@@ -186,24 +181,24 @@ class _Introduction:
 
     def __init__(self, writer: DataWriter[Any]) -> None:
         self._writer = writer
-        self._asked: frozenset[int] = frozenset()
-        self._found: frozenset[int] = frozenset()
-        self._since_s = self._again_s = 0.0
+        self._probed: frozenset[int] = frozenset()
+        self._introduced: frozenset[int] = frozenset()
+        self._start_s = self._probe_s = 0.0
 
-    def found(self, handles: frozenset[int]) -> frozenset[int]:
+    def introduced(self, handles: frozenset[int]) -> frozenset[int]:
         """Return the readers that have found the writer."""
         now_s = time.monotonic()
-        if not handles <= self._asked:
-            self._asked, self._since_s, self._again_s = handles, now_s, 0.0
-        if handles <= self._found:
+        if not handles <= self._probed:
+            self._probed, self._start_s, self._probe_s = handles, now_s, 0.0
+        if handles <= self._introduced:
             return handles
-        if now_s - self._again_s > _AGAIN_S:
-            self._again_s = now_s
+        if now_s - self._probe_s > _PROBE_S:
+            self._probe_s = now_s
             self._writer.dispose(object.__new__(self._writer.data_type))
-        # Give up after a while: a killed reader never acknowledges, and must not delay the live ones.
-        if self._is_acknowledged() or now_s - self._since_s > _INTRODUCTION_S:
-            self._found = self._asked
-        return handles & self._found
+        # give up after a while: a killed reader never acknowledges, and must not delay the live ones
+        if self._is_acknowledged() or now_s - self._start_s > _INTRODUCTION_S:
+            self._introduced = self._probed
+        return handles & self._introduced
 
     def _is_acknowledged(self) -> bool:
         try:
@@ -212,12 +207,11 @@ class _Introduction:
             return False
 
 
-@dataclass(frozen=True, slots=True)
-class _Response:
+class _Response(Struct, frozen=True, eq=False):
     """A response whose reader is not found yet."""
 
     data: bytes
-    writer: int
+    request_writer: int
     client: str
 
 
@@ -225,56 +219,68 @@ class DdsServer:
     """A server of a service.
 
     :param writer: writes responses.
-    :param write: writes encoded responses.
     :param encode: encodes a response.
-    :param decode: decodes a request, or reports a broken one.
-    :param answer: answers requests.
+    :param decode: decodes a request.
     """
 
     def __init__(
-        self,
-        writer: DataWriter[Any],
-        write: Callable[[bytes], None],
-        encode: Encode,
-        decode: DecodeOrReport,
-        answer: AnswerLater,
+        self, writer: DataWriter[Any], encode: Encode, decode: Decode, handler: RequestHandler
     ) -> None:
-        self._write, self._encode, self._decode, self._answer = write, encode, decode, answer
-        self._readers = _Found.readers("clientid", writer)
-        self._writers: _Found | None = None
-        self._kept: list[_Response] = []
+        self._writer, self._encode, self._decode, self._handler = writer, encode, decode, handler
+        self._response_readers = _EndpointOwners.readers("clientid", writer)
+        self._request_writers: _EndpointOwners | None = None
+        self._unsent: list[_Response] = []
 
     def receive_from(self, reader: DataReader[Any]) -> None:
-        self._writers = _Found.writers("clientid", reader)
+        self._request_writers = _EndpointOwners.writers("clientid", reader)
 
     def close(self) -> None:
         """Send nothing more, not even pending responses."""
-        self._kept, self._writers = [], None
+        self._unsent, self._request_writers = [], None
 
     def take(self, sample: Any) -> None:
-        head = sample.cdr[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
+        header = sample.cdr[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
         handle = _signed(sample.sample_info.publication_handle)
-        client = "" if self._writers is None else self._writers.owner(handle)
+        client = "" if self._request_writers is None else self._request_writers.owner_of(handle)
 
         def reply(message: Mapping[str, Any]) -> None:
-            if self._writers is None:
+            if self._request_writers is None:
                 return
-            self._kept.append(_Response(_with_header(self._encode(message), head), handle, client))
+            self._unsent.append(_Response(_with_header(self._encode(message), header), handle, client))
             self.send()
 
         request = self._decode(_without_header(sample.cdr))
         if request is not None:
-            self._answer(request, reply)
+            self._handler(request, reply)
 
     def send(self) -> bool:
         """Send the responses whose readers are found; return whether some remain."""
-        kept, self._kept = self._kept, []
-        for each in kept:
-            if not each.client or self._readers.has(each.client):
-                self._write(each.data)
-            elif self._writers is not None and each.writer in self._writers.now():
-                self._kept.append(each)
-        return bool(self._kept)
+        responses, self._unsent = self._unsent, []
+        for response in responses:
+            if not response.client or self._response_readers.has(response.client):
+                write(self._writer, response.data)
+            # a response to a client that is gone is dropped
+            elif (
+                self._request_writers is not None
+                and response.request_writer in self._request_writers.update()
+            ):
+                self._unsent.append(response)
+        return bool(self._unsent)
+
+
+def write(writer: DataWriter[Any], data: bytes) -> None:
+    """Write a message as CDR with its four-byte header."""
+    try:
+        writer.write(sample_of(writer.data_type, data))
+    except DDSException as error:
+        raise Ros2Error(f"DDS does not take a message: {error}") from None
+
+
+def sample_of(kind: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:
+    """Return a sample with CDR bytes; the further arguments are those of cyclonedds' ``deserialize``."""
+    sample = object.__new__(kind)
+    sample.cdr = data
+    return sample
 
 
 def matched(handles: Callable[[], list[int]]) -> list[int]:

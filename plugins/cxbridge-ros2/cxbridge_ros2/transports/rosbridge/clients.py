@@ -1,26 +1,89 @@
-"""Actions over rosbridge, presented as the topics and services that ActionClient uses."""
+"""Clients of services and actions over rosbridge.
+
+The bridge has an operation for a whole action. Here an action is presented as the topics and services that
+:class:`~cxbridge_ros2.actions.ActionClient` uses, as every other transport has them.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Final
 
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.names import TypeName
-from cxbridge_ros2.node import Client, Failed, Receive
+from cxbridge_ros2.node import Client, FailureCallback, MessageCallback
 from cxbridge_ros2.transports.rosbridge.connection import Operation, RosbridgeConnection
 from cxbridge_ros2.transports.rosbridge.messages import base_value
 
 _ABORTED: Final = 6  # of action_msgs/msg/GoalStatus
-_AGAIN_S: Final = 0.5  # seconds until a cancel request is repeated
-_MOST_CANCELS: Final = 20  # limit of repetitions: a goal that the robot rejects is never answered
+_CANCEL_PERIOD_S: Final = 0.5  # seconds until a cancel request is repeated
+_MAX_CANCELS: Final = 20  # limit of repetitions: a goal that the robot rejects has no result
+
+
+class ServiceClient(Client):
+    """A client that calls one request after the other: rosbridge_suite loses some concurrent calls.
+
+    :param encode: converts a request to JSON.
+    :param send: sends a request and calls one of both functions with the result.
+    """
+
+    def __init__(
+        self,
+        connection: RosbridgeConnection,
+        encode: Callable[[Mapping[str, Any]], Any],
+        send: Callable[[Any, MessageCallback, FailureCallback], None],
+    ) -> None:
+        super().__init__()
+        self._connection, self._encode, self._send = connection, encode, send
+        self._requests: dict[int, Any] = {}
+        self._active_number: int | None = None
+
+    def call(
+        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+    ) -> int:
+        """Send a request after the earlier ones have ended."""
+        encoded = self._encode(request)
+        number = self._add_request(done, failed)
+        self._requests[number] = encoded
+        self._send_next()
+        return number
+
+    def forget(self, number: int) -> None:
+        super().forget(number)
+        self._requests.pop(number, None)
+        if number == self._active_number:  # its response may never arrive
+            self._active_number = None
+            self._send_next()
+
+    def _send_next(self) -> None:
+        if self._active_number is not None or not self._requests:
+            return
+        number = self._active_number = next(iter(self._requests))
+        done, failed = self._pending[number]
+
+        def finish(callback: Callable[[Any], None] | None, response: Any) -> None:
+            is_pending = number in self._pending
+            self.forget(number)
+            if is_pending and callback is not None:
+                callback(response)
+
+        self._send(self._requests[number], partial(finish, done), partial(finish, failed))
+
+    @property
+    def servers(self) -> frozenset[int]:
+        """A number that changes with each reconnection."""
+        return frozenset({self._connection.connections}) if self._connection.is_up else frozenset()
+
+    def close(self) -> None:
+        """Do nothing: the bridge stores nothing for a client."""
 
 
 class RosbridgeAction:
     """An action of a robot.
 
-    :param later: queues a function for the next poll of the node.
+    :param defer: queues a function for the next poll of the node.
     :param send: sends a goal with its id, and returns whether there was a connection.
     """
 
@@ -28,95 +91,95 @@ class RosbridgeAction:
         self,
         name: str,
         connection: RosbridgeConnection,
-        later: Callable[[Callable[[], None]], None],
+        defer: Callable[[Callable[[], None]], None],
         send: Callable[[RosbridgeAction, str, Mapping[str, Any]], bool],
     ) -> None:
         self.name, self.type = name, TypeName("", "action", "")
-        self._connection, self._later, self._send = connection, later, send
-        self._listeners: dict[str, list[Receive]] = {"feedback": [], "status": []}
-        self._results: dict[str, tuple[Receive, Failed | None]] = {}
-        # time of the next cancel request, and number of requests left, by goal
+        self._connection, self._defer, self._send = connection, defer, send
+        self._callbacks: dict[str, list[MessageCallback]] = {"feedback": [], "status": []}
+        self._results: dict[str, tuple[MessageCallback, FailureCallback | None]] = {}
+        # time of the next cancel request, and number of requests to go, by goal
         self._cancels: dict[str, tuple[float, int]] = {}
 
-    def listen(self, part: str, receive: Receive) -> Callable[[], None]:
-        """Call ``receive`` for each ``feedback`` or ``status`` message; return the unsubscribe function."""
-        listeners = self._listeners[part]
-        listeners.append(receive)
-        return lambda: listeners.remove(receive) if receive in listeners else None
+    def subscribe(self, topic: str, callback: MessageCallback) -> Callable[[], None]:
+        """Call ``callback`` for each ``feedback`` or ``status`` message; return the unsubscribe function."""
+        callbacks = self._callbacks[topic]
+        callbacks.append(callback)
+        return lambda: callbacks.remove(callback) if callback in callbacks else None
 
-    def send_goal(self, request: Mapping[str, Any], done: Receive) -> None:
+    def send_goal(self, request: Mapping[str, Any], done: MessageCallback) -> None:
         """Send a goal, which counts as accepted at once since the bridge does not report acceptance."""
         accepted = self._send(self, request["goal_id"]["uuid"].hex(), request["goal"])
-        self._later(lambda: done({"accepted": accepted, "stamp": {"sec": 0, "nanosec": 0}}))
+        # deferred: an action client stores the goal before its response
+        self._defer(lambda: done({"accepted": accepted, "stamp": {"sec": 0, "nanosec": 0}}))
 
-    def get_result(self, request: Mapping[str, Any], done: Receive, failed: Failed | None) -> None:
+    def get_result(
+        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None
+    ) -> None:
         """Call ``done`` with the result of a goal, or ``failed`` with a reason."""
         self._results[request["goal_id"]["uuid"].hex()] = (done, failed)
 
-    def cancel(self, number: str, left: int = _MOST_CANCELS) -> None:
+    def cancel(self, goal_id: str, requests: int = _MAX_CANCELS) -> None:
         """Request to cancel a goal, repeatedly until its result arrives.
 
         The server of rosbridge_suite 2.1 ignores a cancel request until it knows that the goal was accepted,
         which it does not report. Feedback can arrive earlier.
 
-        :param left: the number of requests, this one included.
+        :param requests: the number of requests, this one included.
         """
-        self._cancels[number] = (time.monotonic() + _AGAIN_S, left - 1)
-        self._connection.send({"op": "cancel_action_goal", "id": number, "action": self.name})
+        self._cancels[goal_id] = (time.monotonic() + _CANCEL_PERIOD_S, requests - 1)
+        self._connection.send({"op": "cancel_action_goal", "id": goal_id, "action": self.name})
 
     def cancel_again(self) -> None:
         """Repeat the cancel requests without effect so far."""
         now_s = time.monotonic()
-        for number, (due_s, attempts_left) in list(self._cancels.items()):
-            if number not in self._results or not attempts_left:
-                del self._cancels[number]
+        for goal_id, (due_s, requests) in list(self._cancels.items()):
+            if goal_id not in self._results or not requests:
+                del self._cancels[goal_id]
             elif now_s >= due_s:
-                self.cancel(number, attempts_left)
+                self.cancel(goal_id, requests)
 
     def take(self, op: Operation, from_json: Callable[[TypeName, Any], Message]) -> None:
         """Handle feedback or a result from the bridge."""
-        number = str(op.get("id"))
+        goal_id = str(op.get("id"))
         if op["op"] == "action_feedback":
             feedback = from_json(self.type.derived("Feedback"), op.get("values"))
-            message = {"goal_id": {"uuid": _uuid(number)}, "feedback": feedback}
-            for receive in list(self._listeners["feedback"]):
-                receive(message)
+            message = {"goal_id": {"uuid": _uuid(goal_id)}, "feedback": feedback}
+            for callback in list(self._callbacks["feedback"]):
+                callback(message)
             return
-        callbacks = self._results.pop(number, None)
-        if callbacks is None:
-            return
-        done, failed = callbacks
-        if op.get("result", True):
+        done, failed = self._results.pop(goal_id, (None, None))
+        if done is not None and op.get("result", True):
             result = from_json(self.type.derived("Result"), op.get("values"))
             done({"status": base_value("int8", op.get("status", _ABORTED)), "result": result})
         elif failed is not None:
             failed(str(op.get("values")))
 
-    def fail_all(self) -> None:
+    def fail_all(self, reason: str) -> None:
         """Fail the goals that wait for results, after a lost connection."""
         results, self._results = self._results, {}
         for _, failed in results.values():
             if failed is not None:
-                failed("the connection to the rosbridge was lost")
+                failed(reason)
 
 
-class ActionPartClient(Client):
-    """A client of one of an action's three services."""
+class ActionServiceClient(Client):
+    """A client of a service of an action: ``send_goal``, ``get_result`` or ``cancel_goal``."""
 
-    def __init__(self, connection: RosbridgeConnection, action: RosbridgeAction, part: str) -> None:
-        self._connection, self._action, self._part = connection, action, part
+    def __init__(self, connection: RosbridgeConnection, action: RosbridgeAction, service: str) -> None:
+        super().__init__()
+        self._connection, self._action, self._service = connection, action, service
 
-    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
-        if self._part == "send_goal":
+    def call(
+        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+    ) -> int:
+        if self._service == "send_goal":
             self._action.send_goal(request, done)
-        elif self._part == "get_result":
+        elif self._service == "get_result":
             self._action.get_result(request, done, failed)
-        else:
+        else:  # the bridge does not answer a cancel request
             self._action.cancel(request["goal_info"]["goal_id"]["uuid"].hex())
         return 0
-
-    def forget(self, number: int) -> None:
-        """Do nothing: results of forgotten goals are ignored."""
 
     @property
     def servers(self) -> frozenset[int]:
@@ -126,8 +189,8 @@ class ActionPartClient(Client):
         """Do nothing: the bridge stores nothing for a client."""
 
 
-def _uuid(number: str) -> bytes:
+def _uuid(goal_id: str) -> bytes:
     try:
-        return bytes.fromhex(number)
+        return bytes.fromhex(goal_id)
     except ValueError:
-        return b""
+        return b""  # the feedback of another client, whose ids have another form

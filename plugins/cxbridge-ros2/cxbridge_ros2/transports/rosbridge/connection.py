@@ -1,4 +1,8 @@
-"""The connection to a rosbridge: a websocket that reconnects automatically."""
+"""The connection to a rosbridge: a websocket that reconnects automatically.
+
+A thread owns the receiving side and the reconnection: it puts operations into an inbox, which the node reads
+when it is polled. Any thread may send.
+"""
 
 from __future__ import annotations
 
@@ -22,26 +26,23 @@ LOST: Final = {"op": ""}  # placeholder in the inbox for a lost connection
 _OPEN_S: Final = 5.0  # seconds for the WebSocket handshake
 _RETRY_S: Final = 1.0  # seconds between two attempts to connect
 _STOP_S: Final = 5.0  # seconds for the thread to end
-_NAMES: Final = ("op", "id", "topic", "service", "action")
+_KEYS: Final = ("op", "id", "topic", "service", "action")  # keys of operations that are read as names
 
 # Limit of an unpacked message in bytes. A larger one resets the connection.
-MOST_BYTES: Final = 16 * 1024 * 1024
+MAX_BYTES: Final = 16 * 1024 * 1024
 
-MOST_WAITING: Final = 10_000  # limit of queued operations
+MAX_QUEUED: Final = 10_000  # limit of queued operations
 
 
 class RosbridgeConnection:
-    """A connection that reconnects automatically and repeats the registered operations.
-
-    A thread receives messages and reconnects.
-    """
+    """A connection that repeats the registered operations after each reconnection."""
 
     def __init__(self, url: str) -> None:
         if not url.startswith(("ws://", "wss://")):
             raise Ros2Error(f"'{url}' is no URL of a rosbridge", hint="e.g. ws://robot:9090")
         self._url = url
-        self._inbox: queue.Queue[Operation] = queue.Queue(MOST_WAITING)
-        self._kept: dict[int, Operation] = {}
+        self._inbox: queue.Queue[Operation] = queue.Queue(MAX_QUEUED)
+        self._registered: dict[int, Operation] = {}
         self._numbers = count()
         self._lock = threading.Lock()
         self._closing = threading.Event()
@@ -64,16 +65,16 @@ class RosbridgeConnection:
     def is_up(self) -> bool:
         return self._socket is not None
 
-    def keep(self, op: Operation, undo: Operation) -> Callable[[], None]:
+    def register(self, op: Operation, undo: Operation) -> Callable[[], None]:
         """Send an operation now and after each reconnection; return the function that undoes it."""
         number = next(self._numbers)
         with self._lock:
-            self._kept[number] = op
+            self._registered[number] = op
         self.send(op)
 
         def end() -> None:
             with self._lock:
-                self._kept.pop(number, None)
+                self._registered.pop(number, None)
             self.send(undo)
 
         return end
@@ -107,13 +108,13 @@ class RosbridgeConnection:
     def _connect(self) -> None:
         self._open.close()  # releases the previous connection
         socket: ClientConnection = self._open.enter_context(
-            connect(self._url, open_timeout=_OPEN_S, max_size=MOST_BYTES, proxy=None)
+            connect(self._url, open_timeout=_OPEN_S, max_size=MAX_BYTES, proxy=None)
         )
         with self._lock:
-            kept = list(self._kept.values())
+            operations = list(self._registered.values())
         self._socket = socket
         self.connections += 1
-        for op in kept:
+        for op in operations:
             self.send(op)
 
     def _run(self) -> None:
@@ -122,14 +123,14 @@ class RosbridgeConnection:
             if socket is not None:
                 self._receive(socket)
                 self._socket = None
-                self._put(LOST)
+                self._put_in_inbox(LOST)  # pending calls fail, in the thread of the node
             elif not self._closing.wait(_RETRY_S):
                 try:
                     self._connect()
                 except (OSError, WebSocketException, ValueError):
                     continue
 
-    def _put(self, op: Operation) -> None:
+    def _put_in_inbox(self, op: Operation) -> None:
         """Add an operation to the inbox. A full inbox makes the bridge wait."""
         while not self._closing.is_set():
             with suppress(queue.Full):
@@ -141,7 +142,7 @@ class RosbridgeConnection:
             for text in socket:
                 op = _parsed(text)
                 if op is not None:
-                    self._put(op)
+                    self._put_in_inbox(op)
         except (WebSocketException, OSError):
             return
 
@@ -152,5 +153,5 @@ def _parsed(text: str | bytes) -> Operation | None:
         op = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    is_one = isinstance(op, dict) and all(isinstance(op.get(name, ""), str | int) for name in _NAMES)
-    return op if is_one else None
+    is_operation = isinstance(op, dict) and all(isinstance(op.get(key, ""), str | int) for key in _KEYS)
+    return op if is_operation else None

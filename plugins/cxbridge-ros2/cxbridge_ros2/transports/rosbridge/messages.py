@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import math
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any
 
+import msgspec
 import numpy as np
 from rosbags.interfaces import Nodetype
 
 from cxbridge_ros2.definitions import Definitions, FieldType
-from cxbridge_ros2.messages import Codec, Message
+from cxbridge_ros2.messages import BYTE_TYPES, PLACEHOLDER, Codec, Message
 from cxbridge_ros2.names import TypeName, parse_type
-
-_BYTES: Final = ("uint8", "byte")
-_NOTHING: Final = "structure_needs_at_least_one_member"
 
 
 class JsonCodec:
@@ -27,51 +24,46 @@ class JsonCodec:
         self._codec = Codec(definitions)
 
     def to_json(self, name: TypeName, message: Mapping[str, Any]) -> Any:
+        """Return a message as JSON values, with bytes as Base64."""
         # through CDR, the one place that checks messages
-        return _plain(self._codec.decode(name, self._codec.encode(name, message)))
+        decoded = self._codec.decode(name, self._codec.encode(name, message))
+        return msgspec.to_builtins(decoded, enc_hook=np.generic.item)
 
     def from_json(self, name: TypeName, value: Any) -> Message:
         """Return a message; missing and broken fields get their defaults."""
         fields = self._definitions.fields(name)
         members = value if isinstance(value, Mapping) else {}
-        return {field: self._value(kind, members.get(field)) for field, kind in fields if field != _NOTHING}
+        return {
+            field: self._value(kind, members.get(field)) for field, kind in fields if field != PLACEHOLDER
+        }
 
     def _value(self, kind: FieldType, value: Any) -> Any:
-        node, rest = kind
+        node, details = kind
         if node == Nodetype.NAME:
-            return self.from_json(parse_type(rest), value)
+            return self.from_json(parse_type(details), value)
         if node == Nodetype.BASE:
-            return base_value(rest[0], value)
-        of = rest[0]
-        if of[0] == Nodetype.BASE and of[1][0] in _BYTES:
+            return base_value(details[0], value)
+        element = details[0]
+        if element[0] == Nodetype.BASE and element[1][0] in BYTE_TYPES:
             return _bytes(value)
-        return [self._value(of, each) for each in value] if isinstance(value, list) else []
+        return [self._value(element, item) for item in value] if isinstance(value, list) else []
 
 
 def base_value(kind: str, value: Any) -> Any:
     """Return a value for a base type; missing or mistyped values get the default."""
     if kind in ("float32", "float64"):
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        return float(value) if is_number else math.nan
+        return float(value) if is_number else math.nan  # the bridge sends NaN and infinities as null
     python_type: Any = {"bool": bool, "string": str}.get(kind, int)
     return value if isinstance(value, python_type) else python_type()
 
 
 def _bytes(value: Any) -> bytes:
+    """Return bytes from Base64, or from the list of numbers that other bridges send."""
     if isinstance(value, str):
         try:
             return base64.b64decode(value)
-        except (binascii.Error, ValueError):
+        except ValueError:
             return b""
     numbers = value if isinstance(value, list) else []
-    return bytes(each & 0xFF for each in numbers if isinstance(each, int))
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {name: _plain(each) for name, each in value.items()}
-    if isinstance(value, bytes):
-        return base64.b64encode(value).decode()
-    if isinstance(value, list):
-        return [_plain(each) for each in value]
-    return value.item() if isinstance(value, np.generic) else value
+    return bytes(number & 0xFF for number in numbers if isinstance(number, int))

@@ -9,20 +9,28 @@ from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Client, Domain, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.names import TypeName, check_topic, parse_type
+from cxbridge_ros2.node import (
+    Client,
+    Domain,
+    FailureCallback,
+    MessageCallback,
+    Node,
+    Publisher,
+    Report,
+    RequestHandler,
+)
 from cxbridge_ros2.qos import PROFILES, QosProfile
-from cxbridge_ros2.topics import check_topic
-from cxbridge_ros2.transports.rosbridge.actions import ActionPartClient, RosbridgeAction
+from cxbridge_ros2.transports.rosbridge.clients import ActionServiceClient, RosbridgeAction, ServiceClient
 from cxbridge_ros2.transports.rosbridge.connection import LOST, Operation, RosbridgeConnection
 from cxbridge_ros2.transports.rosbridge.messages import JsonCodec
-from cxbridge_ros2.transports.rosbridge.services import ServiceClient
 
 DEFAULT_URL: Final = "ws://localhost:9090"
 
 _ACTION: Final = "/_action/"
-_AWAY: Final = "the rosbridge is away"
-_KIND, _TEXT = 40, 500  # lengths of a complaint: for comparison with other complaints, and for display
+_UNREACHABLE: Final = "the rosbridge is away"
+_LOST: Final = "the connection to the rosbridge was lost"
+_COMPARED, _DISPLAYED = 40, 500  # characters of a status that are compared with other ones, and displayed
 
 
 class RosbridgeNode(Node):
@@ -41,9 +49,9 @@ class RosbridgeNode(Node):
         self._definitions = definitions
         self._codec = JsonCodec(definitions)
         self._ids = count(1)
-        self._receivers: dict[str, list[tuple[TypeName, Receive]]] = {}
-        self._calls: dict[str, tuple[TypeName, Receive, Failed]] = {}
-        self._servers: dict[str, tuple[TypeName, AnswerLater]] = {}
+        self._subscriptions: dict[str, list[tuple[TypeName, MessageCallback]]] = {}
+        self._calls: dict[str, tuple[TypeName, MessageCallback, FailureCallback]] = {}
+        self._servers: dict[str, tuple[TypeName, RequestHandler]] = {}
         self._actions: dict[str, RosbridgeAction] = {}
         self._deferred_calls: list[Callable[[], None]] = []
         self._connection = RosbridgeConnection(url)
@@ -51,77 +59,78 @@ class RosbridgeNode(Node):
     # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
-        name = self._known(parse_type(message_type))
+        connection, name = self._connection, parse_type(message_type)
+        self._definitions.fields(name)  # raises the error about an unknown type
         op = {"op": "advertise", "topic": check_topic(topic), "type": str(name), "queue_size": qos.depth}
         op["latch"] = qos.durability == "transient_local"
-        end = self._connection.keep(op, {"op": "unadvertise", "topic": topic})
+        end = connection.register(op, {"op": "unadvertise", "topic": topic})
 
         def publish(message: Mapping[str, Any]) -> None:
-            self._connection.send(
-                {"op": "publish", "topic": topic, "msg": self._codec.to_json(name, message)}
-            )
+            connection.send({"op": "publish", "topic": topic, "msg": self._codec.to_json(name, message)})
 
-        return _Publisher(publish, end, self._connection)
+        # the bridge does not report the number of subscriptions: it counts as one itself
+        return Publisher(publish, lambda: int(connection.is_up), end)
 
     def _subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
+        self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
         name = parse_type(message_type, "msg")
         if _ACTION in topic:
-            return self._action(topic, name).listen(topic.rpartition("/")[2], receive)
-        self._known(name)
-        entry = (name, receive)
-        self._receivers.setdefault(check_topic(topic), []).append(entry)
-        number = f"subscribe:{topic}:{next(self._ids)}"
-        op = {"op": "subscribe", "id": number, "topic": topic, "type": str(name), "queue_length": qos.depth}
-        end = self._connection.keep(op, {"op": "unsubscribe", "id": number, "topic": topic})
+            return self._action(topic, name).subscribe(topic.rpartition("/")[2], callback)
+        self._definitions.fields(name)
+        entry = (name, callback)
+        self._subscriptions.setdefault(check_topic(topic), []).append(entry)
+        op_id = f"subscribe:{topic}:{next(self._ids)}"
+        op = {"op": "subscribe", "id": op_id, "topic": topic, "type": str(name), "queue_length": qos.depth}
+        unsubscribe = self._connection.register(op, {"op": "unsubscribe", "id": op_id, "topic": topic})
 
-        def stop() -> None:
-            if entry in self._receivers[topic]:
-                self._receivers[topic].remove(entry)
-                end()
+        def end() -> None:
+            if entry in self._subscriptions[topic]:
+                self._subscriptions[topic].remove(entry)
+                unsubscribe()
 
-        return stop
+        return end
 
     def client(self, service: str, service_type: str) -> Client:
         name = parse_type(service_type, "srv")
         if _ACTION in service:
-            return ActionPartClient(self._connection, self._action(service, name), service.rpartition("/")[2])
-        self._known(name.derived("Request"))
+            action = self._action(service, name)
+            return ActionServiceClient(self._connection, action, service.rpartition("/")[2])
+        self._definitions.fields(name.derived("Request"))
         encode = partial(self._codec.to_json, name.derived("Request"))
         return ServiceClient(self._connection, encode, partial(self._call, check_topic(service), name))
 
-    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         if _ACTION in service:
             raise Ros2Error(
                 "actions are not served over rosbridge", hint="use the transport dds for what ROS calls here"
             )
         name = parse_type(service_type, "srv")
-        self._known(name.derived("Request"))
-        self._servers[check_topic(service)] = (name, answer)
+        self._definitions.fields(name.derived("Request"))
+        self._servers[check_topic(service)] = (name, handler)
         op = {"op": "advertise_service", "service": service, "type": str(name)}
-        end = self._connection.keep(op, {"op": "unadvertise_service", "service": service})
+        unadvertise = self._connection.register(op, {"op": "unadvertise_service", "service": service})
 
-        def stop() -> None:
+        def end() -> None:
             if self._servers.pop(service, None) is not None:
-                end()
+                unadvertise()
 
-        return stop
+        return end
 
     def poll(self, timeout_s: float = 0.0) -> bool:
-        later, self._deferred_calls = self._deferred_calls, []
-        for call in later:
+        deferred_calls, self._deferred_calls = self._deferred_calls, []
+        for call in deferred_calls:
             call()
         for action in self._actions.values():
             action.cancel_again()
-        came = bool(later)
-        for op in self._connection.received(0.0 if came else timeout_s):
-            came = True
+        any_received = bool(deferred_calls)
+        for op in self._connection.received(0.0 if any_received else timeout_s):
+            any_received = True
             if op is LOST:
-                self._take_loss()
+                self._fail_all()
             elif (take := self._takers.get(op.get("op", ""))) is not None:
                 take(self, op)
-        return came
+        return any_received
 
     def close(self) -> None:
         self._connection.close()
@@ -129,118 +138,93 @@ class RosbridgeNode(Node):
     # --- incoming messages --------------------------------------------------------------------------------
 
     def _take_message(self, op: Operation) -> None:
-        for name, receive in list(self._receivers.get(op.get("topic", ""), ())):
-            receive(self._codec.from_json(name, op.get("msg")))
+        for name, callback in list(self._subscriptions.get(op.get("topic", ""), ())):
+            callback(self._codec.from_json(name, op.get("msg")))
 
     def _take_response(self, op: Operation) -> None:
-        pending = self._calls.pop(str(op.get("id")), None)
-        if pending is None:
+        call = self._calls.pop(str(op.get("id")), None)
+        if call is None:
             return
-        name, done, failed = pending
+        name, done, failed = call
         if op.get("result", True):
             done(self._codec.from_json(name.derived("Response"), op.get("values")))
         else:
             failed(str(op.get("values")))
 
-    def _take_call(self, op: Operation) -> None:
+    def _take_request(self, op: Operation) -> None:
         server = self._servers.get(op.get("service", ""))
         if server is None:
             return
-        name, answer = server
+        name, handler = server
+        address = {key: op[key] for key in ("id", "service") if key in op}
 
         def reply(message: Mapping[str, Any]) -> None:
             values = self._codec.to_json(name.derived("Response"), message)
-            self._connection.send(
-                {**_part(op, "id", "service"), "op": "service_response", "values": values, "result": True}
-            )
+            self._connection.send({**address, "op": "service_response", "values": values, "result": True})
 
-        answer(self._codec.from_json(name.derived("Request"), op.get("args")), reply)
+        handler(self._codec.from_json(name.derived("Request"), op.get("args")), reply)
 
     def _take_status(self, op: Operation) -> None:
         if op.get("level") in ("error", "warning"):
             text = str(op.get("msg"))
-            self.complain(f"status {text[:_KIND]}", f"the rosbridge says: {text[:_TEXT]}")
+            # the beginning names the problem, the rest the message or the line
+            self.complain(f"status {text[:_COMPARED]}", f"the rosbridge says: {text[:_DISPLAYED]}")
 
     def _take_of_action(self, op: Operation) -> None:
         action = self._actions.get(op.get("action", ""))
         if action is not None:
             action.take(op, self._codec.from_json)
 
-    def _take_loss(self) -> None:
+    def _fail_all(self) -> None:
+        """Fail the calls and goals of a lost connection: the bridge forgets them."""
         calls, self._calls = self._calls, {}
         for _, _, failed in calls.values():
-            failed("the connection to the rosbridge was lost")
+            failed(_LOST)
         for action in self._actions.values():
-            action.fail_all()
+            action.fail_all(_LOST)
 
     _takers: Final[Mapping[str, Callable[[RosbridgeNode, Operation], None]]] = {
         "publish": _take_message,
         "service_response": _take_response,
-        "call_service": _take_call,
+        "call_service": _take_request,
         "action_feedback": _take_of_action,
         "action_result": _take_of_action,
         "status": _take_status,
     }
 
-    # --- helpers ------------------------------------------------------------------------------------------
+    # --- services and actions -----------------------------------------------------------------------------
 
-    def _call(self, service: str, name: TypeName, args: Any, done: Receive, failed: Failed) -> None:
-        number = str(next(self._ids))
-        op = {"op": "call_service", "id": number, "service": service, "type": str(name), "args": args}
-        self._calls[number] = (name, done, failed)
+    def _call(
+        self, service: str, name: TypeName, args: Any, done: MessageCallback, failed: FailureCallback
+    ) -> None:
+        call_id = str(next(self._ids))
+        op = {"op": "call_service", "id": call_id, "service": service, "type": str(name), "args": args}
+        self._calls[call_id] = (name, done, failed)
         if not self._connection.send(op):
-            self._deferred_calls.append(
-                lambda: self._take_response({"id": number, "result": False, "values": _AWAY})
-            )
+            # deferred, since the caller does not expect a callback before its call returns
+            failure = {"id": call_id, "result": False, "values": _UNREACHABLE}
+            self._deferred_calls.append(lambda: self._take_response(failure))
 
-    def _action(self, place: str, name: TypeName) -> RosbridgeAction:
-        action = place.partition(_ACTION)[0]
-        known_action = self._actions.get(action)
-        if known_action is None:
-            known_action = self._actions[action] = RosbridgeAction(
-                check_topic(action), self._connection, self._defer, self._send_goal
+    def _action(self, topic: str, name: TypeName) -> RosbridgeAction:
+        """Return the action of a topic or service."""
+        action_name = topic.partition(_ACTION)[0]
+        if action_name not in self._actions:
+            self._actions[action_name] = RosbridgeAction(
+                check_topic(action_name), self._connection, self._defer, self._send_goal
             )
-        if name.kind == "action":
-            known_action.type = TypeName(name.package, "action", name.name.partition("_")[0])
-        return known_action
+        action = self._actions[action_name]
+        if name.kind == "action":  # the types of cancel requests and status messages do not name the action
+            action.type = TypeName(name.package, "action", name.name.partition("_")[0])
+        return action
 
     def _defer(self, call: Callable[[], None]) -> None:
         self._deferred_calls.append(call)
 
-    def _send_goal(self, action: RosbridgeAction, number: str, goal: Mapping[str, Any]) -> bool:
+    def _send_goal(self, action: RosbridgeAction, goal_id: str, goal: Mapping[str, Any]) -> bool:
         args = self._codec.to_json(action.type.derived("Goal"), goal)
-        op = {"op": "send_action_goal", "id": number, "action": action.name, "action_type": str(action.type)}
+        op = {"op": "send_action_goal", "id": goal_id, "action": action.name, "action_type": str(action.type)}
         return self._connection.send({**op, "args": args, "feedback": True})
-
-    def _known(self, name: TypeName) -> TypeName:
-        self._definitions.fields(name)
-        return name
-
-
-class _Publisher(Publisher):
-    def __init__(
-        self,
-        publish: Callable[[Mapping[str, Any]], None],
-        end: Callable[[], None],
-        connection: RosbridgeConnection,
-    ) -> None:
-        self._publish, self._end, self._connection = publish, end, connection
-
-    def publish(self, message: Mapping[str, Any]) -> None:
-        self._publish(message)
-
-    @property
-    def subscriptions(self) -> int:
-        """1 while the bridge is connected: the bridge does not report the number."""
-        return int(self._connection.is_up)
-
-    def close(self) -> None:
-        self._end()
 
 
 def join(name: str, definitions: Definitions, domain: Domain, report: Report | None) -> RosbridgeNode:
     return RosbridgeNode(name, definitions, domain.url or DEFAULT_URL, report)
-
-
-def _part(op: Operation, *names: str) -> dict[str, Any]:
-    return {name: op[name] for name in names if name in op}

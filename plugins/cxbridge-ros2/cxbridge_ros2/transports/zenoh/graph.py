@@ -7,57 +7,63 @@ from itertools import count
 from typing import Final
 
 from cxbridge_ros2.names import TypeName
-from cxbridge_ros2.transports.misfits import whole_name, why_unserved
-from cxbridge_ros2.transports.zenoh.names import Kind, TypedName, endpoint_of
+from cxbridge_ros2.transports.mismatches import public_name, why_unserved
+from cxbridge_ros2.transports.zenoh.names import Kind, TypedName, endpoint_in
 
-_MOST: Final = 100_000  # limit of stored tokens: a stranger may send any number
+_MAX_TOKENS: Final = 100_000  # limit of stored tokens: a stranger may send any number
 
 
 class RosGraph:
-    """The endpoints of a domain, each with a unique number. Thread-safe."""
+    """The endpoints of a domain, each with a unique number.
+
+    Zenoh adds and removes tokens in its own threads, while the node reads them in the polling thread.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._tokens: dict[tuple[Kind, TypedName], dict[str, int]] = {}
         self._numbers = count(1)
         self._size = 0
-        self.version = 0  # incremented by each change
+        self.version = 0  # incremented by each new token
 
     def add(self, token: str) -> None:
         """Add a token; invalid tokens are ignored."""
-        endpoint = endpoint_of(token)
+        endpoint = endpoint_in(token)
         if endpoint is None:
             return
         with self._lock:
-            if self._size < _MOST:
+            if self._size < _MAX_TOKENS:
                 self.version += 1
-                tokens = self._tokens.setdefault((endpoint.kind, endpoint.place), {})
+                tokens = self._tokens.setdefault(endpoint, {})
                 self._size += token not in tokens
                 tokens.setdefault(token, next(self._numbers))
 
     def remove(self, token: str) -> None:
-        endpoint = endpoint_of(token)
+        endpoint = endpoint_in(token)
         if endpoint is None:
             return
         with self._lock:
-            tokens = self._tokens.get((endpoint.kind, endpoint.place), {})
+            tokens = self._tokens.get(endpoint, {})
             self._size -= tokens.pop(token, None) is not None
             if not tokens:
-                self._tokens.pop((endpoint.kind, endpoint.place), None)
+                self._tokens.pop(endpoint, None)
 
-    def called(self, kind: Kind, name: str) -> list[TypedName]:
-        """Return the places with a name, one for each type in use."""
+    def topics_named(self, kind: Kind, name: str) -> list[TypedName]:
+        """Return the topics or services with a name, one for each type in use."""
         with self._lock:
-            return [place for known, place in self._tokens if known == kind and place.name == name]
+            return [
+                topic for endpoint_kind, topic in self._tokens if endpoint_kind == kind and topic.name == name
+            ]
 
-    def why_unserved(self, place: TypedName, kind: TypeName, where: str) -> str:
-        """Return why a service has no server; see :func:`.misfits.why_unserved`."""
+    def why_unserved(self, service: TypedName, kind: TypeName, network: str) -> str:
+        """Return why a service has no server; see :func:`.mismatches.why_unserved`."""
         with self._lock:
-            served = {whole_name(each.name): each.kind for known, each in self._tokens if known == "SS"}
-            # our own endpoints are in the table, too
+            servers = [topic for endpoint_kind, topic in self._tokens if endpoint_kind == "SS"]
+            # our own endpoints are in the table, too: with them alone, there is one session
             sessions = {token.split("/")[2] for tokens in self._tokens.values() for token in tokens}
-        return why_unserved(whole_name(place.name), kind, served, "" if len(sessions) > 1 else where)
+        served = {public_name(topic.name): topic.dds_type for topic in servers}
+        return why_unserved(public_name(service.name), kind, served, "" if len(sessions) > 1 else network)
 
-    def at(self, kind: Kind, place: TypedName) -> frozenset[int]:
+    def endpoints(self, kind: Kind, topic: TypedName) -> frozenset[int]:
         with self._lock:
-            return frozenset(self._tokens.get((kind, place), {}).values())
+            return frozenset(self._tokens.get((kind, topic), {}).values())

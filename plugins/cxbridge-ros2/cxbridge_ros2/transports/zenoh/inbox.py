@@ -8,69 +8,70 @@ from collections.abc import Callable
 from itertools import count
 from typing import Any, Final
 
-MOST_KEPT: Final = 1000  # default limit of queued messages of a source
+MAX_QUEUED: Final = 1000  # default limit of queued messages of a source
 
 
 class InboxSource:
-    """A source of messages; made by :meth:`MessageInbox.source`.
+    """A source of messages.
 
-    :param depth: the limit of queued messages, whose oldest is dropped; 0 for :data:`MOST_KEPT`.
     :param deliver: called with each message.
+    :param depth: the limit of queued messages, whose oldest is dropped; 0 for :data:`MAX_QUEUED`.
     """
 
-    __slots__ = ("deliver", "depth", "is_open", "waiting")
+    __slots__ = ("deliver", "depth", "is_open", "queued")
 
     def __init__(self, deliver: Callable[[Any], None], depth: int) -> None:
-        self.deliver, self.depth = deliver, depth or MOST_KEPT
+        self.deliver, self.depth = deliver, depth or MAX_QUEUED
         self.is_open = True
-        self.waiting: deque[int] = deque()
+        self.queued: deque[int] = deque()  # numbers of its messages in the inbox
 
 
 class MessageInbox:
-    """Queues messages in the order of arrival."""
+    """Queues the messages of all sources in the order of arrival."""
 
     def __init__(self) -> None:
-        self._came = threading.Condition()
-        self._items: dict[int, tuple[InboxSource, Any]] = {}
+        self._condition = threading.Condition()
+        self._messages: dict[int, tuple[InboxSource, Any]] = {}
         self._numbers = count()
 
-    def put(self, source: InboxSource, item: Any) -> None:
+    def put(self, source: InboxSource, message: Any) -> None:
         """Queue a message; called from any thread."""
-        with self._came:
+        with self._condition:
             if not source.is_open:
                 return
-            if len(source.waiting) >= source.depth:
-                del self._items[source.waiting.popleft()]
+            if len(source.queued) >= source.depth:
+                del self._messages[source.queued.popleft()]
             number = next(self._numbers)
-            source.waiting.append(number)
-            self._items[number] = source, item
-            self._came.notify()
+            source.queued.append(number)
+            self._messages[number] = source, message
+            self._condition.notify()
 
     def end(self, source: InboxSource) -> None:
         """Drop the queued and all further messages of a source."""
-        with self._came:
+        with self._condition:
             source.is_open = False
-            while source.waiting:
-                del self._items[source.waiting.popleft()]
+            while source.queued:
+                del self._messages[source.queued.popleft()]
 
-    def hand_out(self, timeout_s: float) -> bool:
+    def deliver(self, timeout_s: float) -> bool:
         """Deliver the queued messages in this thread, or wait for the first; return whether there was one."""
-        with self._came:
+        with self._condition:
             if timeout_s > 0:
-                self._came.wait_for(lambda: self._items, timeout_s)
-            remaining = len(self._items)
-        any_came = remaining > 0
-        while remaining and (found := self._first()) is not None:
-            source, item = found
-            source.deliver(item)
+                self._condition.wait_for(lambda: self._messages, timeout_s)
+            remaining = len(self._messages)
+        any_queued = remaining > 0
+        # messages that arrive meanwhile belong to the next call; no lock here, since callbacks may put some
+        while remaining and (entry := self._pop()) is not None:
+            source, message = entry
+            source.deliver(message)
             remaining -= 1
-        return any_came
+        return any_queued
 
-    def _first(self) -> tuple[InboxSource, Any] | None:
-        with self._came:
-            if not self._items:
-                return None
-            number = next(iter(self._items))
-            source, item = self._items.pop(number)
-            source.waiting.popleft()
-            return source, item
+    def _pop(self) -> tuple[InboxSource, Any] | None:
+        with self._condition:
+            if not self._messages:
+                return None  # a callback has ended the last source
+            number = next(iter(self._messages))
+            source, message = self._messages.pop(number)
+            source.queued.popleft()
+            return source, message

@@ -14,7 +14,7 @@ from xxhash import xxh3_128_intdigest
 
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.names import TypeName
-from cxbridge_ros2.qos import Durability, QosProfile, Reliability
+from cxbridge_ros2.qos import QosProfile
 
 # A publisher of messages, a subscription, a server of a service, or a client.
 Kind = Literal["MP", "MS", "SS", "SC"]
@@ -22,44 +22,31 @@ Kind = Literal["MP", "MS", "SS", "SC"]
 # Placeholder for the hash in distributions without hashes, such as Humble.
 NO_HASH: Final = "TypeHashNotSupported"
 
-GID: Final = 16  # length of the number of a publisher or a client, in bytes
+GID_BYTES: Final = 16  # length of the number of a publisher or a client
 
 _SPACE: Final = "@ros2_lv"
 _NODE: Final = "NN"
 _KINDS: Final[dict[str, Kind]] = {"MP": "MP", "MS": "MS", "SS": "SS", "SC": "SC"}
-_PARTS: Final = 13  # number of parts in a liveliness token of rmw_zenoh
-_ATTACHMENT: Final = struct.Struct(f"<qqB{GID}s")
-_DEPTH: Final = 42  # default depth, which is omitted from the text of a QoS
-
-_RELIABILITY: Final[dict[str, Reliability]] = {
-    "": "reliable",
-    "0": "reliable",
-    "1": "reliable",
-    "2": "best_effort",
-}
-_DURABILITY: Final[dict[str, Durability]] = {
-    "": "volatile",
-    "0": "volatile",
-    "1": "transient_local",
-    "2": "volatile",
-}
+_TOKEN_PARTS: Final = 13  # of an endpoint; newer releases append a part about the memory backend
+_ATTACHMENT: Final = struct.Struct(f"<qqB{GID_BYTES}s")
+_DEFAULT_DEPTH: Final = 42  # of rmw_zenoh_cpp, which omits this depth from the text of a QoS
 
 
 class TypedName(Struct, frozen=True):
     """A topic or a service of one type. Endpoints with equal values reach each other.
 
     :param name: such as ``/robot1/odom``.
-    :param kind: the name of the type in DDS.
+    :param dds_type: the name of the type in DDS.
     :param type_hash: such as ``RIHS01_df66…``.
     """
 
     name: str
-    kind: str
+    dds_type: str
     type_hash: str
 
     def key(self, domain: int) -> str:
         """Return the key for messages or requests."""
-        return f"{domain}/{self.name.strip('/')}/{self.kind}/{self.type_hash}"
+        return f"{domain}/{self.name.strip('/')}/{self.dds_type}/{self.type_hash}"
 
 
 class NodeName(Struct, frozen=True):
@@ -80,15 +67,16 @@ class NodeName(Struct, frozen=True):
 
     @property
     def token(self) -> str:
-        return self._token(self.number, _NODE)
+        return self.token_of(self.number, _NODE)
 
-    def _token(self, number: int, kind: str) -> str:
+    def token_of(self, number: int, kind: str) -> str:
+        """Return the token of an entity of the node, without the parts that only endpoints have."""
         start = f"{_SPACE}/{self.domain}/{self.session}/{self.number}/{number}/{kind}"
         return f"{start}/{_mangled(self.enclave)}/{_mangled(self.namespace)}/{self.name}"
 
 
 class GraphEndpoint(Struct, frozen=True):
-    """A publisher, a subscription, a server or a client.
+    """A publisher, a subscription, a server or a client of our node.
 
     :param number: its number in the session.
     """
@@ -96,19 +84,19 @@ class GraphEndpoint(Struct, frozen=True):
     node: NodeName
     number: int
     kind: Kind
-    place: TypedName
+    topic: TypedName
     qos: QosProfile
 
     @property
     def token(self) -> str:
-        start = self.node._token(self.number, self.kind)  # noqa: SLF001 - of this module
-        name, kind = _mangled(self.place.name), _mangled(self.place.kind)
-        return f"{start}/{name}/{kind}/{self.place.type_hash}/{qos_text(self.qos)}"
+        start = self.node.token_of(self.number, self.kind)
+        name, dds_type = _mangled(self.topic.name), _mangled(self.topic.dds_type)
+        return f"{start}/{name}/{dds_type}/{self.topic.type_hash}/{qos_text(self.qos)}"
 
     @property
     def gid(self) -> bytes:
         """Its number in attachments, which peers also compute from the token."""
-        return xxh3_128_intdigest(self.token.encode()).to_bytes(GID, "little")
+        return xxh3_128_intdigest(self.token.encode()).to_bytes(GID_BYTES, "little")
 
 
 class MessageAttachment(Struct, frozen=True):
@@ -124,7 +112,7 @@ class MessageAttachment(Struct, frozen=True):
     gid: bytes
 
     def __bytes__(self) -> bytes:
-        return _ATTACHMENT.pack(self.number, self.time_ns, GID, self.gid)
+        return _ATTACHMENT.pack(self.number, self.time_ns, GID_BYTES, self.gid)
 
 
 def attachment_of(data: bytes) -> MessageAttachment | None:
@@ -132,11 +120,11 @@ def attachment_of(data: bytes) -> MessageAttachment | None:
     if len(data) != _ATTACHMENT.size:
         return None
     number, time_ns, size, gid = _ATTACHMENT.unpack(data)
-    return MessageAttachment(number, time_ns, gid) if size == GID else None
+    return MessageAttachment(number, time_ns, gid) if size == GID_BYTES else None
 
 
-def place_of(name: str, kind: TypeName, definitions: Definitions, *, is_service: bool = False) -> TypedName:
-    # Read the fields first: their errors name the unknown type.
+def typed_name(name: str, kind: TypeName, definitions: Definitions, *, is_service: bool = False) -> TypedName:
+    # read the fields first: their errors name the unknown type
     definitions.fields(kind.derived("Request") if is_service else kind)
     return TypedName(name, kind.dds, definitions.type_hash(kind) if definitions.has_hashes else NO_HASH)
 
@@ -146,53 +134,26 @@ def tokens_of(domain: int) -> str:
     return f"{_SPACE}/{domain}/**"
 
 
-def endpoint_of(token: str) -> GraphEndpoint | None:
-    """Return the endpoint of a token; None for a node and for invalid tokens, which any peer may send."""
+def endpoint_in(token: str) -> tuple[Kind, TypedName] | None:
+    """Return kind and topic of a token; None for a node and for invalid tokens, which any peer may send."""
     parts = token.split("/")
-    # newer releases append a part about the memory backend
-    if len(parts) < _PARTS or parts[0] != _SPACE or not all(parts) or parts[5] not in _KINDS:
+    if len(parts) < _TOKEN_PARTS or parts[0] != _SPACE or not all(parts) or parts[5] not in _KINDS:
         return None
-    domain, session, node, number, kind, enclave, namespace, name = parts[1:9]
-    qos = qos_of(parts[12])
-    if qos is None or not all(_is_number(each) for each in (domain, node, number)):
-        return None
-    place = TypedName(_plain(parts[9]), _plain(parts[10]), parts[11])
-    whose = NodeName(int(domain), session, int(node), name, _plain(namespace), _plain(enclave))
-    return GraphEndpoint(whose, int(number), _KINDS[kind], place, qos)
+    return _KINDS[parts[5]], TypedName(_unmangled(parts[9]), _unmangled(parts[10]), parts[11])
 
 
 def qos_text(qos: QosProfile) -> str:
     """Return the QoS text of tokens: the values that differ from rmw_zenoh_cpp's defaults."""
     reliability = "2" if qos.reliability == "best_effort" else ""
     durability = "1" if qos.durability == "transient_local" else ""
-    depth = "" if qos.depth == _DEPTH else qos.depth
+    depth = "" if qos.depth == _DEFAULT_DEPTH else qos.depth
     return f"{reliability}:{durability}:,{depth}:,:,:,,"
 
 
-def qos_of(text: str) -> QosProfile | None:
-    """Return a QoS, or None for an invalid text. Times and the kind of history are ignored."""
-    parts = [each.split(",") for each in text.split(":")]
-    if [len(each) for each in parts] != [1, 1, 2, 2, 2, 3]:
-        return None
-    (reliability,), (durability,), (_, depth) = parts[:3]
-    if reliability not in _RELIABILITY or durability not in _DURABILITY:
-        return None
-    if not all(not each or _is_number(each) for part in parts for each in part):
-        return None
-    return QosProfile(
-        _RELIABILITY[reliability],
-        _DURABILITY[durability],
-        int(depth) if depth else _DEPTH,
-    )
-
-
-def _is_number(text: str) -> bool:
-    return text.isascii() and text.isdecimal() and len(text) <= 20  # noqa: PLR2004 - digits of 64 bits
-
-
 def _mangled(name: str) -> str:
+    """Return a name as one part of a token, whose parts are separated by slashes."""
     return name.replace("/", "%")
 
 
-def _plain(name: str) -> str:
+def _unmangled(name: str) -> str:
     return name.replace("%", "/")

@@ -19,29 +19,36 @@ from zenoh.handlers import Callback
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.messages import Codec
-from cxbridge_ros2.names import TypeName, parse_type
-from cxbridge_ros2.node import AnswerLater, Client, Domain, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.names import TypeName, check_topic, parse_type
+from cxbridge_ros2.node import (
+    Client,
+    Domain,
+    FailureCallback,
+    MessageCallback,
+    Node,
+    Publisher,
+    Report,
+    RequestHandler,
+)
 from cxbridge_ros2.qos import PROFILES, QosProfile
-from cxbridge_ros2.topics import check_topic
 from cxbridge_ros2.transports.environment import domain_id
-from cxbridge_ros2.transports.inbox import InboxSource, MessageInbox
-from cxbridge_ros2.transports.misfits import misfit, whole_name
+from cxbridge_ros2.transports.mismatches import mismatch, public_name
 from cxbridge_ros2.transports.zenoh.graph import RosGraph
+from cxbridge_ros2.transports.zenoh.inbox import InboxSource, MessageInbox
 from cxbridge_ros2.transports.zenoh.names import (
     NO_HASH,
     GraphEndpoint,
     Kind,
     MessageAttachment,
     NodeName,
-    TypedName,
     attachment_of,
-    place_of,
     tokens_of,
+    typed_name,
 )
 from cxbridge_ros2.transports.zenoh.session import open_session
 
 _SERVICES: Final = PROFILES["services_default"]
-_HEARTBEAT_S: Final = 0.5
+_HEARTBEAT_S: Final = 0.5  # seconds until a late subscription notices a missed message
 _REQUEST_S: Final = 600.0  # seconds until a request counts as failed
 _RESULT_S: Final = 1e9  # a goal may take any time
 # Kind of the remote end of an endpoint, and ROS' term for it.
@@ -81,12 +88,13 @@ class ZenohNode(Node):
         self._numbers = count(1)
         self._inbox = MessageInbox()
         self._ends: dict[int, Callable[[], None]] = {}
-        self._ours: dict[int, tuple[GraphEndpoint, TypeName]] = {}
-        self._compared = -1
+        self._endpoints: dict[int, tuple[GraphEndpoint, TypeName]] = {}
+        self._compared_version = -1
         self._graph = RosGraph()
         liveliness = self._session.liveliness()
+        # both are kept: Zenoh ends a subscription and a token that have no reference
         self._tokens = liveliness.declare_subscriber(
-            tokens_of(self._domain), _called(self._changed), history=True
+            tokens_of(self._domain), _direct(self._update_graph), history=True
         )
         self._token = liveliness.declare_token(self._name.token)
 
@@ -94,57 +102,61 @@ class ZenohNode(Node):
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         name = parse_type(message_type)
-        endpoint = self._endpoint("MP", place_of(check_topic(topic), name, self._definitions), qos)
-        zenoh_publisher = _declared_publisher(self._session, endpoint.place.key(self._domain), qos)
-        end = self._announced(endpoint, name, zenoh_publisher)
-        subscriptions = partial(self._graph.at, "MS", endpoint.place)
-        return _Publisher(
-            zenoh_publisher, endpoint.gid, partial(self._codec.encode, name), subscriptions, end
+        endpoint = self._endpoint("MP", topic, name, qos)
+        zenoh_publisher = _declared_publisher(self._session, endpoint.topic.key(self._domain), qos)
+        gid, numbers = endpoint.gid, count(1)
+
+        def publish(message: Mapping[str, Any]) -> None:
+            data = self._codec.encode(name, message)
+            attachment = bytes(MessageAttachment(next(numbers), time.time_ns(), gid))
+            try:
+                zenoh_publisher.put(data, attachment=attachment)
+            except zenoh.ZError as error:
+                raise Ros2Error(f"Zenoh does not take a message: {error}") from None
+
+        return Publisher(
+            publish,
+            lambda: len(self._graph.endpoints("MS", endpoint.topic)),
+            self._announce(endpoint, name, zenoh_publisher),
         )
 
     def _subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
+        self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
     ) -> Callable[[], None]:
         name = parse_type(message_type)
-        endpoint = self._endpoint("MS", place_of(check_topic(topic), name, self._definitions), qos)
+        endpoint = self._endpoint("MS", topic, name, qos)
 
         def take(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:
-                message = self._intact(topic, lambda: self._codec.decode(name, sample.payload.to_bytes()))
+                message = self._decoded(topic, lambda: self._codec.decode(name, sample.payload.to_bytes()))
                 if message is not None:
-                    receive(message)
+                    callback(message)
 
         source = InboxSource(take, max(1, qos.depth))
-        put = _called(partial(self._inbox.put, source))
-        zenoh_subscriber = _declared_subscriber(self._session, endpoint.place.key(self._domain), put, qos)
-        return self._announced(endpoint, name, zenoh_subscriber, source)
+        put = _direct(partial(self._inbox.put, source))
+        zenoh_subscriber = _declared_subscriber(self._session, endpoint.topic.key(self._domain), put, qos)
+        return self._announce(endpoint, name, zenoh_subscriber, source)
 
     def client(self, service: str, service_type: str) -> Client:
         name = parse_type(service_type, "srv")
-        endpoint = self._endpoint("SC", self._service(service, name), _SERVICES)
+        endpoint = self._endpoint("SC", service, name, _SERVICES)
         querier = self._session.declare_querier(
-            endpoint.place.key(self._domain),
+            endpoint.topic.key(self._domain),
+            # each server gets the request, and the first response counts, as in rmw_zenoh_cpp
             target=zenoh.QueryTarget.ALL_COMPLETE,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=_RESULT_S if service.endswith(_GET_RESULT) else _REQUEST_S,
         )
-        zenoh_client = _Client(
-            querier,
-            endpoint.gid,
-            partial(self._codec.encode, name.derived("Request")),
-            partial(self._codec.decode, name.derived("Response")),
-            partial(self._graph.at, "SS", endpoint.place),
-            lambda: self._graph.why_unserved(endpoint.place, name, f"the domain {self._domain}"),
-        )
-        source = InboxSource(zenoh_client.take, 0)
-        zenoh_client.put = partial(self._inbox.put, source)
-        zenoh_client.end = self._announced(endpoint, name, querier, source)
-        return zenoh_client
+        client = _Client(querier, endpoint, name, self._codec, self._graph)
+        source = InboxSource(client.take, 0)
+        client.put = partial(self._inbox.put, source)
+        client.end = self._announce(endpoint, name, querier, source)
+        return client
 
-    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         name = parse_type(service_type, "srv")
-        endpoint = self._endpoint("SS", self._service(service, name), _SERVICES)
-        key = endpoint.place.key(self._domain)
+        endpoint = self._endpoint("SS", service, name, _SERVICES)
+        key = endpoint.topic.key(self._domain)
         encode = partial(self._codec.encode, name.derived("Response"))
 
         def take(query: zenoh.Query) -> None:
@@ -155,20 +167,21 @@ class ZenohNode(Node):
                 query.reply_err(str(error))
                 query.drop()
                 return
-            answer(request, lambda response: _reply(query, key, encode(response)))
+            handler(request, lambda response: _reply(query, key, encode(response)))
 
         source = InboxSource(take, _SERVICES.depth)
+        # complete: the server answers any request for its key
         queryable = self._session.declare_queryable(
-            key, _called(partial(self._inbox.put, source)), complete=True
+            key, _direct(partial(self._inbox.put, source)), complete=True
         )
-        return self._announced(endpoint, name, queryable, source)
+        return self._announce(endpoint, name, queryable, source)
 
     def poll(self, timeout_s: float = 0.0) -> bool:
-        if self._compared != self._graph.version:
-            self._compared = self._graph.version
-            for ours, kind in self._ours.values():
-                self._compare(ours, kind)
-        return self._inbox.hand_out(timeout_s)
+        if self._compared_version != self._graph.version:
+            self._compared_version = self._graph.version
+            for endpoint, kind in self._endpoints.values():
+                self._compare(endpoint, kind)
+        return self._inbox.deliver(timeout_s)
 
     def close(self) -> None:
         for end in list(self._ends.values()):
@@ -178,24 +191,21 @@ class ZenohNode(Node):
 
     # --- Zenoh --------------------------------------------------------------------------------------------
 
-    def _endpoint(self, kind: Kind, place: TypedName, qos: QosProfile) -> GraphEndpoint:
-        return GraphEndpoint(self._name, next(self._numbers), kind, place, qos)
+    def _endpoint(self, kind: Kind, topic: str, name: TypeName, qos: QosProfile) -> GraphEndpoint:
+        is_service = kind in ("SS", "SC")
+        typed = typed_name(check_topic(topic), name, self._definitions, is_service=is_service)
+        return GraphEndpoint(self._name, next(self._numbers), kind, typed, qos)
 
-    def _service(self, service: str, name: TypeName) -> TypedName:
-        return place_of(check_topic(service), name, self._definitions, is_service=True)
-
-    def _compare(self, ours: GraphEndpoint, kind: TypeName) -> None:
+    def _compare(self, endpoint: GraphEndpoint, kind: TypeName) -> None:
         """Complain about remote endpoints with the same name and another type."""
-        wanted, peer = _PEERS[ours.kind]
-        name = whole_name(ours.place.name)
-        for theirs in self._graph.called(wanted, ours.place.name):
-            known = tuple(
-                "" if each == NO_HASH else each for each in (theirs.type_hash, ours.place.type_hash)
-            )
-            if text := misfit(name, peer, (theirs.kind, known[0]), (kind, known[1])):
+        peer_kind, peer = _PEERS[endpoint.kind]
+        name, our_hash = public_name(endpoint.topic.name), _known_hash(endpoint.topic.type_hash)
+        for topic in self._graph.topics_named(peer_kind, endpoint.topic.name):
+            their_hash = _known_hash(topic.type_hash)
+            if text := mismatch(name, peer, topic.dds_type, their_hash, kind, our_hash):
                 self.complain(f"type {name} {peer}", text)
 
-    def _announced(
+    def _announce(
         self, endpoint: GraphEndpoint, name: TypeName, entity: Any, source: InboxSource | None = None
     ) -> Callable[[], None]:
         """Announce an endpoint; return the function that closes it."""
@@ -204,18 +214,18 @@ class ZenohNode(Node):
         def end() -> None:
             if self._ends.pop(endpoint.number, None) is None:
                 return
-            del self._ours[endpoint.number]
+            del self._endpoints[endpoint.number]
             if source is not None:
                 self._inbox.end(source)
             token.undeclare()
             entity.undeclare()
 
-        self._ours[endpoint.number] = endpoint, name
+        self._endpoints[endpoint.number] = endpoint, name
         self._compare(endpoint, name)
         self._ends[endpoint.number] = end  # Zenoh ends an endpoint without a reference
         return end
 
-    def _changed(self, sample: zenoh.Sample) -> None:
+    def _update_graph(self, sample: zenoh.Sample) -> None:
         """Update the graph; called in a thread of Zenoh."""
         update = self._graph.add if sample.kind == zenoh.SampleKind.PUT else self._graph.remove
         update(str(sample.key_expr))
@@ -225,79 +235,47 @@ def join(name: str, definitions: Definitions, domain: Domain, report: Report | N
     return ZenohNode(name, definitions, domain.url, domain.number, report)
 
 
-class _Publisher(Publisher):
-    def __init__(
-        self,
-        publisher: zenoh.Publisher | ext.AdvancedPublisher,
-        gid: bytes,
-        encode: Callable[[Mapping[str, Any]], bytes],
-        subscriptions: Callable[[], frozenset[int]],
-        end: Callable[[], None],
-    ) -> None:
-        self._publisher, self._gid, self._encode = publisher, gid, encode
-        self._subscriptions, self._end = subscriptions, end
-        self._numbers = count(1)
-
-    def publish(self, message: Mapping[str, Any]) -> None:
-        data = self._encode(message)
-        attachment = bytes(MessageAttachment(next(self._numbers), time.time_ns(), self._gid))
-        try:
-            self._publisher.put(data, attachment=attachment)
-        except zenoh.ZError as error:
-            raise Ros2Error(f"Zenoh does not take a message: {error}") from None
-
-    @property
-    def subscriptions(self) -> int:
-        return len(self._subscriptions())
-
-    def close(self) -> None:
-        self._end()
-
-
 class _Client(Client):
+    """A client of a service: a request is a query, whose replies come in threads of Zenoh.
+
+    :ivar put: queues a reply of a request, or None after the last one, for the polling thread.
+    :ivar end: closes the endpoint.
+    """
+
     put: Callable[[tuple[int, zenoh.Reply | None]], None]
     end: Callable[[], None]
 
     def __init__(
-        self,
-        querier: zenoh.Querier,
-        gid: bytes,
-        encode: Callable[[Mapping[str, Any]], bytes],
-        decode: Callable[[bytes], Any],
-        servers: Callable[[], frozenset[int]],
-        why: Callable[[], str],
+        self, querier: zenoh.Querier, endpoint: GraphEndpoint, name: TypeName, codec: Codec, graph: RosGraph
     ) -> None:
-        self._querier, self._gid, self._encode, self._decode = querier, gid, encode, decode
-        self._servers, self._why = servers, why
-        self._waiting: dict[int, tuple[Receive, Failed | None]] = {}
-        self._numbers = count(1)
+        super().__init__()
+        self._querier, self._endpoint, self._name = querier, endpoint, name
+        self._codec, self._graph, self._gid = codec, graph, endpoint.gid
 
-    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
-        data = self._encode(request)
-        number = next(self._numbers)
-        self._waiting[number] = done, failed
+    def call(
+        self, request: Mapping[str, Any], done: MessageCallback, failed: FailureCallback | None = None
+    ) -> int:
+        data = self._codec.encode(self._name.derived("Request"), request)
+        number = self._add_request(done, failed)
         attachment = bytes(MessageAttachment(number, time.time_ns(), self._gid))
-        came: Callback[zenoh.Reply] = Callback(
+        callback: Callback[zenoh.Reply] = Callback(
             lambda reply: self.put((number, reply)), lambda: self.put((number, None))
         )
         try:
-            self._querier.get(came, payload=data, attachment=attachment)
+            self._querier.get(callback, payload=data, attachment=attachment)
         except zenoh.ZError as error:
-            del self._waiting[number]
+            self.forget(number)
             raise Ros2Error(f"Zenoh does not take a request: {error}") from None
         return number
 
-    def forget(self, number: int) -> None:
-        self._waiting.pop(number, None)
-
-    def take(self, came: tuple[int, zenoh.Reply | None]) -> None:
+    def take(self, numbered_reply: tuple[int, zenoh.Reply | None]) -> None:
         """Handle a response, an error, or the end of responses."""
-        number, reply = came
-        done, failed = self._waiting.pop(number, (None, None))
+        number, reply = numbered_reply
+        done, failed = self._pending.pop(number, (None, None))
         if done is None:
             return  # a second response, or a response to a forgotten request
         try:
-            response = self._decode(_answered(reply))
+            response = self._codec.decode(self._name.derived("Response"), _payload_of(reply))
         except Ros2Error as error:
             if failed is not None:
                 failed(str(error))
@@ -306,18 +284,23 @@ class _Client(Client):
 
     @property
     def servers(self) -> frozenset[int]:
-        return self._servers()
+        return self._graph.endpoints("SS", self._endpoint.topic)
 
     def why_unserved(self) -> str:
-        return self._why()
+        network = f"the domain {self._endpoint.node.domain}"
+        return self._graph.why_unserved(self._endpoint.topic, self._name, network)
 
     def close(self) -> None:
         self.end()
 
 
-def _called(call: Callable[[Any], None], drop: Callable[[], None] | None = None) -> Callback[Any]:
-    """Return a callback that runs in Zenoh's own thread: it must not block."""
-    return Callback(call, drop, indirect=False)
+def _known_hash(type_hash: str) -> str:
+    return "" if type_hash == NO_HASH else type_hash
+
+
+def _direct(call: Callable[[Any], None]) -> Callback[Any]:
+    """Return a callback that runs in Zenoh's own thread, without a thread of Python: it must not block."""
+    return Callback(call, None, indirect=False)
 
 
 def _declared_publisher(
@@ -364,20 +347,17 @@ def _declared_subscriber(
 def _reply(query: zenoh.Query, key: str, data: bytes) -> None:
     """Answer a query; the client may be gone."""
     attachment = _bytes(query.attachment)
-    request_attachment = attachment_of(attachment)
-    sent = (
-        attachment
-        if request_attachment is None
-        else bytes(MessageAttachment(request_attachment.number, time.time_ns(), request_attachment.gid))
-    )
+    # the client finds its request by the number in the attachment; an unknown format is sent back as it is
+    if request := attachment_of(attachment):
+        attachment = bytes(MessageAttachment(request.number, time.time_ns(), request.gid))
     try:
-        query.reply(key, data, attachment=sent)
+        query.reply(key, data, attachment=attachment)
         query.drop()
     except zenoh.ZError:
         return
 
 
-def _answered(reply: zenoh.Reply | None) -> bytes:
+def _payload_of(reply: zenoh.Reply | None) -> bytes:
     if reply is None:
         raise Ros2Error("the server has not answered: it is gone, or has taken too long")
     if reply.err is not None:

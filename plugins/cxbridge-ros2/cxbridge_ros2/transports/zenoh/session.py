@@ -1,4 +1,8 @@
-"""Opens a Zenoh session with the configuration of rmw_zenoh_cpp."""
+"""Opens a Zenoh session with the configuration of rmw_zenoh_cpp, and waits for a router.
+
+A router on this machine is only met: the nodes then talk to each other directly. A router elsewhere forwards
+all messages, so that the robot need not reach this machine.
+"""
 
 from __future__ import annotations
 
@@ -16,15 +20,15 @@ from cxbridge.listening import is_loopback
 
 ROUTER: Final = "tcp/localhost:7447"  # default router of a host
 
-_STEP_S: Final = 1.0
-_LOOK_S: Final = 0.02
-_HERE: Final = {
+_ATTEMPT_S: Final = 1.0  # seconds of an attempt to find a router, and between two attempts
+_POLL_S: Final = 0.02
+_WITH_LOCAL_ROUTER: Final = {
     "mode": "peer",
     "listen/endpoints": ["tcp/localhost:0"],  # not reachable from outside
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": True,
 }
-_AWAY: Final = {"mode": "client", "scouting/multicast/enabled": False}
+_WITH_REMOTE_ROUTER: Final = {"mode": "client", "scouting/multicast/enabled": False}
 
 
 def open_session(url: str) -> zenoh.Session:
@@ -38,7 +42,7 @@ def open_session(url: str) -> zenoh.Session:
     reason = ""
     for _ in count() if attempts == 0 else range(max(1, attempts)):
         if reason:
-            time.sleep(_STEP_S)
+            time.sleep(_ATTEMPT_S)
         try:
             session = zenoh.open(config)
         except zenoh.ZError as error:
@@ -55,14 +59,14 @@ def open_session(url: str) -> zenoh.Session:
     )
 
 
-def settings_of(url: str, *, is_needed: bool = True) -> dict[str, object]:
+def session_settings(url: str, *, is_needed: bool = True) -> dict[str, object]:
     """Return the configuration without the environment's overrides, by key.
 
     :param is_needed: whether the session requires a router; otherwise it keeps looking for one.
     """
     endpoint = url or ROUTER
     return {
-        **(_HERE if _is_here(endpoint) else _AWAY),
+        **(_WITH_LOCAL_ROUTER if _is_local(endpoint) else _WITH_REMOTE_ROUTER),
         "connect/endpoints": [endpoint],
         "connect/timeout_ms": 0,
         "connect/exit_on_failure": is_needed,
@@ -70,10 +74,10 @@ def settings_of(url: str, *, is_needed: bool = True) -> dict[str, object]:
     }
 
 
-def overrides_of(text: str) -> Iterator[tuple[str, str]]:
+def read_overrides(text: str) -> Iterator[tuple[str, str]]:
     """Yield keys and values of ZENOH_CONFIG_OVERRIDE: ``key=value;key=value``."""
-    for each in text.split(";"):
-        key, _, value = each.partition("=")
+    for override in text.split(";"):
+        key, _, value = override.partition("=")
         if key.strip() and value.strip():
             yield key.strip(), value.strip()
 
@@ -85,11 +89,11 @@ def _config(url: str, *, is_needed: bool) -> zenoh.Config:
         config = zenoh.Config.from_file(file) if file else zenoh.Config()
         settings: dict[str, object] = {"connect/endpoints": [url]} if url else {}
         if not file:
-            settings = settings_of(url, is_needed=is_needed)
+            settings = session_settings(url, is_needed=is_needed)
         for key, value in settings.items():
             setting = f"'{url}'"
             config.insert_json5(key, json.dumps(value))
-        for key, text in overrides_of(os.environ.get("ZENOH_CONFIG_OVERRIDE", "")):
+        for key, text in read_overrides(os.environ.get("ZENOH_CONFIG_OVERRIDE", "")):
             setting = f"ZENOH_CONFIG_OVERRIDE: {key}={text}"
             config.insert_json5(key, text)
     except zenoh.ZError as error:
@@ -108,11 +112,11 @@ def _attempts() -> int:
 
 
 def _has_router(session: zenoh.Session) -> bool:
-    end_s = time.monotonic() + _STEP_S
+    end_s = time.monotonic() + _ATTEMPT_S
     while not session.info.routers_zid():
         if time.monotonic() > end_s:
             return False
-        time.sleep(_LOOK_S)
+        time.sleep(_POLL_S)
     return True
 
 
@@ -121,7 +125,7 @@ def _endpoints(zenoh_settings: zenoh.Config) -> str:
     return ", ".join(map(str, endpoints)) if isinstance(endpoints, list) and endpoints else "any place"
 
 
-def _is_here(endpoint: str) -> bool:
+def _is_local(endpoint: str) -> bool:
     host = endpoint.partition("/")[2].partition("?")[0].rpartition(":")[0].strip("[]")
     return is_loopback(host)
 

@@ -16,7 +16,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import RunOptions
 from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
-from cxbridge_ros2.experts.names import NODES
+from cxbridge_ros2.experts.definitions import NODES
 from ros2_tests.experts.agents import HERE, MEETING, asking, configuration, served
 from ros2_tests.experts.test_services import WHOLE, goal, named, predicate
 from tests.support import ROOT, needs_plugin
@@ -39,48 +39,48 @@ def test_the_page_has_the_rules():
 def test_a_goal_is_pursued(domain: int, tmp_path: Path):
     with served(tmp_path, domain, meeting_that_listens(tmp_path)), asking(domain) as client:
         clock = RealClock()
-        client.do(WHOLE["add_problem_instance"], named("R2", "name"))
+        client.request(WHOLE["add_problem_instance"], named("R2", "name"))
         wanted = goal("(said R2 GOODBYE)")
-        client.do(WHOLE["add_problem_goal"], wanted)
+        client.request(WHOLE["add_problem_goal"], wanted)
         end = clock.now_us() + 60_000_000
-        while not client.do(WHOLE["is_problem_goal_satisfied"], wanted)["satisfied"]:
+        while not client.request(WHOLE["is_problem_goal_satisfied"], wanted)["satisfied"]:
             assert clock.now_us() < end
             client.wait(lambda: False, 0.2)
-        while client.do(WHOLE["get_problem_goal"])["tree"]["nodes"]:
+        while client.request(WHOLE["get_problem_goal"])["tree"]["nodes"]:
             assert clock.now_us() < end
             client.wait(lambda: False, 0.2)
-        found = client.ask(WHOLE["exist_problem_predicate"], predicate("said", "R2", "HELLO"))
+        found = client.call(WHOLE["exist_problem_predicate"], predicate("said", "R2", "HELLO"))
         assert found["exist"] is True
 
 
 def test_who_may_only_look(domain: int, tmp_path: Path):
     with served(tmp_path, domain, more=", remote-control: false"), asking(domain) as client:
-        before = client.do(WHOLE["get_problem"])["problem"]
+        before = client.request(WHOLE["get_problem"])["problem"]
         for name, service in PROBLEM_SERVICES.items():
             if service.changes:
-                response = client.ask(WHOLE[name])
+                response = client.call(WHOLE[name])
                 assert response["success"] is False
                 assert response["error_info"].endswith("cxbridge/remote-control of the daemon is off")
-        assert client.ask(WHOLE["get_plan"])["error_info"].startswith("refused: /planner/get_plan")
-        assert client.do(WHOLE["get_problem"])["problem"] == before
+        assert client.call(WHOLE["get_plan"])["error_info"].startswith("refused: /planner/get_plan")
+        assert client.request(WHOLE["get_problem"])["problem"] == before
 
 
 def test_while_it_is_paused_and_after_a_reset(domain: int, tmp_path: Path):
     with served(tmp_path, domain) as daemon, asking(domain) as client:
-        client.do(WHOLE["add_problem_instance"], named("attic", "room"))
+        client.request(WHOLE["add_problem_instance"], named("attic", "room"))
         assert command(daemon.board, "Pause", 10)
         client.wait(lambda: daemon.state == "PAUSED", 10)
-        assert "attic" in client.do(WHOLE["get_problem"])["problem"]
+        assert "attic" in client.request(WHOLE["get_problem"])["problem"]
         assert command(daemon.board, "Reset", 10)
-        client.wait(lambda: "attic" not in client.ask(WHOLE["get_problem"])["problem"], 10)
+        client.wait(lambda: "attic" not in client.call(WHOLE["get_problem"])["problem"], 10)
         assert command(daemon.board, "Resume", 10)
         client.wait(lambda: daemon.state == "RUNNING", 10)
-        assert "(at r2 hall)" in client.do(WHOLE["get_problem"])["problem"]
+        assert "(at r2 hall)" in client.request(WHOLE["get_problem"])["problem"]
 
 
 def test_a_part_of_it_is_served(domain: int, tmp_path: Path):
     with served(tmp_path, domain, experts=", serve: [domain]"), asking(domain) as client:
-        assert client.do(WHOLE["get_domain_name"])["name"] == "tour"
+        assert client.request(WHOLE["get_domain_name"])["name"] == "tour"
         clients = [
             client.node.client(name, f"plansys2_msgs/srv/{kind}") for name, kind in NODES["problem"].items()
         ]
@@ -91,7 +91,7 @@ def test_a_part_of_it_is_served(domain: int, tmp_path: Path):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ("{serve: all, sevre: all}", "there is no setting 'sevre'"),
+        ("{serve: all, sevre: all}", "has no setting 'sevre'"),
         ("{serve: executor}", "'executor' is no service"),
         ("{serve: []}", "nothing is served"),
         ("{serve: all, transport: pigeon}", "there is no transport 'pigeon'"),

@@ -13,8 +13,8 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.executive.pddl import parse_formula
 from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
 from cxbridge_ros2.experts.client import ExpertClient
+from cxbridge_ros2.experts.definitions import DOMAIN, KNOWLEDGE, PROBLEM, SERVICES, SINCE_JAZZY, UPDATE
 from cxbridge_ros2.experts.domain import DOMAIN_SERVICES
-from cxbridge_ros2.experts.names import DOMAIN, KNOWLEDGE, PROBLEM, SERVICES, SINCE_JAZZY, UPDATE
 from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_node, param
 from cxbridge_ros2.qos import QosProfile
 from ros2_tests.experts.agents import AGENT, MEETING, asking, served
@@ -136,11 +136,11 @@ def experts(domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[E
 @pytest.fixture
 def client(experts: ExpertClient) -> ExpertClient:
     """The world as the agent has it, and a charged battery."""
-    experts.do(WHOLE["clear_problem_knowledge"])
+    experts.request(WHOLE["clear_problem_knowledge"])
     for name, kind in (("r2", "robot"), ("hall", "room")):
-        experts.do(WHOLE["add_problem_instance"], named(name, kind))
-    experts.do(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
-    experts.do(WHOLE["add_problem_function"], function(3, "battery", "r2"))
+        experts.request(WHOLE["add_problem_instance"], named(name, kind))
+    experts.request(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
+    experts.request(WHOLE["add_problem_function"], function(3, "battery", "r2"))
     return experts
 
 
@@ -153,7 +153,7 @@ def test_each_service_is_served_and_asked_here():
 
 @pytest.mark.parametrize("name", [name for name in RIGHT if WHOLE[name] not in SINCE_JAZZY])
 def test_right(client: ExpertClient, name: str):
-    response = client.ask(WHOLE[name], RIGHT[name], 30)
+    response = client.call(WHOLE[name], RIGHT[name], 30)
     assert (response["success"], response["error_info"]) == (True, "")
 
 
@@ -162,7 +162,7 @@ def test_right(client: ExpertClient, name: str):
 )
 def test_wrong(client: ExpertClient, name: str, request_: dict[str, Any], message: str):
     before = state(client)
-    response = client.ask(WHOLE[name], request_)
+    response = client.call(WHOLE[name], request_)
     assert response["success"] is False
     assert message in response["error_info"]
     assert state(client) == before
@@ -179,46 +179,46 @@ def test_what_came_with_jazzy(domain: int, tmp_path: Path, experts: ExpertClient
         for name in SINCE_JAZZY:
             last = name.rpartition("/")[2]
             if last in RIGHT:
-                client.do(name, RIGHT[last])
+                client.request(name, RIGHT[last])
         for last, request, message in WRONG:
             if WHOLE[last] in SINCE_JAZZY:
-                assert message in client.ask(WHOLE[last], request)["error_info"]
+                assert message in client.call(WHOLE[last], request)["error_info"]
 
 
 def state(client: ExpertClient) -> str:
-    return str(client.do(WHOLE["get_problem"])["problem"])
+    return str(client.request(WHOLE["get_problem"])["problem"])
 
 
 def test_what_is_there(client: ExpertClient):
-    assert client.ask(WHOLE["exist_problem_predicate"], predicate("at", "r2", "hall"))["exist"] is True
-    assert client.ask(WHOLE["exist_problem_predicate"], predicate("at", "r2", "dock"))["exist"] is False
-    assert client.ask(WHOLE["exist_problem_function"], function(0, "battery", "r2"))["exist"] is True
-    assert client.ask(WHOLE["exist_problem_function"], function(0, "battery", "hall"))["exist"] is False
-    instances = client.do(WHOLE["get_problem_instances"])["instances"]
+    assert client.call(WHOLE["exist_problem_predicate"], predicate("at", "r2", "hall"))["exist"] is True
+    assert client.call(WHOLE["exist_problem_predicate"], predicate("at", "r2", "dock"))["exist"] is False
+    assert client.call(WHOLE["exist_problem_function"], function(0, "battery", "r2"))["exist"] is True
+    assert client.call(WHOLE["exist_problem_function"], function(0, "battery", "hall"))["exist"] is False
+    instances = client.request(WHOLE["get_problem_instances"])["instances"]
     assert [(each["name"], each["type"]) for each in instances] == [
         ("dock", "place"),
         ("r2", "robot"),
         ("hall", "room"),
     ]
-    node = client.do(WHOLE["get_problem_function"], {"expression": "(battery r2)"})["node"]
+    node = client.request(WHOLE["get_problem_function"], {"expression": "(battery r2)"})["node"]
     assert (node["node_type"], node["value"]) == (6, 3.0)
-    client.do(WHOLE["update_problem_function"], function(9, "battery", "r2"))
-    (node,) = client.do(WHOLE["get_problem_functions"])["states"]
+    client.request(WHOLE["update_problem_function"], function(9, "battery", "r2"))
+    (node,) = client.request(WHOLE["get_problem_functions"])["states"]
     assert node["value"] == 9.0
 
 
 def test_what_is_said_of_an_instance_goes_with_it(client: ExpertClient):
-    client.do(WHOLE["add_problem_goal"], goal("(and (clean hall) (at r2 dock))"))
-    client.do(WHOLE["remove_problem_instance"], named("r2"))
-    assert client.do(WHOLE["get_problem_predicates"])["states"] == []
-    assert client.do(WHOLE["get_problem_functions"])["states"] == []
+    client.request(WHOLE["add_problem_goal"], goal("(and (clean hall) (at r2 dock))"))
+    client.request(WHOLE["remove_problem_instance"], named("r2"))
+    assert client.request(WHOLE["get_problem_predicates"])["states"] == []
+    assert client.request(WHOLE["get_problem_functions"])["states"] == []
     assert "(:goal (and (clean hall)))" in state(client)
-    client.do(WHOLE["remove_problem_instance"], named("hall"))
-    assert client.do(WHOLE["get_problem_goal"])["tree"]["nodes"] == []
+    client.request(WHOLE["remove_problem_instance"], named("hall"))
+    assert client.request(WHOLE["get_problem_goal"])["tree"]["nodes"] == []
 
 
 def test_a_problem_is_added_to_what_is_there(client: ExpertClient):
-    client.do(WHOLE["add_problem"], {"problem": PROBLEM_TEXT})
+    client.request(WHOLE["add_problem"], {"problem": PROBLEM_TEXT})
     text = state(client)
     for part in (
         "r2 - robot",
@@ -243,18 +243,18 @@ def test_a_problem_is_added_to_what_is_there(client: ExpertClient):
     ],
 )
 def test_whether_a_goal_is_reached(client: ExpertClient, text: str, satisfied: bool):
-    assert client.do(WHOLE["is_problem_goal_satisfied"], goal(text))["satisfied"] is satisfied
+    assert client.request(WHOLE["is_problem_goal_satisfied"], goal(text))["satisfied"] is satisfied
 
 
 def test_the_domain(client: ExpertClient):
-    assert client.do(WHOLE["get_domain_name"])["name"] == "tour"
-    assert client.do(WHOLE["get_domain_types"])["types"] == ["robot", "place", "room", "crate"]
-    assert client.do(WHOLE["get_domain_constants"], {"type": "place"})["constants"] == ["dock"]
-    assert client.do(WHOLE["get_domain_actions"])["actions"] == ["sweep", "fill"]
-    assert client.do(WHOLE["get_domain_durative_actions"])["actions"] == ["move"]
-    states = client.do(WHOLE["get_domain_predicates"])["states"]
+    assert client.request(WHOLE["get_domain_name"])["name"] == "tour"
+    assert client.request(WHOLE["get_domain_types"])["types"] == ["robot", "place", "room", "crate"]
+    assert client.request(WHOLE["get_domain_constants"], {"type": "place"})["constants"] == ["dock"]
+    assert client.request(WHOLE["get_domain_actions"])["actions"] == ["sweep", "fill"]
+    assert client.request(WHOLE["get_domain_durative_actions"])["actions"] == ["move"]
+    states = client.request(WHOLE["get_domain_predicates"])["states"]
     assert [each["name"] for each in states] == ["at", "clean", "open", "full"]
-    node = client.do(WHOLE["get_domain_predicate_details"], {"expression": "at"})["node"]
+    node = client.request(WHOLE["get_domain_predicate_details"], {"expression": "at"})["node"]
     assert [(each["name"], each["type"], each["sub_types"]) for each in node["parameters"]] == [
         ("?robot0", "robot", []),
         ("?place1", "place", ["room"]),
@@ -263,11 +263,11 @@ def test_the_domain(client: ExpertClient):
 
 def test_actions(client: ExpertClient):
     request = {"action": "sweep", "parameters": ["r2"]}
-    action = client.do(WHOLE["get_domain_action_details"], request)["action"]
+    action = client.request(WHOLE["get_domain_action_details"], request)["action"]
     assert [each["name"] for each in action["parameters"]] == ["r2", "?1"]
     assert CODEC.formula(action["preconditions"]) == parse_formula("(and (at r2 ?1) (not (clean ?1)))")
     request = {"durative_action": "move", "parameters": ["r2", "a", "b"]}
-    action = client.do(WHOLE["get_domain_durative_action_details"], request)["durative_action"]
+    action = client.request(WHOLE["get_domain_durative_action_details"], request)["durative_action"]
     assert {
         field: CODEC.formula(tree)
         for field, tree in action.items()
@@ -282,13 +282,13 @@ def test_actions(client: ExpertClient):
 
 
 def test_an_operator_of_facts(client: ExpertClient):
-    action = client.do(WHOLE["get_domain_action_details"], {"action": "fill"})["action"]
+    action = client.request(WHOLE["get_domain_action_details"], {"action": "fill"})["action"]
     assert CODEC.formula(action["preconditions"]) == parse_formula("(not (full ?0))")
     assert CODEC.formula(action["effects"]) == parse_formula("(and (full ?0))")
 
 
 def test_a_plan(client: ExpertClient):
-    plan = client.do(WHOLE["get_plan"], RIGHT["get_plan"], 30)["plan"]
+    plan = client.request(WHOLE["get_plan"], RIGHT["get_plan"], 30)["plan"]
     assert [each["action"] for each in plan["items"]] == ["(say-hello PEGGY)", "(say-goodbye PEGGY)"]
     assert plan["items"][0]["time"] < plan["items"][1]["time"]
 
@@ -303,7 +303,7 @@ def test_changes_are_told(client: ExpertClient):
     assert client.wait(lambda: bool(known), 10)  # who comes late hears how things stand
     client.wait(lambda: False, 1)
     told.clear()
-    client.do(WHOLE["add_problem_predicate"], predicate("clean", "hall"))
+    client.request(WHOLE["add_problem_predicate"], predicate("clean", "hall"))
     assert client.wait(lambda: bool(told) and "(clean hall)" in known[-1]["predicates"], 10)
     assert known[-1]["instances"] == ["r2", "hall"]
     assert known[-1]["functions"] == ["(battery r2)"]
@@ -317,9 +317,9 @@ def test_facts_of_the_agent_are_what_is_known(domain: int, tmp_path: Path):
         asking(domain, "/robot7") as client,
     ):
         assert "(at r2 hall)" in state(client)
-        client.do(WHOLE["remove_problem_predicate"], predicate("at", "r2", "hall"))
-        client.do(WHOLE["add_problem_predicate"], predicate("at", "r2", "dock"))
-        client.do(WHOLE["remove_problem_instance"], named("hall"))
+        client.request(WHOLE["remove_problem_predicate"], predicate("at", "r2", "hall"))
+        client.request(WHOLE["add_problem_predicate"], predicate("at", "r2", "dock"))
+        client.request(WHOLE["remove_problem_instance"], named("hall"))
         assert daemon.node is not None
         env = daemon.node.env
         assert env is not None

@@ -18,8 +18,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertClient, ExpertRefusedError
-from cxbridge_ros2.experts.definitions import TYPES
-from cxbridge_ros2.experts.names import SERVICES
+from cxbridge_ros2.experts.definitions import SERVICES, TYPES
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import Terminal
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE
@@ -232,11 +231,11 @@ def theirs(domain: int) -> Iterator[ExpertClient]:
 
 
 def refill(client: ExpertClient) -> None:
-    client.do(WHOLE["clear_problem_knowledge"])
+    client.request(WHOLE["clear_problem_knowledge"])
     for name, kind in (("r2", "robot"), ("hall", "room")):
-        client.do(WHOLE["add_problem_instance"], named(name, kind))
-    client.do(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
-    client.do(WHOLE["add_problem_function"], function(3, "battery", "r2"))
+        client.request(WHOLE["add_problem_instance"], named(name, kind))
+    client.request(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
+    client.request(WHOLE["add_problem_function"], function(3, "battery", "r2"))
 
 
 def plain(value: Any) -> Any:
@@ -257,7 +256,7 @@ def test_each_answer_is_theirs(theirs: ExpertClient, domain: int, tmp_path: Path
                 continue
             refill(theirs)
             refill(ours)
-            there, here = theirs.ask(WHOLE[name], request, 20), ours.ask(WHOLE[name], request, 20)
+            there, here = theirs.call(WHOLE[name], request, 20), ours.call(WHOLE[name], request, 20)
             if there["success"] != here["success"] or (there["success"] and plain(there) != plain(here)):
                 different[name, message] = (there, here)
     assert different.keys() == DIFFERENT.keys(), different
@@ -265,8 +264,8 @@ def test_each_answer_is_theirs(theirs: ExpertClient, domain: int, tmp_path: Path
 
 def test_their_texts_are_read_here(theirs: ExpertClient):
     refill(theirs)
-    domain = parse_domain(theirs.do(WHOLE["get_domain"])["domain"])
-    problem = parse_problem(theirs.do(WHOLE["get_problem"])["problem"], domain)
+    domain = parse_domain(theirs.request(WHOLE["get_domain"])["domain"])
+    problem = parse_problem(theirs.request(WHOLE["get_problem"])["problem"], domain)
     assert [names.names for names in problem.objects] == [("r2",), ("hall",)]
 
 
@@ -276,7 +275,7 @@ def test_our_prompt_asks_theirs(theirs: ExpertClient):
     def said(line: str) -> list[str]:
         return list(terminal.do(line))
 
-    theirs.do(WHOLE["clear_problem_knowledge"])
+    theirs.request(WHOLE["clear_problem_knowledge"])
     assert said("get model types") == ["robot", "place", "room"]
     assert said("get model actions") == ["sweep", "move (durative)"]
     assert said("get model predicate at") == ["(at ?robot0 - robot ?place1 - place)"]
@@ -308,8 +307,8 @@ def test_their_planner_plans_for_our_prompt(theirs: ExpertClient):
     refill(theirs)
     with their_node("plansys2_planner", "planner_node"):
         lead(theirs, "/planner")
-        theirs.do(WHOLE["add_problem_instance"], named("attic", "room"))
-        theirs.do(WHOLE["add_problem_predicate"], predicate("open"))
+        theirs.request(WHOLE["add_problem_instance"], named("attic", "room"))
+        theirs.request(WHOLE["add_problem_predicate"], predicate("open"))
         list(terminal.do("set goal (and (at r2 attic))"))
         (step,) = list(terminal.do("get plan"))
         assert step == "0.000: (move r2 hall attic) [5.000]"

@@ -151,7 +151,7 @@ class ActionClients:
             self.plugin.define(env, f"{self.prefix}client-goal-handle-{name}", function, "e")
 
     def _id(self, sent: SentGoal) -> str:
-        text = str(uuid.UUID(bytes=sent.number))
+        text = str(uuid.UUID(bytes=sent.goal_id))
         return Symbol(text) if self.kind is None else text
 
     def _create(self, env: ClipsEnvironment, server: str, text: str | None = None) -> None:
@@ -280,9 +280,9 @@ class _GoalFacts(GoalObserver):
         self._add(
             "wrapped-result",
             {
-                "goal-id": str(uuid.UUID(bytes=sent.number))
+                "goal-id": str(uuid.UUID(bytes=sent.goal_id))
                 if self._clients.kind is not None
-                else Symbol(uuid.UUID(bytes=sent.number)),
+                else Symbol(uuid.UUID(bytes=sent.goal_id)),
                 "code": Symbol(_CODES.get(sent.status, "UNKNOWN")),
                 "result-ptr": address,
             },

@@ -180,17 +180,17 @@ class _Handler(GoalHandler):
         return GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
-        address = self._addresses[served.number] = self._servers.handles.add(served)
+        address = self._addresses[served.goal_id] = self._servers.handles.add(served)
         slots = {"server": self._server, "server-goal-handle-ptr": address}
         self._servers.plugin.add_fact(self._env, f"{self._servers.prefix}accepted-goal", slots)
 
     def may_cancel(self, served: ServedGoal) -> bool:
         """Let the deffunction decide about a cancel request; without a deffunction, accept."""
         goal = self._goal(served)
-        answer = self._call("cancel-goal", goal, self._addresses[served.number])
+        answer = self._call("cancel-goal", goal, self._addresses[served.goal_id])
         self._servers.plugin.messages.destroy(goal)
         return answer is None or answer == _CANCEL_ACCEPTED
 
 
 def _id(served: ServedGoal) -> str:
-    return str(uuid.UUID(bytes=served.number))
+    return str(uuid.UUID(bytes=served.goal_id))

@@ -78,7 +78,7 @@ class RosNode(Closing):
         name = self.name.rpartition("/")[2]
         if self._clock.is_virtual:
             return self.graph.join(name, self._log.warn)
-        from cxbridge_ros2.executor import NodeSettings  # noqa: PLC0415 - likewise
+        from cxbridge_ros2.settings import NodeSettings  # noqa: PLC0415 - likewise
 
         settings = NodeSettings.of({}, self._folder, "the node")
         return settings.join(name, self.definitions, self._log.warn, self._rights)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2.names import TypeName
-    from cxbridge_ros2.node import Client, Reply
+    from cxbridge_ros2.node import Client, SendResponse
 
 FIND_S: Final = 1.0  # seconds of real time for discovery of a server after its client is created
 
@@ -209,7 +209,7 @@ class ServiceServers:
         self._services[key] = _OpenService(end, fact)
 
     def _answer(
-        self, env: ClipsEnvironment, service: str, kind: TypeName, request: Message, reply: Reply
+        self, env: ClipsEnvironment, service: str, kind: TypeName, request: Message, reply: SendResponse
     ) -> None:
         """Call the deffunction for a request at once, and send the response that it filled."""
         function = f"{service if self._kind is None else self._prefix.rstrip('-')}-service-callback"
