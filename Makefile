@@ -42,21 +42,21 @@ $(BIN)/uv: | $(VENV)/bin/python
 
 ifdef LOCKED
 $(RUN): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(BIN)/uv locked
-	$(call install,--require-hashes -r requirements/run.txt -r requirements/build.txt)
-	$(call install,--no-deps --no-build-isolation -e . $(RUN_PLUGINS:%=-e %))
+	@$(call install,--require-hashes -r requirements/run.txt -r requirements/build.txt)
+	@$(call install,--no-deps --no-build-isolation -e . $(RUN_PLUGINS:%=-e %))
 	@touch $@
 
 $(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(BIN)/uv locked
-	$(call install,--require-hashes -r requirements/dev.txt)
-	$(call install,--no-deps --no-build-isolation -e . $(PLUGINS:%=-e %))
+	@$(call install,--require-hashes -r requirements/dev.txt)
+	@$(call install,--no-deps --no-build-isolation -e . $(PLUGINS:%=-e %))
 	@touch $@ $(RUN)
 else
 $(RUN): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(BIN)/uv
-	$(call install,-e '.[test]' $(RUN_PLUGINS:%=-e %))
+	@$(call install,-e '.[test]' $(RUN_PLUGINS:%=-e %))
 	@touch $@
 
 $(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(BIN)/uv
-	$(call install,-e '.[dev]' $(DEV_PLUGINS:%=-e '%'))
+	@$(call install,-e '.[dev]' $(DEV_PLUGINS:%=-e '%'))
 	@touch $@ $(RUN)
 endif
 
