@@ -11,7 +11,7 @@ from contextlib import suppress
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests import guard
+from tests import guard, long
 from tests.support import FULL, SEED, many
 
 guard.watch()
@@ -43,6 +43,14 @@ for _number in (signal.SIGINT, signal.SIGHUP):
 
 _GARBAGE_THRESHOLD = 10_000
 """As many new objects as Python's collector waits for: the program has such a number too (cli/entry.py)."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    long.note_extent(config)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    long.leave_out(config, items)
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -1,7 +1,8 @@
 """Sums the processor time of tests by folder, with that of the processes they start: `pytest -p tests.costs`.
 
 Durations by the wall clock mislead on a busy machine, and while workers share two cores. `--costs=files` sums
-by file, `--costs=tests` by test.
+by file, `--costs=tests` by test. `FULL=1 pytest -p tests.costs --costs=long` writes the list of long tests
+(tests/long.py).
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import long
+
 _TICKS = os.sysconf("SC_CLK_TCK")
 _PROPERTY = "processor seconds"
 _LEAST = 0.1
@@ -21,7 +24,7 @@ _LEAST = 0.1
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
-        "--costs", choices=("folders", "files", "tests"), default="folders", help="what is summed"
+        "--costs", choices=("folders", "files", "tests", "long"), default="folders", help="what is summed"
     )
 
 
@@ -49,11 +52,14 @@ def pytest_runtest_makereport(
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Print the sums, the largest first."""
+    """Print the sums, the largest first; or write the list of long tests."""
     spent: defaultdict[str, float] = defaultdict(float)
     for report in _reports(terminalreporter):
         shares = [float(str(value)) for name, value in report.user_properties if name == _PROPERTY]
         spent[_group(report.nodeid, config.getoption("--costs"))] += shares[-1] if shares else 0.0
+    if config.getoption("--costs") == "long":
+        long.write_list(spent)
+        return
     terminalreporter.section(f"processor seconds: {sum(spent.values()):.0f}")
     for name, seconds in sorted(spent.items(), key=lambda item: -item[1]):
         if seconds >= _LEAST:
@@ -68,7 +74,7 @@ def _reports(reporter: pytest.TerminalReporter) -> Iterator[pytest.TestReport]:
 
 
 def _group(nodeid: str, by: str) -> str:
-    if by == "tests":
+    if by in ("tests", "long"):
         return nodeid
     path = nodeid.partition("::")[0]
     return path if by == "files" else str(Path(path).parent)

@@ -13,7 +13,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.daemon.client import read_status
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.executive.host import endless
-from cxbridge.run import standstill
+from cxbridge.run import watchdog
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import FAULT
 from cxbridge.run.run import run_scenario
@@ -55,8 +55,8 @@ def agent(tmp_path: Path, shape: str, moment: str) -> tuple[Path, str]:
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Lose patience soon: how long it takes is no matter here."""
     monkeypatch.setattr(endless, "ENDLESS", ((10_000, 0.1),))
-    monkeypatch.setattr(standstill, "SPIN_S", 0.3)
-    monkeypatch.setattr(standstill, "HOPELESS_S", 0.5)
+    monkeypatch.setattr(watchdog, "SPIN_S", 0.3)
+    monkeypatch.setattr(watchdog, "HOPELESS_S", 0.5)
 
 
 @pytest.mark.parametrize(("shape", "moment"), share(product(SHAPES, MOMENTS), 4, row=lambda case: case[0]))

@@ -1,0 +1,81 @@
+"""The long tests: each takes a quarter of a second of processor time or more.
+
+Half of the suite's time goes into 3 % of its tests: runs of many processes, explorations, large inputs. A run of
+the whole suite draws a third of them, another third with each seed; ``FULL=1``, and a run that names files or
+folders, take all. Tests of the project's main claims are in each run.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+from collections import defaultdict
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.support import FULL, SEED
+
+LIST: Final = Path(__file__).with_name("long_tests.json")
+"""The names of the long tests, without parameters. `pytest -p tests.costs --costs=long` writes it."""
+
+_LEAST_SECONDS: Final = 0.25
+_SHARE: Final = 3
+_WHOLE_SUITE: Final = "CXBRIDGE_WHOLE_SUITE"
+_ALWAYS: Final = (
+    "tests/docs/",
+    "tests/executive/test_",
+    "tests/run/test_run.py",
+    "tests/scenarios/test_test_",
+    "tests/test_architecture.py",
+    "tests/test_packaging.py::test_the_wheel_works",
+    "plugins/cxbridge-web/tests/web_tests/page/",
+)
+"""The beginnings of names of tests in each run: recordings, commands of the manual, the wheel, views of the page."""
+
+
+def note_extent(config: pytest.Config) -> None:
+    """Note in the environment, which workers inherit, whether this is a run of the whole suite."""
+    if not hasattr(config, "workerinput"):
+        whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not FULL
+        os.environ[_WHOLE_SUITE] = "1" if whole else ""
+
+
+def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Remove the long tests that SEED does not draw from the tests of a run."""
+    if not os.environ.get(_WHOLE_SUITE):
+        return
+    names = frozenset(json.loads(LIST.read_text("utf-8")))
+    left_out = [item for item in items if name_of(item.nodeid) in names and not _is_drawn(item.nodeid)]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        gone = set(left_out)
+        items[:] = [item for item in items if item not in gone]
+
+
+def write_list(seconds: Mapping[str, float]) -> None:
+    """Write the list of long tests.
+
+    :param seconds: the processor seconds of each test.
+    """
+    by_name: defaultdict[str, list[float]] = defaultdict(list)
+    for nodeid, spent in seconds.items():
+        by_name[name_of(nodeid)].append(spent)
+    names = sorted(
+        name
+        for name, spent in by_name.items()
+        if sum(spent) / len(spent) >= _LEAST_SECONDS and not name.startswith(_ALWAYS)
+    )
+    LIST.write_text(json.dumps(names, indent=0) + "\n", "utf-8")
+
+
+def name_of(nodeid: str) -> str:
+    """Return the name of a test without its parameters."""
+    return nodeid.partition("[")[0]
+
+
+def _is_drawn(nodeid: str) -> bool:
+    return random.Random(f"{SEED} {nodeid}").randrange(_SHARE) == 0
