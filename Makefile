@@ -23,7 +23,7 @@ PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # uv installs in a quarter of pip's time; pip is left for its own settings (an index of a company, say), which uv does not read
 install = { test -x $(BIN)/uv && $(BIN)/uv pip install --quiet --python $(BIN)/python $(1); } || $(PIP) $(1)
 
-.PHONY: help setup locked run run-pddl test test-core lint ruff checks prose page-lint editor types platforms win32 darwin proto unit docs package bench lock doctor clean
+.PHONY: help setup locked run run-pddl test test-core lint ruff checks prose page-lint editor types platforms win32 darwin proto compiled unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -74,7 +74,7 @@ test: setup
 	@$(MAKE) --no-print-directory ruff
 	@report=$$(mktemp); $(MAKE) --no-print-directory --jobs=2 --keep-going checks >$$report 2>&1 & checker=$$!; \
 	trap 'rm -f $$report' EXIT; trap 'kill $$checker; exit 130' INT TERM; \
-	$(MAKE) --no-print-directory unit; unit=$$?; \
+	$(MAKE) --no-print-directory compiled; $(MAKE) --no-print-directory unit; unit=$$?; \
 	wait $$checker; checks=$$?; cat $$report; exit $$((unit || checks))
 
 lint: ruff page-lint editor prose
@@ -138,6 +138,10 @@ package: setup
 WIRE := cxbridge/blackboard/zmq/wire
 proto: setup
 	$(BIN)/python -m grpc_tools.protoc -I$(WIRE) --descriptor_set_out=$(WIRE)/envelope.binpb envelope.proto
+
+# tests in a new checkout are compiled once here, else by each worker; a mistake in them is reported by `unit`
+compiled: setup
+	@test -d tests/__pycache__ || $(BIN)/python -m pytest --collect-only -qq >/dev/null 2>&1 || true
 
 unit: setup
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal

@@ -1,8 +1,8 @@
 """The long tests: each takes a quarter of a second of processor time or more.
 
-Half of the suite's time goes into 3 % of its tests: runs of many processes, explorations, large inputs. A run of
-the whole suite draws a third of them, another third with each seed; ``FULL=1``, and a run that names files or
-folders, take all. Tests of the project's main claims are in each run.
+Half of the suite's time goes into 3 % of its tests: runs of many processes, explorations, large inputs. A run
+of the whole suite draws a third of them, another third with each seed; ``FULL=1``, and a run that names files
+or folders, take all. Tests of the project's main claims are in each run.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _ALWAYS: Final = (
     "tests/test_packaging.py::test_the_wheel_works",
     "plugins/cxbridge-web/tests/web_tests/page/",
 )
-"""The beginnings of names of tests in each run: recordings, commands of the manual, the wheel, views of the page."""
+"""Beginnings of the names of tests in each run: recordings, the manual, the wheel, views of the page."""
 
 
 def note_extent(config: pytest.Config) -> None:
