@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.properties.builtin.table import builtin_properties
 from cxbridge_explore.properties.reading import FILE, joined, read_properties
-from cxbridge_explore.worldmodel.known import check_world_of
+from cxbridge_explore.worldmodel.names import check_world_of
 from cxbridge_explore.worldmodel.reading import find_world, read_world
 from cxbridge_studio.check.agent import Agent, agents
 from cxbridge_studio.check.findings import Code, Finding, Severity, of_error

@@ -16,7 +16,7 @@ from cxbridge_explore.properties.monitor import Property, Violation
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePoint, Chooser
 from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
-from cxbridge_explore.worlds.skills import SkillAnswer
+from cxbridge_explore.worlds.skills import SkillResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class WantedChooser:
 class Played:
     """A run that was played.
 
-    :param answers: the results of the skill calls.
+    :param results: the results of the skill calls.
     :param on_board: whether a skill board executes the skills.
     """
 
@@ -72,7 +72,7 @@ class Played:
     violations: tuple[Violation, ...]
     history: RunHistory
     start_us: int
-    answers: tuple[SkillAnswer, ...]
+    results: tuple[SkillResult, ...]
     agents: int
     on_board: bool
 
@@ -118,7 +118,7 @@ def play(
             tuple(run.properties.violations),
             history,
             start_us,
-            tuple(run.world.answers),
+            tuple(run.world.skill_results),
             len(assembly.agents),
             on_board,
         )

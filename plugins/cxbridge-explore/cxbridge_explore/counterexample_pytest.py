@@ -71,7 +71,7 @@ def _script(played: Played) -> Iterator[str]:
         if choice.option != USUAL and choice.point.kind not in _OF_SKILLS:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
     outcomes: dict[str, list[Outcome | None]] = {}
-    for call, outcome in played.answers:
+    for call, outcome in played.results:
         args = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
         outcomes.setdefault(f"run.skills({', '.join((repr(call.name), *args))})", []).append(outcome)
     for selection, found in outcomes.items():

@@ -74,9 +74,9 @@ class ExploredRun(JudgedRun):
             tuple(sorted(self.properties.evaluated)),
         )
 
-    def _look(self) -> bool:
+    def _is_cut(self) -> bool:
         is_violated = self.properties.look()
-        return super()._look() or (self._briefly and is_violated)
+        return super()._is_cut() or (self._briefly and is_violated)
 
 
 MakeRun = Callable[[Chooser], ExploredRun]  # makes a run with a chooser

@@ -85,7 +85,7 @@ class Distribution:
     def draw(self, rng: random.Random) -> float:
         """Draw a value, with one number of the generator."""
         share = rng.random()
-        while not share:
+        while not share:  # the quantile 0 of an unbounded distribution is infinite
             share = rng.random()
         return self.quantile(share)
 
@@ -116,4 +116,5 @@ class Distribution:
 
 
 def text_of(seconds: float) -> str:
+    """Return seconds as text without trailing zeros."""
     return f"{seconds:.{DIGITS}f}".rstrip("0").rstrip(".")

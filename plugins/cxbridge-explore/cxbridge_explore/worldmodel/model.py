@@ -1,11 +1,15 @@
-"""The content of a ``world.yaml``: possible events of a run and their probabilities."""
+"""The content of a ``world.yaml``: possible events of a run and their probabilities.
+
+The attribute ``mark`` of an entry is its place in the file, for errors. Entries are equal whatever their
+place, since :meth:`~cxbridge_explore.worlds.run.WorldRun.state` compares worlds by content.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Final
 
+from cxbridge.config.documents import Mark
 from cxbridge.skiller.simulation.estimators import SkillPattern
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge_explore.worldmodel.distributions import Distribution
@@ -13,17 +17,6 @@ from cxbridge_explore.worldmodel.distributions import Distribution
 WORLD_FILE: Final = "world.yaml"
 
 LIKELY: Final = 0.1  # default probability of an event
-
-
-@dataclass(frozen=True, slots=True)
-class WorldPlace:
-    """The source position of a part of the world, for errors.
-
-    :param file: None for a world made in Python.
-    """
-
-    file: Path | None = None
-    line: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +48,10 @@ class SkillModel:
     duration: Distribution | None = None
     hangs: float = 0.0
     mute: float = 0.0
-    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
+    mark: Mark = field(default=Mark(), compare=False)
 
     def matches(self, call: SkillStringCall) -> bool:
+        """Return whether the model is about a call."""
         return self.pattern.name == "*" or self.pattern.matches(call)
 
 
@@ -90,7 +84,7 @@ class SensedValue:
     values: tuple[tuple[str, float], ...]
     at: tuple[float, ...] = ()
     after: tuple[str, ...] = ()
-    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
+    mark: Mark = field(default=Mark(), compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +103,7 @@ class MessageFault:
     lost: float = 0.0
     late: float = 0.0
     delay: float = 1.0
-    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
+    mark: Mark = field(default=Mark(), compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +119,7 @@ class Absence:
     probability: float = LIKELY
     times: Times | None = None
     back: float | None = None
-    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
+    mark: Mark = field(default=Mark(), compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +134,7 @@ class Kill:
     probability: float = LIKELY
     times: Times = field(default_factory=Times)
     back: float | None = None
-    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
+    mark: Mark = field(default=Mark(), compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +173,8 @@ class WorldModel:
     planner: PlannerModel | None = None
 
     def skill(self, call: SkillStringCall) -> SkillModel:
-        return next((each for each in self.skills if each.matches(call)), self.otherwise)
+        """Return the model of a call."""
+        return next((model for model in self.skills if model.matches(call)), self.otherwise)
 
 
 # The world in which each skill succeeds after its usual duration.

@@ -17,19 +17,9 @@ from cxbridge_explore.worldmodel.model import (
     SensedValue,
     SkillFailure,
     SkillModel,
-    Times,
     WorldModel,
 )
-from cxbridge_explore.worldmodel.values import (
-    distribution,
-    items,
-    place_of,
-    probability,
-    refuse_unknown,
-    seconds,
-    times,
-    wrong,
-)
+from cxbridge_explore.worldmodel.section import Section
 
 _WORLD: Final = ("skills", "otherwise", "sensed", "messages", "skillers", "killed", "order", "planner")
 _OTHERWISE: Final = ("fails", "duration", "hangs", "mute")
@@ -40,11 +30,10 @@ _MESSAGE: Final = ("interface", "type", "lost", "late", "delay")
 _SKILLER: Final = ("name", "probability", "times", "back")
 _KILLED: Final = ("agent", "probability", "times", "back")
 _PLANNER: Final = ("none", "fails", "late", "delay")
-_SEVERAL: Final = 2
-_EPSILON: Final = 1e-9
 
 
 def find_world(folder: Path) -> Path | None:
+    """Return the file of a scenario's world, or None."""
     file = folder / WORLD_FILE
     return file if file.is_file() else None
 
@@ -58,144 +47,98 @@ def read_world(file: Path) -> WorldModel:
 
 
 def world_of(document: Configuration) -> WorldModel:
-    refuse_unknown(document, "/", _WORLD)
-    refuse_unknown(document, "/otherwise", _OTHERWISE)
+    """Return the world that a document describes."""
+    world = Section(document, "", _WORLD)
     return WorldModel(
-        skills=tuple(_skill(document, path) for path in items(document, "/skills")),
-        otherwise=_model(document, "/otherwise", SkillPattern("*")),
-        sensed=tuple(_sensed(document, path) for path in items(document, "/sensed")),
-        messages=tuple(_message(document, path) for path in items(document, "/messages")),
-        absences=tuple(_absence(document, path) for path in items(document, "/skillers")),
-        kills=tuple(_kill(document, path) for path in items(document, "/killed")),
-        order=times(document, "/order") if "order" in document.keys("/") else None,
-        planner=_planner(document, "/planner") if "planner" in document.keys("/") else None,
+        skills=tuple(
+            _skill(skill, read_pattern(document, "/skills", str(number)))
+            for number, skill in enumerate(world.sections("skills", _SKILL, ("name",)))
+        ),
+        otherwise=_skill(world.section("otherwise", _OTHERWISE), SkillPattern("*")),
+        sensed=tuple(map(_sensed, world.sections("sensed", _SENSED, ("interface", "field", "values")))),
+        messages=tuple(map(_message, world.sections("messages", _MESSAGE, ("interface",)))),
+        absences=tuple(map(_absence, world.sections("skillers", _SKILLER, ("name",)))),
+        kills=tuple(map(_kill, world.sections("killed", _KILLED))),
+        order=world.times("order") if "order" in world else None,
+        planner=_planner(world.section("planner", _PLANNER)) if "planner" in world else None,
     )
 
 
-def _skill(document: Configuration, path: str) -> SkillModel:
-    refuse_unknown(document, path, _SKILL)
-    _need(document, path, "name")
-    return _model(document, path, read_pattern(document, *path.rsplit("/", 1)))
-
-
-def _need(document: Configuration, path: str, *names: str) -> None:
-    for name in names:
-        if not document.exists(f"{path}/{name}"):
-            raise wrong(document, path, f"has no {name}", f"give one: {name}: ...")
-
-
-def _model(document: Configuration, path: str, pattern: SkillPattern) -> SkillModel:
-    names = document.keys(path)
+def _skill(skill: Section, pattern: SkillPattern) -> SkillModel:
     failures: tuple[SkillFailure, ...] = (SkillFailure(),)
-    if "fails" in names:
-        failure_items = items(document, f"{path}/fails")
-        failures = tuple(_failure(document, each, len(failure_items)) for each in failure_items)
-    hangs = probability(document, f"{path}/hangs", 0.0)
-    total = hangs + sum(each.probability for each in failures)
-    if total > 1 + _EPSILON:
-        raise wrong(document, path, f"has probabilities of {total:g} together", "at most 1")
-    twice = {each.name for each in failures if [other.name for other in failures].count(each.name) > 1}
-    if twice:
-        raise wrong(document, path, f"has {', '.join(sorted(twice))} twice", "give each its own error")
-    return SkillModel(
-        pattern,
-        failures,
-        distribution(document, f"{path}/duration") if "duration" in names else None,
-        hangs,
-        probability(document, f"{path}/mute", 0.0),
-        place_of(document, path),
-    )
+    if "fails" in skill:
+        sections = skill.sections("fails", _FAILURE)
+        failures = tuple(_failure(section, is_only=len(sections) == 1) for section in sections)
+    hangs = skill.probability("hangs", 0.0)
+    skill.check_total([hangs, *(failure.probability for failure in failures)])
+    names = [failure.name for failure in failures]
+    # The name is the option in a path, so it must tell the failures of a skill apart.
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise skill.error(f"has {', '.join(sorted(twice))} twice", "give each its own error")
+    mute = skill.probability("mute", 0.0)
+    return SkillModel(pattern, failures, skill.duration("duration"), hangs, mute, skill.mark)
 
 
-def _failure(document: Configuration, path: str, of: int) -> SkillFailure:
-    refuse_unknown(document, path, _FAILURE)
-    error = document.get_str(f"{path}/error", default="")
-    has_time = "after" in document.keys(path)
-    return SkillFailure(
-        "fails" if of == 1 else f"fails({error})",
-        error,
-        probability(document, f"{path}/probability"),
-        distribution(document, f"{path}/after") if has_time else None,
-    )
+def _failure(failure: Section, *, is_only: bool) -> SkillFailure:
+    error = failure.text("error")
+    name = "fails" if is_only else f"fails({error})"
+    return SkillFailure(name, error, failure.probability("probability"), failure.duration("after"))
 
 
-def _sensed(document: Configuration, path: str) -> SensedValue:
-    refuse_unknown(document, path, _SENSED)
-    _need(document, path, "interface", "field", "values")
-    value = document.get(f"{path}/values")
-    texts = value.items if value.is_list else (value.text,)
-    if len(texts) < _SEVERAL or len(set(texts)) < len(texts):
-        raise wrong(document, f"{path}/values", "must be different values, two at least", "[75.0, 3.0]")
-    shares = document.get_floats(f"{path}/probabilities", default=[1 - LIKELY, *[LIKELY] * (len(texts) - 1)])
-    if len(shares) != len(texts) or not all(0 <= share <= 1 for share in shares) or not sum(shares):
+def _sensed(sensed: Section) -> SensedValue:
+    texts = sensed.texts("values")
+    if len(texts) == 1 or len(set(texts)) < len(texts) or not texts:
+        raise sensed.error("must be different values, two at least", "[75.0, 3.0]", "values")
+    weights = [1 - LIKELY, *[LIKELY] * (len(texts) - 1)]
+    if "probabilities" in sensed:
+        weights = sensed.numbers("probabilities")
+    if len(weights) != len(texts) or not all(0 <= weight <= 1 for weight in weights) or not sum(weights):
         hint = f"{len(texts)} probabilities, one for each of the values, from 0 to 1"
-        raise wrong(document, f"{path}/probabilities", "do not fit the values", hint)
-    at_path, after = f"{path}/at", document.get_strings(f"{path}/after", default=[])
-    at = () if not document.exists(at_path) else _seconds_listed(document, at_path)
+        raise sensed.error("do not fit the values", hint, "probabilities")
+    times = sensed.numbers("at") if "at" in sensed else []
+    for seconds in times:
+        if not seconds >= 0:
+            raise sensed.error(f"is {seconds:g}", "seconds since the run began", "at")
+    skills = tuple(sensed.texts("after"))
     return SensedValue(
-        document.get_str(f"{path}/interface"),
-        document.get_str(f"{path}/field"),
-        tuple(zip(texts, shares, strict=True)),
-        at if at or after else (0.0,),
-        tuple(after),
-        place_of(document, path),
+        sensed.text("interface"),
+        sensed.text("field"),
+        tuple(zip(texts, weights, strict=True)),
+        tuple(sorted(times)) if times or skills else (0.0,),
+        skills,
+        sensed.mark,
     )
 
 
-def _seconds_listed(document: Configuration, path: str) -> tuple[float, ...]:
-    values = document.get_floats(path) if document.is_list(path) else [document.get_float(path)]
-    for value in values:
-        if not value >= 0:
-            raise wrong(document, path, f"is {value:g}", "seconds since the run began")
-    return tuple(sorted(values))
+def _message(message: Section) -> MessageFault:
+    lost = message.probability("lost", 0.0 if "late" in message else LIKELY)
+    late = message.probability("late", 0.0)
+    message.check_total([lost, late])
+    delay = message.seconds("delay", 1.0)
+    return MessageFault(message.text("interface"), message.text("type", "*"), lost, late, delay, message.mark)
 
 
-def _message(document: Configuration, path: str) -> MessageFault:
-    refuse_unknown(document, path, _MESSAGE)
-    _need(document, path, "interface")
-    names = document.keys(path)
-    lost = probability(document, f"{path}/lost", LIKELY if "late" not in names else 0.0)
-    late = probability(document, f"{path}/late", 0.0)
-    if lost + late > 1 + _EPSILON:
-        raise wrong(document, path, f"has probabilities of {lost + late:g} together", "at most 1")
-    return MessageFault(
-        document.get_str(f"{path}/interface"),
-        document.get_str(f"{path}/type", default="*"),
-        lost,
-        late,
-        seconds(document, f"{path}/delay", 1.0),
-        place_of(document, path),
-    )
+def _planner(planner: Section) -> PlannerModel:
+    none, fails, late = (planner.probability(key, 0.0) for key in ("none", "fails", "late"))
+    planner.check_total([none, fails, late])
+    return PlannerModel(none, fails, late, planner.seconds("delay", 1.0))
 
 
-def _planner(document: Configuration, path: str) -> PlannerModel:
-    refuse_unknown(document, path, _PLANNER)
-    none, fails, late = (probability(document, f"{path}/{name}", 0.0) for name in _PLANNER[:3])
-    if none + fails + late > 1 + _EPSILON:
-        raise wrong(document, path, f"has probabilities of {none + fails + late:g} together", "at most 1")
-    return PlannerModel(none, fails, late, seconds(document, f"{path}/delay", 1.0))
-
-
-def _absence(document: Configuration, path: str) -> Absence:
-    refuse_unknown(document, path, _SKILLER)
-    _need(document, path, "name")
-    names = document.keys(path)
+def _absence(skiller: Section) -> Absence:
     return Absence(
-        document.get_str(f"{path}/name"),
-        probability(document, f"{path}/probability"),
-        times(document, f"{path}/times", Times(every=1.0)) if "times" in names else None,
-        seconds(document, f"{path}/back") if "back" in names else None,
-        place_of(document, path),
+        skiller.text("name"),
+        skiller.probability("probability"),
+        skiller.times("times", every=1.0) if "times" in skiller else None,
+        skiller.optional_seconds("back"),
+        skiller.mark,
     )
 
 
-def _kill(document: Configuration, path: str) -> Kill:
-    refuse_unknown(document, path, _KILLED)
-    names = document.keys(path)
+def _kill(kill: Section) -> Kill:
     return Kill(
-        document.get_str(f"{path}/agent", default="*"),
-        probability(document, f"{path}/probability"),
-        times(document, f"{path}/times"),
-        seconds(document, f"{path}/back") if "back" in names else None,
-        place_of(document, path),
+        kill.text("agent", "*"),
+        kill.probability("probability"),
+        kill.times("times"),
+        kill.optional_seconds("back"),
+        kill.mark,
     )

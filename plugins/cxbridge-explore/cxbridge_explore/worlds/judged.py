@@ -51,7 +51,7 @@ class JudgedRun(Closing):
 
         :raises CxbridgeError: if the agent is broken.
         """
-        result = self.world.play(self._look)
+        result = self.world.play(self._is_cut)
         ended = sum_up_run(
             self.world.assembly,
             self._options,
@@ -63,15 +63,15 @@ class JudgedRun(Closing):
         )
         return ended, result
 
-    def _look(self) -> bool:
-        """Return whether the run cannot continue; called after each loop."""
+    def _is_cut(self) -> bool:
+        """Return whether the run cannot continue: it is stuck or has lost a component."""
         if not self._is_checked:
             self._is_checked = True
             self._checks.start()
         self._checks.look()
         self._loss = self.world.assembly.loss
-        waits = self.world.is_expecting  # an agent that will be restarted can still change something
-        self._is_stuck = not self._loss and not waits and self._watch.look()
+        # A team that waits for a restart is not stuck: the restarted agent can still change something.
+        self._is_stuck = not self._loss and not self.world.awaits_restart and self._watch.look()
         return bool(self._loss) or self._is_stuck
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Choices about planners: no plan, a failure, or a late plan."""
+"""Choices about planners: a call gets no plan, fails, or gets its plan late."""
 
 from __future__ import annotations
 
@@ -7,58 +7,55 @@ from collections.abc import Callable
 from cxbridge.executive.planning import PlanCall, PlanningService, PlanRequest, PlanResult
 from cxbridge.executive.planning.planner import PlanStatus
 from cxbridge_explore.worldmodel.model import PlannerModel
-from cxbridge_explore.worlds.asking import Asking, fault, unless
-from cxbridge_explore.worlds.points import ChoiceKind
-
-_NO_PLAN, _FAILS, _LATE = "no plan", "fails", "late"
+from cxbridge_explore.worlds.points import ChoiceKind, RunChoices, fault, with_faults
 
 
 class ChosenPlanning(PlanningService):
     """Makes plans unless the world decides on a fault.
 
-    :param asking: returns the chooser; called when a plan is requested.
+    :param choices: returns the choices of the run. A function, since the service is made before the run.
     :param env: the environment that requests plans.
     """
 
-    def __init__(self, planner: PlannerModel, asking: Callable[[], Asking], env: str) -> None:
+    def __init__(self, planner: PlannerModel, choices: Callable[[], RunChoices], env: str) -> None:
         super().__init__()
-        self._planner, self._asking, self._env = planner, asking, env
-        faults = ((_NO_PLAN, planner.none), (_FAILS, planner.fails), (_LATE, planner.late))
-        self._options = unless("plans", *(fault(name, weight) for name, weight in faults if weight))
+        self._planner, self._choices, self._env = planner, choices, env
+        faults = (("no plan", planner.none), ("fails", planner.fails), ("late", planner.late))
+        self._options = with_faults("plans", *(fault(name, weight) for name, weight in faults if weight))
 
     def call(self, request: PlanRequest) -> PlanCall:
         """Start making a plan, unless the world decides on a fault."""
-        ask = self._asking()
         if len(self._options) == 1:
             return super().call(request)
+        choices = self._choices()
         subject = f"{self._env}: plan for {request.problem.name}"
-        chosen = ask(ChoiceKind.PLANNER, subject, self._options).name
-        if chosen == _LATE:
-            due = ask.seconds + self._planner.delay
-            return _HeldCall(self, request, super().call(request), lambda: ask.seconds >= due)
-        if chosen == _NO_PLAN:
-            return _SettledCall(self, request, PlanStatus.NO_PLAN)
-        if chosen == _FAILS:
-            return _SettledCall(self, request, PlanStatus.FAILED)
+        match choices.choose(ChoiceKind.PLANNER, subject, self._options).name:
+            case "no plan":
+                return _FailedCall(self, request, PlanStatus.NO_PLAN)
+            case "fails":
+                return _FailedCall(self, request, PlanStatus.FAILED)
+            case "late":
+                due = choices.seconds + self._planner.delay
+                return _LateCall(self, request, super().call(request), lambda: choices.seconds >= due)
         return super().call(request)
 
 
-class _SettledCall(PlanCall):
-    """A call without a plan."""
+class _FailedCall(PlanCall):
+    """A call without a plan, over at once."""
 
     def __init__(self, service: PlanningService, request: PlanRequest, status: PlanStatus) -> None:
         super().__init__(service, request)
-        self._settled = PlanResult(status, request.planner, message="the world has decided so")
+        self._result = PlanResult(status, request.planner, message="the world has decided so")
 
     @property
     def result(self) -> PlanResult | None:
-        return self._settled
+        return self._result
 
-    def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - the result is known at once
-        return self._settled
+    def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - the result exists at once
+        return self._result
 
 
-class _HeldCall(PlanCall):
+class _LateCall(PlanCall):
     """A call whose plan is delivered late."""
 
     def __init__(
@@ -73,10 +70,8 @@ class _HeldCall(PlanCall):
         return self._call.result if self._cancelled or self._is_due() else None
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:
-        """Return the result, or None before its time.
-
-        It does not wait, since the run's clock must advance.
-        """
+        """Return the result, or None before its time."""
+        # Waiting would never end: the delay is measured by the run's clock, which this thread advances.
         return self._call.wait(timeout) if self._cancelled or self._is_due() else None
 
     def cancel(self) -> None:

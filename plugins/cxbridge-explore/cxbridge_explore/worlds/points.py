@@ -1,4 +1,8 @@
-"""Choice points: the moments of a run at which the world decides the next event."""
+"""Choice points: the moments of a run at which the world decides the next event, and who decides.
+
+A run reaches its choice points in the same order whenever it is played, so the choices of a run are its path:
+:class:`PathChooser` plays a path again, :class:`RandomChooser` draws one from a seed.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any, Final, Protocol
 
+from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import CxbridgeError
 
 USUAL: Final = 0  # index of the option without a fault
@@ -42,12 +47,25 @@ class Option:
     value: Any = None
 
 
+def fault(name: str, probability: float) -> Option:
+    """Return an option that uses up a fault."""
+    return Option(name, faults=1, weight=probability)
+
+
+def with_faults(usual: str, *faults: Option) -> tuple[Option, ...]:
+    """Return a usual option and faults; the usual option gets the remaining probability."""
+    # Rounding may bring the sum of the probabilities slightly above 1, and weights must not be negative.
+    return (Option(usual, weight=max(0.0, 1 - sum(option.weight for option in faults))), *faults)
+
+
 class Draw(Protocol):
-    """Makes further options of a choice point: values of a distribution."""
+    """A continuous range of further options, such as the durations of a distribution."""
 
-    def draw(self, rng: random.Random) -> Option: ...
+    def draw(self, rng: random.Random) -> Option:
+        """Draw an option."""
 
-    def read(self, name: str) -> Option | None: ...
+    def read(self, name: str) -> Option | None:
+        """Return the option of this name; None if the range has no such option."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +100,7 @@ class Choice:
 
     @property
     def taken(self) -> Option:
+        """The chosen option."""
         return self.point.options[self.option]
 
     def as_dict(self) -> dict[str, Any]:
@@ -96,7 +115,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A choice in a path. The subject reveals whether the run still fits the path."""
+    """An unusual choice in a path. The subject reveals whether the run still fits the path."""
 
     subject: str
     option: str
@@ -122,7 +141,8 @@ class Chooser(Protocol):
 
 
 def read_path(choices: list[dict[str, Any]]) -> ChoicePath:
-    return {each["index"]: Step(each["subject"], each["option"]) for each in choices}
+    """Return the path of choices in the form of :meth:`Choice.as_dict`."""
+    return {choice["index"]: Step(choice["subject"], choice["option"]) for choice in choices}
 
 
 class UsualChooser:
@@ -133,19 +153,19 @@ class UsualChooser:
 
 
 class PathChooser:
-    """Follows a path, and asks another chooser at points outside of the path.
+    """Follows a path, and leaves the points outside of the path to another chooser.
 
-    :param then: the other chooser; None for the usual option.
+    :param others: the other chooser; None for the usual option.
     """
 
-    def __init__(self, path: ChoicePath, then: Chooser | None = None) -> None:
+    def __init__(self, path: ChoicePath, others: Chooser | None = None) -> None:
         self._path = path
-        self._then = then or UsualChooser()
+        self._others = others or UsualChooser()
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
         step = self._path.get(index)
         if step is None:
-            return self._then.choose(index, point)
+            return self._others.choose(index, point)
         if step.subject != point.subject:
             raise DivergedError(
                 f"choice {index} was about {step.subject}, and is about {point.subject}",
@@ -157,9 +177,9 @@ class PathChooser:
         drawn = None if point.draw is None else point.draw.read(step.option)
         if drawn is not None:
             return drawn
-        known = ", ".join(option.name for option in point.options)
+        names = ", ".join(option.name for option in point.options)
         raise DivergedError(
-            f"choice {index}, {point.subject}, has no option '{step.option}'", hint=f"it has: {known}"
+            f"choice {index}, {point.subject}, has no option '{step.option}'", hint=f"it has: {names}"
         )
 
 
@@ -174,12 +194,13 @@ class RandomChooser:
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
-        self._before: Counter[str] = Counter()
+        self._counts: Counter[str] = Counter()
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:  # noqa: ARG002 - subjects are counted instead
         subject = f"{point.kind}/{point.subject}"
-        rng = random.Random(f"{self._seed}/{subject}/{self._before[subject]}")  # noqa: S311 - a simulation repeats
-        self._before[subject] += 1
+        # A text as the seed: Python derives the same state from it in each process, unlike from a hash.
+        rng = random.Random(f"{self._seed}/{subject}/{self._counts[subject]}")  # noqa: S311 - a simulation repeats
+        self._counts[subject] += 1
         if point.draw is not None:
             return point.draw.draw(rng)
         weights = [option.weight for option in point.options]
@@ -187,20 +208,32 @@ class RandomChooser:
         return drawn
 
 
-class NotedChooser:
-    """Records the choices of another chooser."""
+class RunChoices:
+    """The choices of a run so far: asks a chooser at each choice point, and records its choices.
 
-    def __init__(self, chooser: Chooser) -> None:
+    :param clock: the run's clock; the run starts now.
+    """
+
+    def __init__(self, chooser: Chooser, clock: Clock) -> None:
         self.choices: list[Choice] = []
-        self._chooser = chooser
+        self._chooser, self._clock = chooser, clock
+        self._start_us = clock.now_us()
 
-    def ask(self, point: ChoicePoint) -> Option:
-        """Return the option for the next point of the run."""
+    @property
+    def seconds(self) -> float:
+        """The seconds since the start of the run, by its clock."""
+        return (self._clock.now_us() - self._start_us) / MICROSECONDS
+
+    def choose(
+        self, kind: ChoiceKind, subject: str, options: tuple[Option, ...], draw: Draw | None = None
+    ) -> Option:
+        """Return the chosen option of a new choice point; see :class:`ChoicePoint`."""
+        point = ChoicePoint(kind, subject, self.seconds, options, draw)
         index = len(self.choices)
         chosen = self._chooser.choose(index, point)
-        if isinstance(chosen, Option):  # a drawn option is added to the options of the point
-            point = replace(point, options=(*point.options, chosen))
-            chosen = len(point.options) - 1
+        if isinstance(chosen, Option):  # A drawn option joins the listed ones, so that a path can name it.
+            point = replace(point, options=(*options, chosen))
+            chosen = len(options)
         choice = Choice(index, point, chosen)
         self.choices.append(choice)
         return choice.taken

@@ -1,4 +1,8 @@
-"""A run in a chosen world: a chooser decides at choice points."""
+"""A run in a chosen world: a chooser decides how skills end and which further events happen.
+
+The events are applied between two loops of the run. Only results of skills and messages are decided within a
+loop, when a rule calls a skill or sends a message.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +21,12 @@ from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.run import make_run
 from cxbridge.run.source import source_of
 from cxbridge.run.team import AgentWatcher, Team
-from cxbridge_explore.worldmodel.known import check_world
 from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worldmodel.names import check_world
 from cxbridge_explore.worldmodel.reading import find_world, read_world
-from cxbridge_explore.worlds.asking import Asking
-from cxbridge_explore.worlds.points import Choice, Chooser, NotedChooser
+from cxbridge_explore.worlds.points import Choice, Chooser, RunChoices
 from cxbridge_explore.worlds.sensing import OWNER, MessageChoices, SensedChoices
-from cxbridge_explore.worlds.skills import SkillAnswer, SkillChoices
+from cxbridge_explore.worlds.skills import SkillChoices, SkillResult
 from cxbridge_explore.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
 
 if TYPE_CHECKING:
@@ -49,6 +52,7 @@ MakeAssembly = Callable[[RunOptions, Additions], "Run | Team"]
 
 
 def make_scenario(options: RunOptions, additions: Additions) -> Run | Team:
+    """Make the run of a scenario."""
     return make_run(options, additions=additions)
 
 
@@ -59,7 +63,7 @@ def world_beside(options: RunOptions) -> WorldModel:
 
 
 class WorldRun(Closing):
-    """A run in a chosen world. A context manager. No thread is alive while the chooser is asked.
+    """A run in a chosen world. A context manager. No thread is alive while the chooser decides.
 
     :param options: the options of ``cxbridge run``, without their executors of skills.
     :param chooser: decides at each choice point.
@@ -78,16 +82,20 @@ class WorldRun(Closing):
     ) -> None:
         self.options = options
         self._is_started = False
-        self._asked = NotedChooser(chooser)
         self._world = world_beside(options) if world is None else world
+        self._kills: list[KillChoices] = []
+        self._order: OrderChoices | None = None
         with ExitStack() as stack:
             self.assembly = make(options, self._additions())
             stack.enter_context(self.assembly)
-            self._ask = Asking(self._asked, self.assembly.clock)
+            self._choices = RunChoices(chooser, self.assembly.clock)
             check_world(self._world, self.assembly)
-            self._parts = {agent.name: self._part(agent) for agent in self.assembly.agents}
-            stack.callback(self._close_parts)
-            self._kills, self._order = self._team_choices(self.assembly)
+            self._agent_worlds: dict[str, AgentWorld] = {}
+            stack.callback(self._close_agent_worlds)
+            for agent in self.assembly.agents:
+                self.joined(agent)
+            if isinstance(self.assembly, Team):
+                self._watch_team(self.assembly)
             self.assembly.loop.add(Hook.POST_LOOP, self._apply_events)
             self._stack = stack.pop_all()
 
@@ -97,45 +105,41 @@ class WorldRun(Closing):
             return NOTHING
         from cxbridge_explore.worlds.planning import ChosenPlanning  # noqa: PLC0415 - only agents that plan pay
 
-        return Additions(planning=partial(ChosenPlanning, planner, lambda: self._ask))
+        return Additions(planning=partial(ChosenPlanning, planner, lambda: self._choices))
 
-    def _part(self, agent: Run) -> AgentWorld:
-        prefix = f"{agent.name}/" if isinstance(self.assembly, Team) else ""
-        return AgentWorld(self._world, agent, self._ask, prefix)
-
-    def _team_choices(self, team: Run | Team) -> tuple[list[KillChoices], OrderChoices | None]:
-        if not isinstance(team, Team):
-            return [], None
+    def _watch_team(self, team: Team) -> None:
         team.watchers.append(self)
-        kills = [KillChoices(each, team, self._ask) for each in self._world.kills]
-        order = None if self._world.order is None else OrderChoices(self._world.order, team, self._ask)
-        return kills, order
+        self._kills = [KillChoices(kill, team, self._choices) for kill in self._world.kills]
+        if self._world.order is not None:
+            self._order = OrderChoices(self._world.order, team, self._choices)
 
     @property
     def watchers(self) -> list[AgentWatcher]:
         """The watchers of a team's agents. A single agent is never killed."""
         return self.assembly.watchers if isinstance(self.assembly, Team) else []
 
+    def joined(self, agent: Run) -> None:
+        """Make the world of an agent that starts or restarts."""
+        prefix = f"{agent.name}/" if isinstance(self.assembly, Team) else ""
+        self._agent_worlds[agent.name] = AgentWorld(self._world, agent, self._choices, prefix)
+
     def left(self, agent: Run) -> None:
         """Close the world of a killed agent."""
-        self._parts.pop(agent.name).close()
-
-    def joined(self, agent: Run) -> None:
-        self._parts[agent.name] = self._part(agent)
+        self._agent_worlds.pop(agent.name).close()
 
     def _apply_events(self) -> None:
         """Apply the events between two loops."""
-        for part in self._parts.values():
-            part.loop()
+        for world in self._agent_worlds.values():
+            world.apply_events()
         for kill in self._kills:
-            kill.loop()
+            kill.apply()
         if self._order is not None:
-            self._order.loop()
+            self._order.apply()
 
     @property
     def seconds(self) -> float:
         """The seconds since the start of the run, by its clock."""
-        return self._ask.seconds
+        return self._choices.seconds
 
     def state(self) -> tuple[Hashable, ...] | None:
         """Return the state on which the Skillers' next events depend, besides interfaces; times from now.
@@ -147,23 +151,23 @@ class WorldRun(Closing):
         if self._world != WorldModel() or any(agent.skill_board is not None for agent in agents):
             return None
         now_us = self.assembly.clock.now_us()
-        return tuple(part.state(now_us) for part in self._parts.values())
+        return tuple(world.skills.script.state(now_us) for world in self._agent_worlds.values())
 
     @property
-    def answers(self) -> list[SkillAnswer]:
+    def skill_results(self) -> list[SkillResult]:
         """The results of skill calls of the living agents, agent by agent."""
-        return [answer for part in self._parts.values() for answer in part.answers]
+        return [result for world in self._agent_worlds.values() for result in world.skills.results]
 
     @property
     def is_over(self) -> bool:
         """Whether root goals are finished, no skill runs, the agenda is empty and no agent will restart."""
-        is_busy = any(part.running for part in self._parts.values())
-        return self.assembly.is_over and not is_busy and not self.is_expecting
+        is_busy = any(world.skills.script.running for world in self._agent_worlds.values())
+        return self.assembly.is_over and not is_busy and not self.awaits_restart
 
     @property
-    def is_expecting(self) -> bool:
+    def awaits_restart(self) -> bool:
         """Whether a killed agent will restart."""
-        return any(kill.is_expecting for kill in self._kills)
+        return any(kill.awaits_restart for kill in self._kills)
 
     def start(self) -> None:
         """Load the agents once, without choices."""
@@ -172,23 +176,24 @@ class WorldRun(Closing):
             with self.assembly.loop.busy():
                 self.assembly.start()
 
-    def play(self, look: Callable[[], bool] = lambda: False) -> WorldResult:
-        """Run to the end, or until ``look`` returns True after a loop."""
+    def play(self, is_cut: Callable[[], bool] = lambda: False) -> WorldResult:
+        """Run to the end, or until ``is_cut`` returns True after a loop."""
         assembly = self.assembly
         self.start()
-        for part in self._parts.values():
-            part.loop()
+        # Events at second 0, such as the first sensed values, come before the first loop.
+        for world in self._agent_worlds.values():
+            world.apply_events()
         end_us = assembly.clock.now_us() + round((self.options.timeout - self.seconds) * MICROSECONDS)
 
         def done() -> bool:
-            return self.is_over or look() or assembly.clock.now_us() >= end_us
+            return self.is_over or is_cut() or assembly.clock.now_us() >= end_us
 
         assembly.loop.run(done)
-        return WorldResult(self.is_over, self.seconds, tuple(self._asked.choices))
+        return WorldResult(self.is_over, self.seconds, tuple(self._choices.choices))
 
-    def _close_parts(self) -> None:
-        for part in self._parts.values():
-            part.close()
+    def _close_agent_worlds(self) -> None:
+        for world in self._agent_worlds.values():
+            world.close()
 
     def close(self) -> None:
         """End the run and release all resources."""
@@ -202,49 +207,40 @@ class AgentWorld(Closing):
     :param prefix: the prefix of the subjects of its choices.
     """
 
-    def __init__(self, world: WorldModel, agent: Run, ask: Asking, prefix: str) -> None:
-        self._agent = agent
+    def __init__(self, world: WorldModel, agent: Run, choices: RunChoices, prefix: str) -> None:
         with ExitStack() as stack:
-            choices = SkillChoices(agent, world, ask, prefix, self._note)
-            self._skills = choices.script
-            self.answers = choices.answers
-            stack.callback(self._skills.close)
-            agent.loop.add(Hook.SKILL, self._skills.loop)
-            stack.callback(agent.loop.remove, Hook.SKILL, self._skills.loop)
+            self.skills = SkillChoices(agent, world, choices, prefix, self._note_call)
+            script = self.skills.script
+            stack.callback(script.close)
+            agent.loop.add(Hook.SKILL, script.loop)
+            stack.callback(agent.loop.remove, Hook.SKILL, script.loop)
+            # Several fields of an interface may be sensed, but an interface has one writer.
             writers = {
                 uid: stack.enter_context(agent.board.open_for_writing(*parse_uid(uid), owner=OWNER))
-                for uid in dict.fromkeys(each.uid for each in world.sensed)
+                for uid in dict.fromkeys(value.uid for value in world.sensed)
             }
-            self._absences = [
-                AbsenceChoices(each, agent, self._skills, ask, prefix) for each in world.absences
-            ]
-            sensed = [SensedChoices(each, agent, writers[each.uid], ask, prefix) for each in world.sensed]
             messages = [
-                stack.enter_context(MessageChoices(each, agent.board, ask, prefix)) for each in world.messages
+                stack.enter_context(MessageChoices(message, agent.board, choices, prefix))
+                for message in world.messages
             ]
-            self._steps: tuple[Callable[[], None], ...] = (
-                *(each.loop for each in messages),
-                *(each.loop for each in sensed),
-                *(each.loop for each in self._absences),
-            )
+            sensed = [
+                SensedChoices(value, agent, writers[value.uid], choices, prefix) for value in world.sensed
+            ]
+            self._absences = [
+                AbsenceChoices(absence, agent, script, choices, prefix) for absence in world.absences
+            ]
+            # The order of the choices is part of a run's path.
+            self._deciders = (*messages, *sensed, *self._absences)
             self._stack = stack.pop_all()
 
-    def _note(self, name: str) -> None:
+    def _note_call(self, performer: str) -> None:
         for absence in self._absences:
-            absence.note(name)
+            absence.note_call(performer)
 
-    def state(self, now_us: int) -> tuple[Hashable, ...]:
-        """Return the state on which the Skillers' next events depend, besides interfaces; times from now."""
-        return self._skills.state(now_us)
-
-    @property
-    def running(self) -> bool:
-        return self._skills.running
-
-    def loop(self) -> None:
+    def apply_events(self) -> None:
         """Apply the events between two loops."""
-        for step in self._steps:
-            step()
+        for decider in self._deciders:
+            decider.apply()
 
     def close(self) -> None:
         self._stack.close()

@@ -1,4 +1,4 @@
-"""Choices about the inputs of an agent: sensed values and messages."""
+"""Choices about the inputs of an agent: sensed values, and messages that are lost or late."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from cxbridge.blackboard import LocalBlackBoard, parse_uid
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.listeners import EventKind, Listener
 from cxbridge.closing import Closing
-from cxbridge.errors import ConfigError, InterfaceError
+from cxbridge.errors import InterfaceError
 from cxbridge.events import Event, SkillStatus
 from cxbridge.interfaces.assignments import assign
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 from cxbridge.run.agent import Run
 from cxbridge_explore.worldmodel.model import MessageFault, SensedValue
-from cxbridge_explore.worlds.asking import Asking, fault, unless
-from cxbridge_explore.worlds.points import ChoiceKind, Option
+from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, fault, with_faults
 
 _SKILL: Final = re.compile(r"\w+")
 OWNER: Final = "world"  # owner of the interfaces that the world opens
@@ -35,42 +34,39 @@ class SensedChoices:
     """
 
     def __init__(
-        self, sensed: SensedValue, agent: Run, interface: Interface, ask: Asking, prefix: str
+        self, sensed: SensedValue, agent: Run, interface: Interface, choices: RunChoices, prefix: str
     ) -> None:
-        self._sensed, self._interface, self._ask = sensed, interface, ask
+        self._sensed, self._interface, self._choices = sensed, interface, choices
+        # Setting a value checks it. In reversed order, the usual value is in the field afterwards.
         for text, _ in reversed(sensed.values):
             try:
                 self._set(text)
             except InterfaceError as error:
-                place = sensed.place
-                raise ConfigError(error.message, file=place.file, line=place.line, hint=error.hint) from None
+                raise sensed.mark.error(error.message, error.hint) from None
         self._subject = f"{prefix}{sensed.uid}.{sensed.name}"
-        self._at = list(sensed.at)
+        self._times = list(sensed.at)
         self._skill_ended = False
-        first, *further_values = sensed.values
-        self._options = (
-            Option(first[0], weight=first[1]),
-            *(Option(text, faults=1, weight=weight) for text, weight in further_values),
+        self._options = tuple(
+            Option(text, faults=int(number > 0), weight=weight)
+            for number, (text, weight) in enumerate(sensed.values)
         )
         if sensed.after:
-            agent.bus.subscribe(self._note, SkillStatus)
+            agent.bus.subscribe(self._note_skill, SkillStatus)
 
-    def _note(self, status: Event) -> None:
-        if not isinstance(status, SkillStatus):
-            return
-        name = _SKILL.match(status.skill_string)
-        if status.status in _ENDED and name is not None and name.group() in self._sensed.after:
+    def _note_skill(self, event: Event) -> None:
+        assert isinstance(event, SkillStatus)
+        name = _SKILL.match(event.skill_string)
+        if event.status in _ENDED and name is not None and name.group() in self._sensed.after:
             self._skill_ended = True
 
-    def loop(self) -> None:
+    def apply(self) -> None:
         """Choose and write a value if a decision is due."""
         is_due, self._skill_ended = self._skill_ended, False
-        while self._at and self._at[0] <= self._ask.seconds:
-            del self._at[0]
+        while self._times and self._times[0] <= self._choices.seconds:
+            del self._times[0]
             is_due = True
         if is_due:
-            text = self._ask(ChoiceKind.SENSED, self._subject, self._options).name
-            self._set(text)
+            self._set(self._choices.choose(ChoiceKind.SENSED, self._subject, self._options).name)
             self._interface.write()
 
     def _set(self, text: str) -> None:
@@ -83,36 +79,37 @@ class MessageChoices(Listener, Closing):
     :param prefix: the prefix of its subjects.
     """
 
-    def __init__(self, message: MessageFault, board: LocalBlackBoard, ask: Asking, prefix: str) -> None:
-        self._fault, self._ask, self._prefix, self._board = message, ask, prefix, board
-        self._late: list[tuple[float, Message]] = []
-        self._passing: Message | None = None
+    def __init__(
+        self, message: MessageFault, board: LocalBlackBoard, choices: RunChoices, prefix: str
+    ) -> None:
+        self._fault, self._choices, self._prefix, self._board = message, choices, prefix, board
+        self._late: list[tuple[float, Message]] = []  # seconds of the delivery, and the message
+        self._delivered: Message | None = None  # the late message during its delivery
         self._reader: Interface = board.open_for_reading(*parse_uid(message.uid), owner=OWNER)
         self._memory = board.memory_of(self._reader)
         self._memory.listeners.register(self, self._reader, (EventKind.MESSAGE_RECEIVED,))
-        faults = [
-            fault(name, weight) for name, weight in (("lost", message.lost), ("late", message.late)) if weight
-        ]
-        self._options = unless("arrives", *faults)
+        faults = (("lost", message.lost), ("late", message.late))
+        self._options = with_faults("arrives", *(fault(name, weight) for name, weight in faults if weight))
 
     def message_received(self, interface: Interface, message: Message) -> bool:
         """Return whether a message is delivered now."""
-        is_meant = self._fault.type in ("*", message.type, message.type.removesuffix("Message"))
-        if message is self._passing or not is_meant:
+        has_type = self._fault.type in ("*", message.type, message.type.removesuffix("Message"))
+        # The delivery of a late message passes this listener again, and must not be delayed again.
+        if message is self._delivered or not has_type:
             return True
         subject = f"{self._prefix}{interface.uid} {message.type}"
-        chosen = self._ask(ChoiceKind.MESSAGE, subject, self._options).name
+        chosen = self._choices.choose(ChoiceKind.MESSAGE, subject, self._options).name
         if chosen == "late":
-            self._late.append((self._ask.seconds + self._fault.delay, message))
+            self._late.append((self._choices.seconds + self._fault.delay, message))
         return chosen == "arrives"
 
-    def loop(self) -> None:
+    def apply(self) -> None:
         """Deliver messages whose delay is over."""
-        while self._late and self._late[0][0] <= self._ask.seconds:
-            self._passing = self._late.pop(0)[1]
+        while self._late and self._late[0][0] <= self._choices.seconds:
+            self._delivered = self._late.pop(0)[1]
             with suppress(BlackBoardError):  # the writer may have closed the interface
-                self._memory.transmit(self._reader, self._passing)
-            self._passing = None
+                self._memory.transmit(self._reader, self._delivered)
+            self._delivered = None
 
     def close(self) -> None:
         """Stop dropping and delaying messages."""

@@ -1,11 +1,12 @@
-"""Choices about skills: the result, the duration, and whether progress is reported."""
+"""Choices about skills: the result, the duration, and whether an executor reports its progress."""
 
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from cxbridge.run.agent import Run
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
@@ -19,10 +20,9 @@ from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.skills import Call
 from cxbridge_explore.worldmodel.distributions import Distribution, text_of
 from cxbridge_explore.worldmodel.model import SkillFailure, SkillModel, WorldModel
-from cxbridge_explore.worlds.asking import Ask, fault, unless
-from cxbridge_explore.worlds.points import ChoiceKind, Option
+from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, fault, with_faults
 
-_BEGIN, _END = "takes(", ")"
+_TAKES: Final = re.compile(r"takes\(([\d.]+)\)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,15 +35,11 @@ class DurationDraw:
         return takes(self.distribution.draw(rng))
 
     def read(self, name: str) -> Option | None:
-        if not (name.startswith(_BEGIN) and name.endswith(_END)):
-            return None
-        try:
-            return takes(float(name[len(_BEGIN) : -len(_END)]))
-        except ValueError:
-            return None
+        match = _TAKES.fullmatch(name)
+        return None if match is None else takes(float(match[1]))
 
 
-class SkillAnswer(NamedTuple):
+class SkillResult(NamedTuple):
     """The result of a skill call.
 
     :param outcome: None for the usual result.
@@ -54,77 +50,71 @@ class SkillAnswer(NamedTuple):
 
 
 def takes(seconds: float, faults: int = 0) -> Option:
-    return Option(f"{_BEGIN}{text_of(seconds)}{_END}", faults=faults, value=seconds)
+    """Return the option of a duration. Its name has the seconds, so that a path can repeat a draw."""
+    return Option(f"takes({text_of(seconds)})", faults=faults, value=seconds)
 
 
 class SkillChoices:
-    """Decides the results of an agent's skills, and asks the chooser about open choices.
+    """Decides the results of an agent's skills.
 
-    :param context: an agent without components.
+    :param agent: an agent without components.
     :param prefix: the prefix of its subjects.
-    :param began: called with the name of the Skiller, or of the skill board's agent, that begins a call.
+    :param on_call: called with the name of the Skiller, or of the skill board's agent, that begins a call.
     """
 
     def __init__(
-        self,
-        context: Run,
-        world: WorldModel,
-        ask: Ask,
-        prefix: str = "",
-        began: Callable[[str], object] = lambda _: None,
+        self, agent: Run, world: WorldModel, choices: RunChoices, prefix: str, on_call: Callable[[str], None]
     ) -> None:
-        self._world, self._ask, self._prefix, self._on_begin = world, ask, prefix, began
-        config = context.config
+        self._world, self._choices, self._prefix, self._on_call = world, choices, prefix, on_call
         self._usual: tuple[Decider, ...] = ()
-        if config.keys(STATIC_PREFIX):
-            self._usual = (StaticEstimator.from_config(config),)
-        # The results of the calls so far, in the order of their starts.
-        self.answers: list[SkillAnswer] = []
-        self.script = ScriptedSkills(context, self._usual)
-        self.script.otherwise.does(self._answer)
-        context.execution = self._execute
+        if agent.config.keys(STATIC_PREFIX):
+            self._usual = (StaticEstimator.from_config(agent.config),)
+        self.results: list[SkillResult] = []  # in the order of the calls
+        self.script = ScriptedSkills(agent, self._usual)
+        self.script.otherwise.does(self._decide)
+        agent.execution = self._execute
 
     def _execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
+        """Execute a call of the skill board; its reports of progress may be muted."""
         steps = self.script.execute(executor, call)
         string = as_string_call(call)
         mute = self._world.skill(string).mute
         if mute:
-            options = unless("reports", fault("mute", mute))
-            if self._ask(ChoiceKind.FEEDBACK, self._subject(call.agent, string), options).name == "mute":
-                return _muted(steps)
+            options = with_faults("reports", fault("mute", mute))
+            subject = self._subject(call.agent, string)
+            if self._choices.choose(ChoiceKind.FEEDBACK, subject, options).name == "mute":
+                return (None for _ in steps)
         return steps
 
-    def _answer(self, call: Call) -> Outcome | None:
-        outcome = self._outcome(call)
-        self.answers.append(SkillAnswer(call, outcome))
+    def _decide(self, call: Call) -> Outcome | None:
+        """Decide the result of a call; None for the usual result."""
+        self._on_call(call.skiller)
+        string = SkillStringCall(call.name, call.args)
+        outcome = self._outcome(string, self._subject(call.skiller, string))
+        self.results.append(SkillResult(call, outcome))
         return outcome
 
-    def _outcome(self, call: Call) -> Outcome | None:
-        """Decide the result of a call; None for the usual result."""
-        self._on_begin(call.skiller)
-        string = SkillStringCall(call.name, call.args)
-        model, subject = self._world.skill(string), self._subject(call.skiller, string)
-        end = self._end(model, subject)
+    def _outcome(self, call: SkillStringCall, subject: str) -> Outcome | None:
+        model = self._world.skill(call)
+        options = skill_options(model)
+        # A call that can only succeed is no choice point.
+        end = self._choices.choose(ChoiceKind.SKILL, subject, options) if len(options) > 1 else options[0]
         if end.name == "hangs":
             return Outcome(FOREVER)
         failure: SkillFailure | None = end.value
         if failure is None:
             return None if model.duration is None else Outcome(self._seconds(model.duration, subject))
-        after = failure.after or model.duration
-        seconds = self._usual_seconds(string) if after is None else self._seconds(after, subject)
+        duration = failure.after or model.duration
+        seconds = self._usual_seconds(call) if duration is None else self._seconds(duration, subject)
         return Outcome(seconds, Status.S_FAILED, failure.error)
 
-    def _end(self, model: SkillModel, subject: str) -> Option:
-        options = skill_options(model)
-        return self._ask(ChoiceKind.SKILL, subject, options) if len(options) > 1 else options[0]
-
-    def _seconds(self, distribution: Distribution, subject: str) -> float:
-        first, *further_values = distribution.representatives
+    def _seconds(self, duration: Distribution, subject: str) -> float:
+        first, *further_values = duration.representatives
         if not further_values:
             return first
-        options = (takes(first), *(takes(each, 1) for each in further_values))
-        draw = DurationDraw(distribution)
-        seconds: float = self._ask(ChoiceKind.DURATION, subject, options, draw).value
+        options = (takes(first), *(takes(value, 1) for value in further_values))
+        draw = DurationDraw(duration)
+        seconds: float = self._choices.choose(ChoiceKind.DURATION, subject, options, draw).value
         return seconds
 
     def _usual_seconds(self, call: SkillStringCall) -> float:
@@ -140,13 +130,7 @@ class SkillChoices:
 
 def skill_options(model: SkillModel) -> tuple[Option, ...]:
     """Return the possible results of a call, the usual one first."""
-    faults = [Option(each.name, 1, each.probability, each) for each in model.failures]
+    faults = [Option(failure.name, 1, failure.probability, failure) for failure in model.failures]
     if model.hangs:
         faults.append(fault("hangs", model.hangs))
-    return unless("succeeds", *faults)
-
-
-def _muted(steps: Steps) -> Steps:
-    """Yield the steps of a skill without their output."""
-    for _ in steps:
-        yield None
+    return with_faults("succeeds", *faults)

@@ -1,4 +1,4 @@
-"""Choices about the presence and the order of agents, Skillers and executors."""
+"""Choices about Skillers that vanish, and about agents that are killed or take their turns differently."""
 
 from __future__ import annotations
 
@@ -9,8 +9,24 @@ from cxbridge.run.team import Team
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge_explore.worldmodel.model import Absence, Kill, Times
-from cxbridge_explore.worlds.asking import Asking, Schedule, fault, unless
-from cxbridge_explore.worlds.points import ChoiceKind, Option
+from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, fault, with_faults
+
+
+class Schedule:
+    """The moments of decisions."""
+
+    def __init__(self, times: Times) -> None:
+        self._times = times
+        self._next = times.begin
+
+    def is_due(self, seconds: float) -> bool:
+        """Return whether a decision is due; True once for each moment."""
+        if not self._next <= seconds <= self._times.until:
+            return False
+        # A loop of the executive may be longer than the period; missed moments are not made up for.
+        while self._times.every and self._next <= seconds:
+            self._next += self._times.every
+        return True
 
 
 class AbsenceChoices:
@@ -20,53 +36,56 @@ class AbsenceChoices:
     """
 
     def __init__(
-        self, absence: Absence, agent: Run, skills: ScriptedSkills, ask: Asking, prefix: str
+        self, absence: Absence, agent: Run, skills: ScriptedSkills, choices: RunChoices, prefix: str
     ) -> None:
-        self._absence, self._agent, self._skills, self._ask = absence, agent, skills, ask
+        self._absence, self._agent, self._skills, self._choices = absence, agent, skills, choices
         self._subject = f"{prefix}{absence.name}"
         self._schedule = None if absence.times is None else Schedule(absence.times)
-        self._options = unless("stays", fault("vanishes", absence.probability))
-        self._began = False
-        self._back_at: float | None = None
-        self._is_gone = False
+        self._options = with_faults("stays", fault("vanishes", absence.probability))
+        self._has_begun_call = False
+        self._return_at: float | None = None
+        self._is_absent = False
 
-    def note(self, name: str) -> None:
+    def note_call(self, performer: str) -> None:
         """Record the start of a call by a Skiller or an agent of the skill board."""
-        if self._absence.name == name or self._absence.name.startswith(f"{name}-"):
-            self._began = True
+        # The executors of a skill board's agent are named AGENT-EXECUTOR.
+        if self._absence.name == performer or self._absence.name.startswith(f"{performer}-"):
+            self._has_begun_call = True
 
-    def loop(self) -> None:
+    def apply(self) -> None:
         """Choose if a decision is due, and let it return when its time has come."""
-        began, self._began = self._began, False
-        if self._is_gone:
-            if self._back_at is not None and self._back_at <= self._ask.seconds:
-                self._come_back()
+        has_begun_call, self._has_begun_call = self._has_begun_call, False
+        seconds = self._choices.seconds
+        if self._is_absent:
+            if self._return_at is not None and self._return_at <= seconds:
+                self._return()
             return
-        is_due = began if self._schedule is None else self._schedule.is_due(self._ask.seconds)
-        if is_due and self._ask(ChoiceKind.SKILLER, self._subject, self._options).name == "vanishes":
-            self._vanish()
+        is_due = has_begun_call if self._schedule is None else self._schedule.is_due(seconds)
+        if is_due:
+            chosen = self._choices.choose(ChoiceKind.SKILLER, self._subject, self._options)
+            if chosen.name == "vanishes":
+                self._vanish()
 
     def _vanish(self) -> None:
-        self._is_gone = True
-        self._back_at = None if self._absence.back is None else self._ask.seconds + self._absence.back
+        self._is_absent = True
+        if self._absence.back is not None:
+            self._return_at = self._choices.seconds + self._absence.back
         service, name = self._agent.skill_service, self._absence.name
-        host = next((each for each in service.hosts if each.name == name), None) if service else None
-        if service is not None and host is not None:
-            service.remove(host, ExecutorHost.abandon)
-        else:
-            self._skills.vanish(name)
+        for host in () if service is None else service.hosts:
+            if service is not None and host.name == name:
+                service.remove(host, ExecutorHost.abandon)
+                return
+        self._skills.vanish(name)
 
-    def _come_back(self) -> None:
-        self._is_gone = False
-        context, name = self._agent, self._absence.name
-        settings, service = context.skill_board, context.skill_service
-        for agent in () if settings is None else settings.agents:
+    def _return(self) -> None:
+        self._is_absent = False
+        run, name = self._agent, self._absence.name
+        board, service = run.skill_board, run.skill_service
+        for agent in () if board is None else board.agents:
             for executor in agent.executors:
                 if executor.name == name and service is not None:
                     service.add(
-                        executor.host(
-                            agent.name, context.board, context.clock, context.bus, verbatim=service.verbatim
-                        )
+                        executor.host(agent.name, run.board, run.clock, run.bus, verbatim=service.verbatim)
                     )
                     return
         self._skills.come_back(name)
@@ -75,51 +94,52 @@ class AbsenceChoices:
 class KillChoices:
     """Kills agents of a team and restarts them."""
 
-    def __init__(self, kill: Kill, team: Team, ask: Asking) -> None:
-        self._kill, self._team, self._ask = kill, team, ask
+    def __init__(self, kill: Kill, team: Team, choices: RunChoices) -> None:
+        self._kill, self._team, self._choices = kill, team, choices
         self._schedule = Schedule(kill.times)
-        self._options = unless("lives", fault("killed", kill.probability))
-        self._back: list[tuple[float, str]] = []
+        self._options = with_faults("lives", fault("killed", kill.probability))
+        self._restarts: list[tuple[float, str]] = []  # seconds and agent, in the order of time
 
     @property
-    def is_expecting(self) -> bool:
+    def awaits_restart(self) -> bool:
         """Whether a killed agent will restart."""
-        return bool(self._back)
+        return bool(self._restarts)
 
-    def loop(self) -> None:
+    def apply(self) -> None:
         """Restart agents that are due, and choose if a decision is due."""
-        while self._back and self._back[0][0] <= self._ask.seconds:
-            self._team.restart(self._back.pop(0)[1])
-        if not self._schedule.is_due(self._ask.seconds):
+        while self._restarts and self._restarts[0][0] <= self._choices.seconds:
+            self._team.restart(self._restarts.pop(0)[1])
+        if not self._schedule.is_due(self._choices.seconds):
             return
         for agent in self._team.agents:
-            is_meant = self._kill.agent in ("*", agent.name)
-            if is_meant and (len(self._team.agents) > 1 or self._kill.back is not None):
+            # A run without any agent has no end, so the last agent is killed only if it restarts.
+            is_dispensable = len(self._team.agents) > 1 or self._kill.back is not None
+            if self._kill.agent in ("*", agent.name) and is_dispensable:
                 self._decide(agent)
 
     def _decide(self, agent: Run) -> None:
-        if self._ask(ChoiceKind.KILL, agent.name, self._options).name == "killed":
+        if self._choices.choose(ChoiceKind.KILL, agent.name, self._options).name == "killed":
             if self._kill.back is not None:
-                self._back.append((self._ask.seconds + self._kill.back, agent.name))
+                self._restarts.append((self._choices.seconds + self._kill.back, agent.name))
             self._team.kill(agent)
 
 
 class OrderChoices:
     """Changes the order of the agents' turns."""
 
-    def __init__(self, times: Times, team: Team, ask: Asking) -> None:
-        self._schedule, self._team, self._ask = Schedule(times), team, ask
+    def __init__(self, times: Times, team: Team, choices: RunChoices) -> None:
+        self._schedule, self._team, self._choices = Schedule(times), team, choices
 
-    def loop(self) -> None:
-        """Choose if a decision is due."""
+    def apply(self) -> None:
+        """Choose an order if a decision is due."""
         names = [agent.name for agent in self._team.agents]
-        if not names[1:] or not self._schedule.is_due(self._ask.seconds):
+        if len(names) == 1 or not self._schedule.is_due(self._choices.seconds):
             return
-        orders = list(permutations(names))
+        # The first permutation is the present order, the usual option.
         options = tuple(
             Option(", ".join(order), faults=int(number > 0), value=order)
-            for number, order in enumerate(orders)
+            for number, order in enumerate(permutations(names))
         )
-        order: tuple[str, ...] = self._ask(ChoiceKind.ORDER, "turns", options).value
+        order: tuple[str, ...] = self._choices.choose(ChoiceKind.ORDER, "turns", options).value
         if list(order) != names:
             self._team.reorder(order)

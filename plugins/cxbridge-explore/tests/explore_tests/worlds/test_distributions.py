@@ -9,15 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cxbridge.clock import VirtualClock
 from cxbridge_explore.worldmodel.distributions import Distribution, Shape
 from cxbridge_explore.worlds.points import (
     USUAL,
+    Choice,
     ChoiceKind,
-    ChoicePoint,
+    Chooser,
     DivergedError,
-    NotedChooser,
     PathChooser,
     RandomChooser,
+    RunChoices,
     Step,
     read_path,
 )
@@ -57,24 +59,25 @@ def test_the_draws_have_the_median_of_their_distribution(shape, parameters, expe
     assert median(distribution.draw(rng) for _ in range(4001)) == pytest.approx(expected, rel=0.1)
 
 
-def point() -> ChoicePoint:
+def duration(chooser: Chooser) -> Choice:
+    """Let a chooser decide the duration of a skill."""
     distribution = Distribution(Shape.UNIFORM, (2.0, 4.0))
     options = tuple(takes(each) for each in distribution.representatives)
-    return ChoicePoint(ChoiceKind.DURATION, "a: b{}", 0.0, options, DurationDraw(distribution))
+    choices = RunChoices(chooser, VirtualClock())
+    choices.choose(ChoiceKind.DURATION, "a: b{}", options, DurationDraw(distribution))
+    return choices.choices[0]
 
 
 @given(st.integers())
 def test_a_drawn_duration_is_in_the_path_and_can_be_followed(seed):
-    drawing = NotedChooser(RandomChooser(seed))
-    drawn = drawing.ask(point())
-    following = NotedChooser(PathChooser(read_path([drawing.choices[0].as_dict()])))
-    assert following.ask(point()) == drawn
-    assert 2.0 <= drawn.value <= 4.0
+    drawn = duration(RandomChooser(seed))
+    followed = duration(PathChooser(read_path([drawn.as_dict()])))
+    assert followed == drawn
+    assert 2.0 <= drawn.taken.value <= 4.0
 
 
 def test_a_path_may_name_what_is_listed_but_nothing_else():
-    listed = NotedChooser(PathChooser({0: Step("a: b{}", "takes(4)")}))
-    assert listed.ask(point()).value == 4.0
+    assert duration(PathChooser({0: Step("a: b{}", "takes(4)")})).taken.value == 4.0
     with pytest.raises(DivergedError, match="no option 'fails'"):
-        NotedChooser(PathChooser({0: Step("a: b{}", "fails")})).ask(point())
-    assert NotedChooser(PathChooser({})).ask(point()) == point().options[USUAL]
+        duration(PathChooser({0: Step("a: b{}", "fails")}))
+    assert duration(PathChooser({})).option == USUAL

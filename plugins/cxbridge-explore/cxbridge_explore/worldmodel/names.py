@@ -1,4 +1,4 @@
-"""Checks the names in a world against its scenario; errors have file and line."""
+"""Checks that a scenario has the skills, interfaces and agents that its world names."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from collections.abc import Collection, Iterable
 from typing import Final
 
 from cxbridge.blackboard import parse_uid
-from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.config.documents import Mark
+from cxbridge.errors import CxbridgeError
 from cxbridge.run.agent import Run
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.run.team import Team
 from cxbridge.suggestions import did_you_mean
-from cxbridge_explore.worldmodel.model import SensedValue, WorldModel, WorldPlace
+from cxbridge_explore.worldmodel.model import SensedValue, WorldModel
 
 _SKILL: Final = re.compile(r"\w+")
 
@@ -34,26 +35,29 @@ def check_world_of(
     for agent in agents:
         _check_agent(world, agent, known_skills(agent, as_written=as_written))
     for kill in world.kills if names else ():
-        _must_be_known("agent", kill.agent, (*names, "*"), kill.place)
+        _check_name("agent", kill.agent, (*names, "*"), kill.mark)
     if not names and (world.kills or world.order):
-        position = world.kills[0].place if world.kills else WorldPlace()
+        mark = world.kills[0].mark if world.kills else Mark()
         change = "kill one" if world.kills else "let them take turns in another order"
         hint = "see docs/several-agents.md"
-        raise _error(position, f"the scenario has one agent: the world cannot {change}", hint)
+        raise mark.error(f"the scenario has one agent: the world cannot {change}", hint)
 
 
 def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None:
-    for skill in world.skills:
-        if skills:
-            _must_be_known("skill", skill.pattern.name, (*skills, "*"), skill.place)
+    """Check the names of an agent's parts.
+
+    :param skills: empty if they are unknown.
+    """
+    for skill in world.skills if skills else ():
+        _check_name("skill", skill.pattern.name, (*skills, "*"), skill.mark)
     for sensed in world.sensed:
         _check_sensed(sensed, agent)
         for name in sensed.after if skills else ():
-            _must_be_known("skill", name, skills, sensed.place)
+            _check_name("skill", name, skills, sensed.mark)
     for message in world.messages:
-        _check_interface(message.uid, agent, message.place)
+        _check_interface(message.uid, agent, message.mark)
     for absence in world.absences:
-        _must_be_known("Skiller or executor", absence.name, _executing(agent), absence.place)
+        _check_name("Skiller or executor", absence.name, _performers(agent), absence.mark)
 
 
 def known_skills(agent: Run, *, as_written: bool) -> set[str]:
@@ -62,52 +66,48 @@ def known_skills(agent: Run, *, as_written: bool) -> set[str]:
     :param as_written: see :func:`check_world_of`.
     :returns: empty if an executor computes its skills and only its text is read.
     """
-    skill_names = {
+    skills = {
         name.group()
         for item in agent.config.search("/clips-executive/specs")
         if "/action-mapping/" in item.path and not item.is_list and (name := _SKILL.match(item.text))
     }
     board = agent.skill_board
-    for each in () if board is None else board.agents:
-        for executor in each.executors:
-            skills = executor.written_skills() if as_written else executor.skills()
-            if skills is None:
+    for member in () if board is None else board.agents:
+        for executor in member.executors:
+            executed = executor.written_skills() if as_written else executor.skills()
+            if executed is None:
                 return set()
-            skill_names.update(skills)
-    return skill_names
+            skills.update(executed)
+    return skills
 
 
-def _executing(agent: Run) -> set[str]:
+def _performers(agent: Run) -> set[str]:
     """Return the names of the local Skillers and of the executors on the skill board."""
     board = agent.skill_board
     served = frozenset[str]() if board is None else board.skillers
-    executors = {item.name for item in skiller_settings(agent.config, "simulator", served)}
-    for each in () if board is None else board.agents:
-        executors.update(executor.name for executor in each.executors)
-    return executors
+    names = {item.name for item in skiller_settings(agent.config, "simulator", served)}
+    for member in () if board is None else board.agents:
+        names.update(executor.name for executor in member.executors)
+    return names
 
 
-def _must_be_known(kind: str, name: str, known: Collection[str], position: WorldPlace) -> None:
-    if name not in known:
-        otherwise = f"there are: {', '.join(sorted(set(known) - {'*'}))}"
-        raise _error(position, f"there is no {kind} '{name}'", did_you_mean(name, known, otherwise))
+def _check_name(kind: str, name: str, names: Collection[str], mark: Mark) -> None:
+    if name not in names:
+        list_of_names = f"there are: {', '.join(sorted(set(names) - {'*'}))}"
+        raise mark.error(f"there is no {kind} '{name}'", did_you_mean(name, names, list_of_names))
 
 
-def _check_interface(uid: str, agent: Run, position: WorldPlace) -> None:
+def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
     try:
         agent.registry.get(parse_uid(uid)[0])
-    except (CxbridgeError, ValueError) as error:
-        message = error.message if isinstance(error, CxbridgeError) else f"'{uid}' is no TYPE::ID"
-        hint = error.hint if isinstance(error, CxbridgeError) else "e.g. BatteryInterface::Robot"
-        raise _error(position, message, hint) from None
+    except CxbridgeError as error:
+        raise mark.error(error.message, error.hint) from None
+    except ValueError:
+        raise mark.error(f"'{uid}' is no TYPE::ID", "e.g. BatteryInterface::Robot") from None
 
 
 def _check_sensed(sensed: SensedValue, agent: Run) -> None:
-    _check_interface(sensed.uid, agent, sensed.place)
+    _check_interface(sensed.uid, agent, sensed.mark)
     kind = parse_uid(sensed.uid)[0]
     fields = [field.name for field in agent.registry.schema(kind).fields]
-    _must_be_known(f"field of {kind}", sensed.name, fields, sensed.place)
-
-
-def _error(position: WorldPlace, message: str, hint: str | None) -> ConfigError:
-    return ConfigError(message, file=position.file, line=position.line, hint=hint)
+    _check_name(f"field of {kind}", sensed.name, fields, sensed.mark)
