@@ -8,7 +8,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
 from cxbridge_explore.properties.builtin.table import RUN_ENDS, builtin_properties
 from cxbridge_explore.properties.monitor import Property
-from cxbridge_explore.properties.reading import beside, find_property, joined
+from cxbridge_explore.properties.reading import find_property, joined, properties_beside
 
 
 def properties_of(
@@ -22,4 +22,4 @@ def properties_of(
     if property_texts:
         return joined(map(find_property, property_texts))
     built_in = [each for each in builtin_properties() if not (is_cut and each.name == RUN_ENDS)]
-    return joined(built_in, beside(source_of(options).config_file()))
+    return joined(built_in, properties_beside(source_of(options).config_file()))

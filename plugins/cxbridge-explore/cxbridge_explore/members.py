@@ -79,7 +79,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
 
     def done() -> bool:
         nonlocal is_stuck
-        watch.look()
+        watch.check()
         is_stuck = not run.is_over and stuck.look()
         return is_stuck or run.is_over
 
@@ -88,7 +88,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
     ending = Ending.OVER if is_at_end else Ending.STUCK if is_stuck else Ending.CUT
     watch.end(RunEnd(ending, "" if ending is not Ending.CUT else f"not within {timeout:g} s"))
     agent.finalize()
-    watch.released()
+    watch.finalized()
     if watch.violations:
         raise AssertionError(
             "\n".join(

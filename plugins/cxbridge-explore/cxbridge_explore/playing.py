@@ -57,7 +57,7 @@ class ExploredRun(JudgedRun):
         ending = Ending.OVER if is_over else Ending.STUCK if ended.is_stuck else Ending.CUT
         self.properties.end(RunEnd(ending, "" if is_over else ended.reason))
         self.world.assembly.finalize()
-        self.properties.released()
+        self.properties.finalized()
         return ended, result
 
     def leaf(self) -> Leaf:
@@ -75,7 +75,7 @@ class ExploredRun(JudgedRun):
         )
 
     def _is_cut(self) -> bool:
-        is_violated = self.properties.look()
+        is_violated = self.properties.check()
         return super()._is_cut() or (self._briefly and is_violated)
 
 

@@ -33,7 +33,7 @@ class _Reader:
 
     text: str
     nodes: list[SyntaxNode]
-    where: Mark
+    mark: Mark
 
     def word(self) -> str:
         """Read a word; empty if the next part is not a word."""
@@ -47,25 +47,25 @@ class _Reader:
         while self.nodes and self.nodes[0].items is not None:
             nodes.append(self.nodes.pop(0))
         if not any(node.head and node.head not in _NO_PATTERN for node in nodes):
-            raise self.where.error(
+            raise self.mark.error(
                 f"'{after}' needs a pattern: {self.text}", "a pattern is in parentheses: (goal (mode FAILED))"
             )
-        return ConditionPattern(tuple(nodes), self.where)
+        return ConditionPattern(tuple(nodes), self.mark)
 
     def within(self) -> float | None:
-        """Read the optional time limit, which must be the last part."""
+        """Read the optional time limit, which must be the last part; None without a limit."""
         word, limit = self.word(), None
         if word == "within":
             number = self.word()
             limit = _seconds(number)
             if limit is None:
-                raise self.where.error(
+                raise self.mark.error(
                     f"'within' needs seconds, not '{number}': {self.text}", "e.g. within 30"
                 )
             word = self.word()
         if word or self.nodes:
             rest = word or self.nodes[0].text
-            raise self.where.error(
+            raise self.mark.error(
                 f"'{rest}' does not belong into a property: {self.text}",
                 did_you_mean(rest, ("within", "then"), f"properties are: {'; '.join(FORMS)}"),
             )
@@ -80,45 +80,38 @@ def _seconds(text: str) -> float | None:
     return seconds if 0 < seconds < float("inf") else None
 
 
-def read_property(text: str, where: Mark | None = None) -> Property:
+def read_property(text: str, mark: Mark | None = None) -> Property:
     """Parse the text form of a property: ``[NAME:] FORM``.
 
     Unknown deftemplates are reported later, when the property is watched.
 
-    :param where: the position for error messages.
+    :param mark: the position for error messages.
     """
-    where = where or Mark()
+    mark = mark or Mark()
     match = _NAME.match(text)
     body = text[match.end() :] if match else text
     if body.count("(") != body.count(")"):
-        raise where.error(f"the parentheses of a property do not match: {text.strip()}")
-    reader = _Reader(text.strip(), read(body), where)
+        raise mark.error(f"the parentheses of a property do not match: {text.strip()}")
+    reader = _Reader(text.strip(), read(body), mark)
     name = match[1] if match else one_line(body)
     kind = reader.word()
     make_monitor: Callable[[Scene], Monitor]
+    if kind not in _WORDS:
+        hint = did_you_mean(kind, _WORDS, f"properties are: {'; '.join(FORMS)}")
+        raise mark.error(f"a property begins with {', '.join(_WORDS)}, not with '{kind}'", hint)
+    pattern = reader.pattern(kind)
     match kind:
-        case "never":
-            make_monitor = partial(Never, pattern=reader.pattern(kind))
-        case "always":
-            make_monitor = partial(Always, pattern=reader.pattern(kind))
         case "eventually":
-            pattern = reader.pattern(kind)
-            return Property(
-                name, partial(Eventually, pattern=pattern, within_s=reader.within()), one_line(body)
-            )
+            make_monitor = partial(Eventually, pattern=pattern, within_s=reader.within())
         case "after":
-            first = reader.pattern(kind)
-            then = reader.word()
-            if then != "then":
-                raise where.error(f"'after' needs a 'then': {text.strip()}", FORMS[3])
-            second = reader.pattern(then)
-            make_monitor = partial(After, first=first, second=second, within_s=reader.within())
-            return Property(name, make_monitor, one_line(body), one_line(text))
+            if reader.word() != "then":
+                raise mark.error(f"'after' needs a 'then': {text.strip()}", FORMS[3])
+            second = reader.pattern("then")
+            make_monitor = partial(After, first=pattern, second=second, within_s=reader.within())
         case _:
-            hint = did_you_mean(kind, _WORDS, f"properties are: {'; '.join(FORMS)}")
-            raise where.error(f"a property begins with {', '.join(_WORDS)}, not with '{kind}'", hint)
+            make_monitor = partial(Never if kind == "never" else Always, pattern=pattern)
     if reader.within() is not None:
-        raise where.error(
+        raise mark.error(
             f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_WORDS.index(kind)]}"
         )
     return Property(name, make_monitor, one_line(body), one_line(text))

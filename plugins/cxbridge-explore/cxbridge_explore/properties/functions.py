@@ -34,15 +34,14 @@ class _EventMonitor(Monitor):
         self._function = function
         self._events: list[Event] = []
 
-    def take(self, event: Event) -> None:
+    def handle(self, event: Event) -> None:
         self._events.append(event)
 
     def end(self, end: RunEnd) -> None:  # noqa: ARG002 - the same for each kind of end
         self.is_evaluated = True
-        wrong = self._function(self._events)
-        if wrong:
-            self.scene.report(wrong)
+        violation = self._function(self._events)
+        if violation:
+            self.scene.report(violation)
 
     def state(self) -> Hashable | None:
-        """Return None: the function may depend on all events."""
-        return None
+        return None  # the function may depend on all events

@@ -1,19 +1,25 @@
-"""Properties, and the monitors that check them in a run."""
+"""Properties, and the monitors that check them in a run.
+
+A monitor is made before the agents of its run are loaded. It checks the run after each loop, at the end, and
+after the shutdown rules. It reports at most one violation.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
+from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.events import Event
+from cxbridge_explore.properties.tables import Changes, FactTables
 
 if TYPE_CHECKING:
-    from cxbridge_explore.properties.tables import FactTables
+    from cxbridge.run.agent import Run
 
 # The state of a monitor whose verdict depends only on the current facts.
-NOTHING: Final[tuple[Hashable, ...]] = ()
+NO_STATE: Final[tuple[Hashable, ...]] = ()
 
 
 class Ending(Enum):
@@ -65,53 +71,73 @@ class Violation:
         }
 
 
-class Scene(Protocol):
-    """A monitor's view of the run."""
+class Scene:
+    """A run as seen by the monitor of one property, and the verdict on the property.
+
+    :param name: the name of the property.
+    :param clock: the run's clock; the run starts now.
+    :param agents: the facts of the living agents; changes while agents are killed and restarted.
+    """
+
+    def __init__(self, name: str, clock: Clock, agents: Mapping[Run, FactTables]) -> None:
+        self.name = name
+        self.violation: Violation | None = None
+        self._clock, self._agents = clock, agents
+        self._start_us = clock.now_us()
 
     @property
     def seconds(self) -> float:
         """The seconds since the start of the run, by its clock."""
+        return (self._clock.now_us() - self._start_us) / MICROSECONDS
 
     @property
     def tables(self) -> Sequence[FactTables]:
         """The facts of each living agent."""
+        return tuple(self._agents.values())
 
     def report(self, message: str, *, goal: str = "", action: str = "", skill: str = "") -> None:
         """Report a violation. Only the first report counts."""
+        if self.violation is None:
+            self.violation = Violation(self.name, message, self.seconds, goal, action, skill)
 
 
 class Monitor:
     """Checks one property in one run. All methods are called in the run's thread.
 
+    :cvar event_types: the types of events for :meth:`handle`.
+    :cvar templates: the deftemplates whose changes ``changes`` records.
     :ivar is_evaluated: whether the property could have been violated; a property that no run evaluates is
         vacuous.
     """
 
     event_types: tuple[type[Event], ...] = ()
+    templates: tuple[str, ...] = ()
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
+        self.changes = Changes()
         self.is_evaluated = False
-
-    def begin(self) -> None:
-        """Prepare for the start of the run."""
 
     def joined(self, tables: FactTables) -> None:
         """Start watching an agent before it is loaded: at the start, or after a restart."""
+        self.changes.is_pending = True
+        for template in self.templates:
+            tables.follow(template, self.changes)
 
     def left(self, tables: FactTables) -> None:
         """Forget a killed agent, whose facts are already removed from the scene."""
 
-    def take(self, event: Event) -> None:
+    def handle(self, event: Event) -> None:
         """Handle an event when it happens."""
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Check the run after a loop."""
 
-    def end(self, end: RunEnd) -> None: ...
+    def end(self, end: RunEnd) -> None:
+        """Check the run at its end, before the shutdown rules fire."""
 
-    def released(self) -> None:
-        """Check the facts after the shutdown rules have run."""
+    def finalized(self) -> None:
+        """Check the run after the shutdown rules have fired."""
 
     def state(self) -> Hashable | None:
         """Return the state on which later verdicts depend, besides the current facts.
@@ -119,7 +145,7 @@ class Monitor:
         Times are relative to now. Ids of goals are separate strings, so that a comparison of runs can rename
         them. None means unknown: the run is not merged.
         """
-        return NOTHING
+        return NO_STATE
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,8 +26,8 @@ _GROUPS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 _ABSENCE: Final = frozenset({"not", "forall"})
 _NAME: Final = "cx-property-"
 _LOADED: Final = "(executive-initialized)"
-_NOWHERE: Final = "(executive-initialized nowhere)"
-_numbers = count(1)
+_NEVER: Final = "(executive-initialized nowhere)"  # matches no fact
+_numbers = count(1)  # the names of rules and functions are unique in the process
 
 Values = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints them
 
@@ -36,11 +36,11 @@ Values = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints the
 class ConditionPattern:
     """Conditional elements of CLIPS.
 
-    :param where: their source position.
+    :param mark: their place in the source.
     """
 
     elements: tuple[SyntaxNode, ...]
-    where: Mark
+    mark: Mark
 
     @property
     def text(self) -> str:
@@ -48,23 +48,24 @@ class ConditionPattern:
         return " ".join(one_line(node.text) for node in self.elements)
 
     @property
-    def says_absence(self) -> bool:
+    def requires_absence(self) -> bool:
         """Whether the pattern requires the absence of facts. A modify retracts a fact for a moment."""
         return any(node.head in _ABSENCE for element in self.elements for node in element.walk())
 
     @property
-    def parts(self) -> tuple[SyntaxNode, ...]:
-        """The fact patterns in the elements."""
-        return tuple(_facts(self.elements))
+    def fact_patterns(self) -> tuple[SyntaxNode, ...]:
+        """The patterns of facts in the elements."""
+        return tuple(_fact_patterns(self.elements))
 
     @property
     def templates(self) -> tuple[str, ...]:
         """The deftemplates in the elements, without duplicates."""
-        return tuple(dict.fromkeys(node.head for node in self.parts))
+        return tuple(dict.fromkeys(node.head for node in self.fact_patterns))
 
     @property
     def variables(self) -> tuple[str, ...]:
         """The variables that are bound by a match, in order."""
+        # Variables within `not`, `forall`, `exists` and `or` have no value outside of them.
         outer = [node for node in self.elements if node.head not in ("not", "forall", "exists", "or")]
         words = (word.text for node in outer for word in node.walk() if word.items is None)
         return tuple(
@@ -72,10 +73,10 @@ class ConditionPattern:
         )
 
 
-def _facts(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
+def _fact_patterns(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
     for node in nodes:
         if node.head in _GROUPS:
-            yield from _facts(node.arguments)
+            yield from _fact_patterns(node.arguments)
         elif node.head and node.head != "test":
             yield node
 
@@ -85,20 +86,19 @@ def check_names(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
 
     :raises ConfigError: if the environment lacks one.
     """
-    known: list[str] = []
-    for part in pattern.parts:
-        if not env.has_template(part.head):
-            known = known or [str(name) for name in env.eval("(get-deftemplate-list *)")]
-            hint = did_you_mean(part.head, (name.rpartition("::")[2] for name in known))
-            raise pattern.where.error(f"there is no deftemplate '{part.head}': {pattern.text}", hint or None)
-        slots = env.eval(f"(deftemplate-slot-names {part.head})")
-        if slots == ("implied",):
+    for fact in pattern.fact_patterns:
+        if not env.has_template(fact.head):
+            templates = (str(name).rpartition("::")[2] for name in env.eval("(get-deftemplate-list *)"))
+            hint = did_you_mean(fact.head, templates)
+            raise pattern.mark.error(f"there is no deftemplate '{fact.head}': {pattern.text}", hint or None)
+        slots = env.eval(f"(deftemplate-slot-names {fact.head})")
+        if slots == ("implied",):  # an ordered fact
             continue
-        for slot in part.arguments:
+        for slot in fact.arguments:
             if slot.items is not None and slot.head not in slots:
                 hint = did_you_mean(slot.head, slots, f"it has: {', '.join(map(str, slots))}")
-                raise pattern.where.error(
-                    f"deftemplate '{part.head}' has no slot '{slot.head}': {pattern.text}", hint
+                raise pattern.mark.error(
+                    f"deftemplate '{fact.head}' has no slot '{slot.head}': {pattern.text}", hint
                 )
 
 
@@ -118,36 +118,37 @@ class Probe:
         self._name_now = f"{self._name}-now"
         self._variables = variables
         self._matched: Callable[[Values], None] = lambda _: None
-        self._now: set[Values] = set()
+        self._matches: set[Values] = set()
         env.udfs.define(self._name, self._note, len(variables))
-        env.udfs.define(self._name_now, self._note_now, len(variables))
+        env.udfs.define(self._name_now, self._collect, len(variables))
         # CLIPS evaluates a test after a new `not` before it knows whether the `not` holds. Therefore a rule
         # that is never activated builds the joins first, and later rules share all of them except the last.
-        self._build(f"{self._name}-joins", f"{_LOADED} {pattern.text} {_NOWHERE}")
-        self._asked = f"{_LOADED} {pattern.text} {_LOADED} {self._call(self._name_now)}"
+        self._build(f"{self._name}-joins", f"{_LOADED} {pattern.text} {_NEVER}")
+        self._condition_now = f"{_LOADED} {pattern.text} {_LOADED} {self._call(self._name_now)}"
 
     def _note(self, *values: Value) -> Value:
         self._matched(tuple(map(show, values)))
         return FALSE
 
-    def _note_now(self, *values: Value) -> Value:
-        self._now.add(tuple(map(show, values)))
+    def _collect(self, *values: Value) -> Value:
+        self._matches.add(tuple(map(show, values)))
         return FALSE
 
     def follow(self, matched: Callable[[Values], None]) -> None:
         """Call ``matched`` with the variables' values at each match from now on.
 
-        Do not use this for patterns with ``not``, see above.
+        Not for patterns with ``not``, whose test CLIPS also evaluates while the ``not`` does not hold.
         """
         self._matched = matched
         self._build(self._name, f"{self._pattern.text} {self._call(self._name)}")
 
     def now(self) -> set[Values]:
         """Return the variables' values of all current matches; empty before the agent is loaded."""
-        self._now = set()
-        self._build(self._name_now, self._asked)
+        self._matches = set()
+        # A new rule is matched against all present facts at once.
+        self._build(self._name_now, self._condition_now)
         self._env.eval(f"(undefrule {self._name_now})")
-        return self._now
+        return self._matches
 
     def _call(self, function: str) -> str:
         return f"(test ({' '.join((function, *self._variables))}))"
@@ -157,4 +158,4 @@ class Probe:
             self._env.build_unrecorded(f"(defrule {name} {condition} =>)")
         except ClipsError as error:
             text = f"CLIPS does not take the pattern {self._pattern.text}"
-            raise self._pattern.where.error(text, error.message) from None
+            raise self._pattern.mark.error(text, error.message) from None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 from typing import Final
 
@@ -19,6 +20,10 @@ _EXPECTED: Final = f"it is a list; an entry is one of: {'; '.join(FORMS)}; it ma
 
 
 def read_properties(file: Path) -> list[Property]:
+    """Read the properties of a file.
+
+    :raises ConfigError: if the file cannot be read, or a property is invalid.
+    """
     try:
         data = file.read_bytes()
     except OSError as error:
@@ -45,7 +50,7 @@ def find_property(text: str) -> Property:
 
     :raises ConfigError: if the text is neither.
     """
-    built_in = {each.name: each for each in builtin_properties()}
+    built_in = {property_.name: property_ for property_ in builtin_properties()}
     name = text.strip()
     if name in built_in:
         return built_in[name]
@@ -54,7 +59,7 @@ def find_property(text: str) -> Property:
     return read_property(text)
 
 
-def beside(scenario: Path | None) -> list[Property]:
+def properties_beside(scenario: Path | None) -> list[Property]:
     """Return the properties in a scenario's folder; empty without the file."""
     if scenario is None:
         return []
@@ -68,15 +73,11 @@ def joined(*groups: Iterable[Property]) -> tuple[Property, ...]:
     :raises ConfigError: if two properties have the same name.
     """
     by_name: dict[str, Property] = {}
-    for each in _chained(groups):
-        if each.name in by_name:
+    for property_ in chain.from_iterable(groups):
+        name = property_.name
+        if name in by_name:
             raise ConfigError(
-                f"there are two properties '{each.name}'", hint="give one of them another name: NAME: FORM"
+                f"there are two properties '{name}'", hint="give one of them another name: NAME: FORM"
             )
-        by_name[each.name] = each
+        by_name[name] = property_
     return tuple(by_name.values())
-
-
-def _chained(groups: Iterable[Iterable[Property]]) -> Iterator[Property]:
-    for group in groups:
-        yield from group

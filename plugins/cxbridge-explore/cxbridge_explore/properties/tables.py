@@ -15,15 +15,27 @@ Slots = Mapping[str, "Value"]  # values by slot
 
 
 class FactTables:
+    """The facts of an agent by deftemplate.
+
+    Monitors read the facts after each loop, and most loops change no fact. The facts of followed deftemplates
+    are therefore read from CLIPS only after a change.
+    """
+
     def __init__(self, env: ClipsEnvironment) -> None:
         self.env = env
         self._facts: dict[str, list[Slots]] = {}
-        self._shown: dict[str, list[Mapping[str, str]]] = {}
+        self._texts: dict[str, list[Mapping[str, str]]] = {}
         self._changes: dict[str, list[Changes]] = {}
 
     @property
     def name(self) -> str:
+        """The name of the environment: the agent's."""
         return self.env.name
+
+    @property
+    def is_initialized(self) -> bool:
+        """Whether the agent is loaded."""
+        return next(self.env.facts("executive-initialized"), None) is not None
 
     def follow(self, template: str, changes: Changes | None = None) -> None:
         """Cache the facts of a deftemplate and track their changes. Other deftemplates are read each time.
@@ -39,42 +51,34 @@ class FactTables:
 
     def _changed(self, template: str, _slots: Mapping[str, str]) -> None:
         self._facts.pop(template, None)
-        self._shown.pop(template, None)
+        self._texts.pop(template, None)
         for changes in self._changes[template]:
             changes.is_pending = True
 
     def facts(self, template: str) -> Sequence[Slots]:
-        found = self._facts.get(template)
-        if found is None:
-            found = [slots for _, _, slots in self.env.facts(template)]
+        """Return the facts of a deftemplate."""
+        rows = self._facts.get(template)
+        if rows is None:
+            rows = [slots for _, _, slots in self.env.facts(template)]
             if template in self._changes:
-                self._facts[template] = found
-        return found
+                self._facts[template] = rows
+        return rows
 
-    def shown(self, template: str) -> Sequence[Mapping[str, str]]:
+    def texts(self, template: str) -> Sequence[Mapping[str, str]]:
         """Return the facts of a deftemplate with values as CLIPS prints them."""
-        rows = self._shown.get(template)
+        rows = self._texts.get(template)
         if rows is None:
             rows = [{name: show(value) for name, value in slots.items()} for slots in self.facts(template)]
             if template in self._changes:
-                self._shown[template] = rows
+                self._texts[template] = rows
         return rows
 
 
 class Changes:
-    """Records whether facts have changed since the last check.
+    """Records whether facts of some deftemplates have changed since the last check."""
 
-    :param templates: the deftemplates to follow.
-    """
-
-    def __init__(self, *templates: str) -> None:
+    def __init__(self) -> None:
         self.is_pending = True
-        self._templates = templates
-
-    def follow(self, tables: FactTables) -> None:
-        self.is_pending = True
-        for template in self._templates:
-            tables.follow(template, self)
 
     def take(self) -> bool:
         """Return whether facts have changed, and reset the record."""

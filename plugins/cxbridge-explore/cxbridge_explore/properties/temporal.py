@@ -1,128 +1,127 @@
-"""Temporal properties of patterns: never, always, eventually, after."""
+"""Temporal properties of patterns: ``never``, ``always``, ``eventually`` and ``after``.
+
+A pattern without ``not`` and ``forall`` is matched at each moment, also between two rules. A pattern with
+them is matched after each loop: a rule that modifies a fact retracts it for a moment, which is no absence.
+"""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from functools import partial
 
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
 from cxbridge_explore.properties.patterns import ConditionPattern, Probe, Values, check_names
-from cxbridge_explore.properties.tables import Changes, FactTables
+from cxbridge_explore.properties.tables import FactTables
+
+
+@dataclass(frozen=True, slots=True)
+class _WatchedPattern:
+    """A pattern of a property.
+
+    :param variables: the variables whose values tell its matches apart.
+    :param matched: called at each match, unless the pattern requires an absence; None to call nothing.
+    """
+
+    pattern: ConditionPattern
+    variables: tuple[str, ...] = ()
+    matched: Callable[[FactTables, Values], None] | None = None
+
+    def probe(self, tables: FactTables) -> Probe:
+        """Define the probe of the pattern in an agent."""
+        probe = Probe(tables.env, self.pattern, self.variables)
+        if self.matched is not None and not self.pattern.requires_absence:
+            probe.follow(partial(self.matched, tables))
+        return probe
 
 
 class PatternMonitor(Monitor):
-    """Base class: defines the probes in each agent as soon as its deftemplates exist."""
+    """Base class: defines the probes in each agent as soon as its deftemplates exist.
 
-    def __init__(self, scene: Scene, *patterns: ConditionPattern) -> None:
+    Deftemplates exist when the agent is loaded, which takes some loops; the run may have several agents.
+    """
+
+    def __init__(self, scene: Scene, *patterns: _WatchedPattern) -> None:
+        self.templates = tuple(
+            dict.fromkeys(name for watched in patterns for name in watched.pattern.templates)
+        )
         super().__init__(scene)
         self._patterns = patterns
-        self._waiting: list[FactTables] = []
-
-    def begin(self) -> None:
-        self.changes = Changes(*{name for pattern in self._patterns for name in pattern.templates})
+        self._loading: list[FactTables] = []
+        self.probes: dict[FactTables, list[Probe]] = {}  # by agent, in the order of the patterns
 
     def joined(self, tables: FactTables) -> None:
-        self._waiting.append(tables)
-        self.changes.follow(tables)
+        super().joined(tables)
+        self._loading.append(tables)
 
     def left(self, tables: FactTables) -> None:
-        if tables in self._waiting:
-            self._waiting.remove(tables)
-        else:
-            self.forget(tables)
+        self.probes.pop(tables, None)
+        self._loading = [loading for loading in self._loading if loading is not tables]
 
-    def look(self) -> None:
-        for tables in list(self._waiting):
-            env = tables.env
-            ready = all(env.has_template(name) for each in self._patterns for name in each.templates)
-            loaded = next(env.facts("executive-initialized"), None) is not None
-            if ready or loaded:
-                for pattern in self._patterns:
-                    check_names(pattern, env)
-                self._waiting.remove(tables)
-                self.probe(tables)
-        if not self._waiting:
-            self.check()
-
-    @abstractmethod
-    def probe(self, tables: FactTables) -> None:
-        """Define the probes in an agent."""
-
-    @abstractmethod
-    def forget(self, tables: FactTables) -> None:
-        """Forget the probes of an agent."""
-
-    @abstractmethod
     def check(self) -> None:
+        for tables in list(self._loading):
+            if all(map(tables.env.has_template, self.templates)) or tables.is_initialized:
+                for watched in self._patterns:
+                    check_names(watched.pattern, tables.env)
+                self._loading.remove(tables)
+                self.probes[tables] = [watched.probe(tables) for watched in self._patterns]
+        if not self._loading:
+            self.check_patterns()
+
+    @abstractmethod
+    def check_patterns(self) -> None:
         """Check the run after a loop; all agents are loaded."""
 
-    def had_facts(self) -> bool:
-        return any(
-            all(next(tables.env.facts(name), None) for each in self._patterns for name in each.templates)
-            for tables in self.scene.tables
-        )
+    def matches(self, index: int) -> list[tuple[FactTables, set[Values]]]:
+        """Return the current matches of a pattern in each agent."""
+        return [(tables, probes[index].now()) for tables, probes in self.probes.items()]
 
 
 class Never(PatternMonitor):
-    """A pattern never matches.
-
-    Patterns without ``not`` and ``forall`` are matched at each moment, patterns with them after each loop.
-    """
+    """A pattern never matches."""
 
     def __init__(self, scene: Scene, pattern: ConditionPattern) -> None:
-        super().__init__(scene, pattern)
+        super().__init__(scene, _WatchedPattern(pattern, pattern.variables, self._matched))
         self._pattern = pattern
-        self._probes: dict[FactTables, Probe] = {}
 
-    def probe(self, tables: FactTables) -> None:
-        probe = self._probes[tables] = Probe(tables.env, self._pattern, self._pattern.variables)
-        if not self._pattern.says_absence:
-            probe.follow(self._matched)
-
-    def forget(self, tables: FactTables) -> None:
-        del self._probes[tables]
-
-    def check(self) -> None:
+    def check_patterns(self) -> None:
         if not self.changes.take():
             return
-        self.is_evaluated = self.is_evaluated or self._pattern.says_absence or self.had_facts()
-        if self._pattern.says_absence:
-            for probe in self._probes.values():
-                for values in probe.now():
-                    self._matched(values)
+        if not self._pattern.requires_absence:
+            self.is_evaluated = self.is_evaluated or self._has_facts()
+            return
+        self.is_evaluated = True
+        for tables, matches in self.matches(0):
+            for values in matches:
+                self._matched(tables, values)
 
-    def _matched(self, values: Values) -> None:
-        names = self._pattern.variables
-        bindings = ", ".join(f"{name} = {value}" for name, value in zip(names, values, strict=True))
-        self.scene.report(f"{self._pattern.text} matches" + (f": {bindings}" if bindings else ""))
+    def _has_facts(self) -> bool:
+        """Return whether an agent has a fact of each deftemplate of the pattern."""
+        return any(
+            all(next(tables.env.facts(name), None) for name in self.templates) for tables in self.probes
+        )
+
+    def _matched(self, _tables: FactTables, values: Values) -> None:
+        self.scene.report(f"{self._pattern.text} matches{_bindings(self._pattern.variables, values)}")
 
 
 class Always(PatternMonitor):
     """A pattern matches after each loop in each agent, from the end of the initialisation on."""
 
     def __init__(self, scene: Scene, pattern: ConditionPattern) -> None:
-        super().__init__(scene, pattern)
+        super().__init__(scene, _WatchedPattern(pattern))
         self._pattern = pattern
-        self._probes: dict[FactTables, Probe] = {}
 
-    def probe(self, tables: FactTables) -> None:
-        self._probes[tables] = Probe(tables.env, self._pattern)
-
-    def forget(self, tables: FactTables) -> None:
-        del self._probes[tables]
-
-    def check(self) -> None:
-        if not self.is_evaluated:
-            for tables in self._probes:
-                if next(tables.env.facts("executive-initialized"), None) is None:
-                    return
+    def check_patterns(self) -> None:
+        if not self.is_evaluated and not all(tables.is_initialized for tables in self.probes):
+            return
         if not self.changes.take() and self.is_evaluated:
             return
         self.is_evaluated = True
-        for tables, probe in self._probes.items():
-            if not probe.now():
-                agent = f" in {tables.name}" if len(self._probes) > 1 else ""
+        for tables, matches in self.matches(0):
+            if not matches:
+                agent = f" in {tables.name}" if len(self.probes) > 1 else ""
                 self.scene.report(f"{self._pattern.text} does not match{agent}")
 
     def state(self) -> Hashable | None:
@@ -137,39 +136,30 @@ class Eventually(PatternMonitor):
     """
 
     def __init__(self, scene: Scene, pattern: ConditionPattern, within_s: float | None) -> None:
-        super().__init__(scene, pattern)
+        super().__init__(scene, _WatchedPattern(pattern, matched=self._matched))
         self._pattern = pattern
         self._within_s = within_s
-        self._matched = False
-        self._probes: dict[FactTables, Probe] = {}
+        self._has_matched = False
 
-    def probe(self, tables: FactTables) -> None:
-        probe = self._probes[tables] = Probe(tables.env, self._pattern)
-        if not self._pattern.says_absence:
-            probe.follow(self._note)
+    def _matched(self, _tables: FactTables, _values: Values) -> None:
+        self._has_matched = True
 
-    def _note(self, _values: Values) -> None:
-        self._matched = True
-
-    def forget(self, tables: FactTables) -> None:
-        del self._probes[tables]
-
-    def check(self) -> None:
+    def check_patterns(self) -> None:
         self.is_evaluated = True
-        if self._pattern.says_absence and self.changes.take():
-            self._matched = self._matched or any(probe.now() for probe in self._probes.values())
-        if self._within_s is not None and not self._matched and self.scene.seconds > self._within_s:
+        if self._pattern.requires_absence and self.changes.take():
+            self._has_matched = self._has_matched or any(matches for _, matches in self.matches(0))
+        if self._within_s is not None and not self._has_matched and self.scene.seconds > self._within_s:
             self.scene.report(f"{self._pattern.text} has not matched within {self._within_s:g} s")
 
     def end(self, end: RunEnd) -> None:
         """Report a missing match, unless the run was cut before the limit."""
-        if not self._matched and (end.ending is not Ending.CUT or self._within_s is None):
+        if not self._has_matched and (end.ending is not Ending.CUT or self._within_s is None):
             self.scene.report(f"{self._pattern.text} has never matched")
 
     def state(self) -> Hashable | None:
         """Return whether the pattern has matched, or the remaining time."""
-        if self._matched or self._within_s is None:
-            return self._matched
+        if self._has_matched or self._within_s is None:
+            return self._has_matched
         return round(self._within_s - self.scene.seconds, 3)
 
 
@@ -185,55 +175,47 @@ class After(PatternMonitor):
     def __init__(
         self, scene: Scene, first: ConditionPattern, second: ConditionPattern, within_s: float | None
     ) -> None:
-        super().__init__(scene, first, second)
+        self._shared = tuple(name for name in first.variables if name in second.variables)
+        super().__init__(
+            scene,
+            _WatchedPattern(first, self._shared, self._first_matched),
+            _WatchedPattern(second, self._shared, self._second_matched),
+        )
         self._first, self._second = first, second
         self._within_s = within_s
-        self._shared = tuple(name for name in first.variables if name in second.variables)
+        # The first matches that still lack a second one: agent and shared values, with the seconds.
         self._open: dict[tuple[str, Values], float] = {}
-        self._fresh: set[str] = set()
-        self._firsts: dict[str, Probe] = {}
-        self._seconds: dict[str, Probe] = {}
-        self._before: dict[str, set[Values]] = {}
+        self._has_new_match: set[str] = set()  # agents in which the first pattern matched in this loop
+        self._earlier_matches: dict[str, set[Values]] = {}  # by agent, for a first pattern with an absence
 
-    def probe(self, tables: FactTables) -> None:
-        name = tables.name
-        first = self._firsts[name] = Probe(tables.env, self._first, self._shared)
-        second = self._seconds[name] = Probe(tables.env, self._second, self._shared)
-        if not self._second.says_absence:
-            second.follow(partial(self._then, name))
-        if not self._first.says_absence:
-            first.follow(partial(self._after, name))
+    def left(self, tables: FactTables) -> None:
+        super().left(tables)
+        self._earlier_matches.pop(tables.name, None)
+        self._has_new_match.discard(tables.name)
+        self._open = {key: since for key, since in self._open.items() if key[0] != tables.name}
 
-    def forget(self, tables: FactTables) -> None:
-        name = tables.name
-        del self._firsts[name], self._seconds[name]
-        self._before.pop(name, None)
-        self._fresh.discard(name)
-        self._open = {key: since for key, since in self._open.items() if key[0] != name}
-
-    def _after(self, agent: str, values: Values) -> None:
+    def _first_matched(self, tables: FactTables, values: Values) -> None:
         self.is_evaluated = True
-        self._open.setdefault((agent, values), self.scene.seconds)
-        self._fresh.add(agent)
+        self._open.setdefault((tables.name, values), self.scene.seconds)
+        self._has_new_match.add(tables.name)
 
-    def _then(self, agent: str, values: Values) -> None:
-        self._open.pop((agent, values), None)
+    def _second_matched(self, tables: FactTables, values: Values) -> None:
+        self._open.pop((tables.name, values), None)
 
-    def check(self) -> None:
+    def check_patterns(self) -> None:
         """Check new matches and deadlines after a loop."""
-        changed = self.changes.take()
-        if self._first.says_absence and changed:
-            for name, probe in self._firsts.items():
-                now = probe.now()
-                for values in now - self._before.get(name, set()):
-                    self._after(name, values)
-                self._before[name] = now
-        for name, probe in self._seconds.items():
-            # The second pattern may have matched before the first.
-            if name in self._fresh or (changed and self._second.says_absence):
-                for values in probe.now():
-                    self._then(name, values)
-        self._fresh.clear()
+        has_changed = self.changes.take()
+        if self._first.requires_absence and has_changed:
+            for tables, matches in self.matches(0):
+                for values in matches - self._earlier_matches.get(tables.name, set()):
+                    self._first_matched(tables, values)
+                self._earlier_matches[tables.name] = matches
+        for tables, (_, second) in self.probes.items():
+            # The second pattern may have matched before the first, and then no match is reported.
+            if tables.name in self._has_new_match or (has_changed and self._second.requires_absence):
+                for values in second.now():
+                    self._second_matched(tables, values)
+        self._has_new_match.clear()
         if self._within_s is not None:
             for (_, values), since in self._open.items():
                 if self.scene.seconds - since > self._within_s:
@@ -246,19 +228,20 @@ class After(PatternMonitor):
                 self._report(values, "until the end")
 
     def _report(self, values: Values, limit: str) -> None:
-        bindings = ", ".join(f"{name} = {value}" for name, value in zip(self._shared, values, strict=True))
-        self.scene.report(
-            f"{self._second.text} has not matched {limit}, after {self._first.text}"
-            + (f": {bindings}" if bindings else "")
-        )
+        bindings = _bindings(self._shared, values)
+        self.scene.report(f"{self._second.text} has not matched {limit}, after {self._first.text}{bindings}")
 
     def state(self) -> Hashable | None:
         """Return the open obligations with their times."""
-        now = self.scene.seconds if self._within_s is not None else 0.0
-        opened = (
-            (agent, *values, round(now - since, 3) if self._within_s is not None else 0.0)
-            for (agent, values), since in self._open.items()
-        )
-        return frozenset(opened), tuple(
-            sorted((name, frozenset(each)) for name, each in self._before.items())
-        )
+        obligations: list[tuple[object, ...]] = [(agent, *values) for agent, values in self._open]
+        if self._within_s is not None:
+            now = self.scene.seconds
+            obligations = [(*key, round(now - since, 3)) for key, since in self._open.items()]
+        earlier = ((name, frozenset(matches)) for name, matches in self._earlier_matches.items())
+        return frozenset(obligations), tuple(sorted(earlier, key=lambda item: item[0]))
+
+
+def _bindings(variables: tuple[str, ...], values: Values) -> str:
+    """Return the values of variables as the end of a message."""
+    text = ", ".join(f"{name} = {value}" for name, value in zip(variables, values, strict=True))
+    return f": {text}" if text else ""

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-from cxbridge_explore.properties.monitor import Monitor
+from cxbridge_explore.properties.monitor import Monitor, Scene
 from cxbridge_explore.properties.tables import FactTables
 from cxbridge_studio.explain.preconditions import Atom, Preconditions, fields, ground
 
-_DOMAIN: Final = ("domain-operator", "domain-effect", "domain-fact", "pddl-formula", "pddl-predicate")
 _ACTION_SLOTS: Final = ("goal-id", "plan-id", "id", "action-name", "state", "param-names", "param-values")
-_BEFORE: Final = frozenset({"FORMULATED", "PENDING"})
+_WAITING: Final = frozenset({"FORMULATED", "PENDING"})
 _STARTED: Final = frozenset({"WAITING", "RUNNING"})
-_DONE: Final = "FINAL"
 
 ActionKey = tuple[str, str, str, str]  # environment, and the ids of goal, plan and action
 
@@ -47,52 +45,50 @@ class ObservedAction:
 class ActionMonitor(Monitor):
     """Base class: tracks the states of plan-actions."""
 
-    def begin(self) -> None:
-        self.states: dict[ActionKey, str] = {}
+    templates = ("domain-operator", "domain-effect", "domain-fact", "pddl-formula", "pddl-predicate")
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self._states: dict[ActionKey, str] = {}
 
     def joined(self, tables: FactTables) -> None:
         """Watch the actions and the domain of an agent."""
-        for template in _DOMAIN:
-            tables.follow(template)
+        super().joined(tables)
         tables.env.watcher.follow("plan-action", partial(self._asserted, tables), _ACTION_SLOTS)
 
     def left(self, tables: FactTables) -> None:
         """Forget the actions of an agent: a restarted agent may reuse their ids."""
-        self.states = {key: state for key, state in self.states.items() if key[0] != tables.name}
+        self._states = {key: state for key, state in self._states.items() if key[0] != tables.name}
 
     def _asserted(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
         try:
             key = tables.name, slots["goal-id"], slots["plan-id"], slots["id"]
-            state, before = slots["state"], self.states.get(key)
+            state, earlier = slots["state"], self._states.get(key)
         except KeyError:
-            return  # a template of another agent with the same name
-        if state == before:
+            return  # an agent's own template of this name
+        if state == earlier:  # each modification of another slot asserts the fact again
             return
-        self.states[key] = state
-        if state in _STARTED and before not in _STARTED:
+        self._states[key] = state
+        if state in _STARTED and earlier not in _STARTED:
             self.started(tables, self._action(tables, key, slots))
-        elif state == _DONE:
+        elif state == "FINAL":
             self.done(tables, self._action(tables, key, slots))
-        elif state in _BEFORE:
+        elif state in _WAITING:
             self.waits(key)
 
     @staticmethod
     def _action(tables: FactTables, key: ActionKey, slots: Mapping[str, str]) -> ObservedAction:
         name = slots["action-name"]
         names, values = fields(slots.get("param-names", "")), fields(slots.get("param-values", ""))
-        if not names:
-            names = next(
-                (
-                    fields(each["param-names"])
-                    for each in tables.shown("domain-operator")
-                    if each["name"] == name
-                ),
-                (),
-            )
+        # An agent may assert an action without the names of its parameters, which its operator has.
+        for operator in () if names else tables.texts("domain-operator"):
+            if operator["name"] == name:
+                names = fields(operator["param-names"])
         return ObservedAction(key, name, dict(zip(names, values, strict=False)))
 
     @abstractmethod
-    def started(self, tables: FactTables, action: ObservedAction) -> None: ...
+    def started(self, tables: FactTables, action: ObservedAction) -> None:
+        """Handle the start of an action."""
 
     def waits(self, key: ActionKey) -> None:
         """Handle an action that waits for its start: a new one, or one that the agent retries."""
@@ -105,10 +101,10 @@ class PreconditionsHold(ActionMonitor):
     """No action starts with a false precondition."""
 
     def started(self, tables: FactTables, action: ObservedAction) -> None:
-        if not any(each["part-of"] == action.name for each in tables.shown("pddl-formula")):
+        if not any(formula["part-of"] == action.name for formula in tables.texts("pddl-formula")):
             return
         self.is_evaluated = True
-        blame = Preconditions(tables.shown).blame(action.name, action.arguments)
+        blame = Preconditions(tables.texts).blame(action.name, action.arguments)
         if blame:
             self.scene.report(
                 f"{action.text} of {action.goal} starts while its precondition does not hold: "
@@ -126,9 +122,10 @@ class ExecutedOnce(ActionMonitor):
     without effects may be repeated.
     """
 
-    def begin(self) -> None:
-        super().begin()
-        self._calls: dict[ActionKey, str] = {}
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self._calls: dict[ActionKey, str] = {}  # id of the skill call by action
+        # The executed action by operator and achieved effects.
         self._achieved: dict[tuple[str, frozenset[Literal]], str] = {}
 
     def joined(self, tables: FactTables) -> None:
@@ -137,8 +134,8 @@ class ExecutedOnce(ActionMonitor):
         watcher = tables.env.watcher
         slots = ("goal-id", "plan-id", "action-id", "skill-id", "skill-name")
         watcher.follow("skill-action-execinfo", partial(self._called, tables), slots)
-        watcher.follow("domain-fact", partial(self._changed, False), ("name", "param-values"))
-        watcher.follow_retractions("domain-fact", partial(self._changed, True), ("name", "param-values"))
+        watcher.follow("domain-fact", partial(self._undo_literal, False), ("name", "param-values"))
+        watcher.follow_retractions("domain-fact", partial(self._undo_literal, True), ("name", "param-values"))
 
     def left(self, tables: FactTables) -> None:
         """Forget the calls of an agent, but keep the achieved effects."""
@@ -158,12 +155,13 @@ class ExecutedOnce(ActionMonitor):
                 skill=name,
             )
 
-    def _changed(self, undone: bool, _template: str, slots: Mapping[str, str]) -> None:
+    def _undo_literal(self, positive: bool, _template: str, slots: Mapping[str, str]) -> None:
+        """Forget the actions with an effect that a changed fact undoes."""
         atom = (slots["name"], *fields(slots["param-values"]))
-        self._undo({(undone, atom)})
+        self._undo({(positive, atom)})
 
-    def _undo(self, gone: set[Literal]) -> None:
-        for key in [key for key in self._achieved if not gone.isdisjoint(key[1])]:
+    def _undo(self, literals: set[Literal]) -> None:
+        for key in [key for key in self._achieved if not literals.isdisjoint(key[1])]:
             del self._achieved[key]
 
     def waits(self, key: ActionKey) -> None:
@@ -175,10 +173,10 @@ class ExecutedOnce(ActionMonitor):
         if not effects:
             return
         self.is_evaluated = True
-        before = self._achieved.get((action.name, self._purpose(effects)))
-        if before is not None:
+        achiever = self._achieved.get((action.name, self._purpose(effects)))
+        if achiever is not None:
             self.scene.report(
-                f"{action.text} of {action.goal} starts, but {before} has been executed, "
+                f"{action.text} of {action.goal} starts, but {achiever} has been executed, "
                 "and its effects are there",
                 goal=action.goal,
                 action=action.text,
@@ -194,24 +192,26 @@ class ExecutedOnce(ActionMonitor):
     @staticmethod
     def _purpose(effects: frozenset[Literal]) -> frozenset[Literal]:
         """Return the atoms that an action makes true, or else those it makes false."""
-        return frozenset(each for each in effects if each[0]) or effects
+        return frozenset(literal for literal in effects if literal[0]) or effects
 
     @staticmethod
     def _effects(tables: FactTables, action: ObservedAction) -> frozenset[Literal]:
         """Return the effects of an action; empty if they are conditional."""
-        conditional = {each["part-of"] for each in tables.shown("pddl-formula")}
-        effects = [each for each in tables.shown("domain-effect") if each["part-of"] == action.name]
-        if any(each["name"] in conditional for each in effects):
+        conditional = {formula["part-of"] for formula in tables.texts("pddl-formula")}
+        effects = [effect for effect in tables.texts("domain-effect") if effect["part-of"] == action.name]
+        if any(effect["name"] in conditional for effect in effects):
             return frozenset()
-        literals = frozenset((each["type"] == "POSITIVE", ground(each, action.arguments)) for each in effects)
+        literals = frozenset(
+            (effect["type"] == "POSITIVE", ground(effect, action.arguments)) for effect in effects
+        )
         # An atom made false and true at once does not change, e.g. in a move from a place to the same place.
         return frozenset((made, atom) for made, atom in literals if (not made, atom) not in literals)
 
     def state(self) -> Hashable | None:
         """Return the achieved effects, and the actions with a skill call."""
-        here = {
+        present = {
             (tables.name, slots["goal-id"], slots["plan-id"], slots["id"])
             for tables in self.scene.tables
-            for slots in tables.shown("plan-action")
+            for slots in tables.texts("plan-action")
         }
-        return frozenset(self._achieved), frozenset(key for key in self._calls if key in here)
+        return frozenset(self._achieved), frozenset(key for key in self._calls if key in present)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
-from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
+from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
 
 # Prefix of CLIPS' message with the rule of an error; the message before it has the error.
 _HALTED: Final = "[PRCCODE4]"
@@ -18,13 +18,13 @@ class RunEnds(Monitor):
 
     def end(self, end: RunEnd) -> None:
         self.is_evaluated = True
-        reason = f": {end.reason}" if end.reason else ""
-        if end.ending is Ending.STUCK:
-            self.scene.report(f"the run is stuck{reason}", goal=self._open_goal())
-        elif end.ending is Ending.CUT:
-            self.scene.report(f"the run has not come to its end{reason}", goal=self._open_goal())
+        if end.ending is not Ending.OVER:
+            failure = "is stuck" if end.ending is Ending.STUCK else "has not come to its end"
+            reason = f": {end.reason}" if end.reason else ""
+            self.scene.report(f"the run {failure}{reason}", goal=self._open_goal())
 
     def _open_goal(self) -> str:
+        """Return the id of a root goal that is not finished; empty without such a goal."""
         for tables in self.scene.tables:
             for slots in tables.facts("goal"):
                 if slots["parent"] == "nil" and slots["mode"] != "RETRACTED":
@@ -37,17 +37,18 @@ class NoErrors(Monitor):
 
     event_types = (LogLine,)
 
-    def begin(self) -> None:
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
         self._last_error = ""
 
-    def take(self, event: Event) -> None:
+    def handle(self, event: Event) -> None:
         self.is_evaluated = True
         if isinstance(event, LogLine) and event.level is Level.ERROR:
             if event.text.startswith(_HALTED):
                 self.scene.report(f"an error in a rule: {self._last_error} {event.text}".replace("  ", " "))
             self._last_error = event.text
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Report faults in Python functions that rules call."""
         for tables in self.scene.tables:
             if tables.env.faults:
@@ -59,23 +60,25 @@ class SkillersReleased(Monitor):
 
     event_types = (InterfaceMessage,)
 
-    def begin(self) -> None:
-        self._held: dict[str, None] = {}
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self._controlled: list[str] = []
 
     def end(self, end: RunEnd) -> None:  # noqa: ARG002 - the same for each kind of end
         """Record the Skillers under control."""
-        for tables in self.scene.tables:
-            for slots in tables.facts("skiller-control"):
-                if slots["acquired"] == "TRUE":
-                    self._held[f"{_SKILLER}::{slots['skiller']}"] = None
+        self._controlled = [
+            str(slots["skiller"])
+            for tables in self.scene.tables
+            for slots in tables.facts("skiller-control")
+            if slots["acquired"] == "TRUE"
+        ]
 
-    def take(self, event: Event) -> None:
+    def handle(self, event: Event) -> None:
         if isinstance(event, InterfaceMessage) and event.message == "ReleaseControlMessage":
-            self._held.pop(event.uid, None)
             self.is_evaluated = True
+            self._controlled = [name for name in self._controlled if f"{_SKILLER}::{name}" != event.uid]
 
-    def released(self) -> None:
+    def finalized(self) -> None:
         """Report the Skillers that are still under control."""
-        for uid in self._held:
-            skiller = uid.removeprefix(f"{_SKILLER}::")
+        for skiller in self._controlled:
             self.scene.report(f"the control of {skiller} was not released at the end", skill=skiller)

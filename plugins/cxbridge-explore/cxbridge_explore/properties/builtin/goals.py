@@ -7,7 +7,7 @@ from functools import partial
 from typing import Final
 
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
-from cxbridge_explore.properties.tables import Changes, FactTables, Slots
+from cxbridge_explore.properties.tables import FactTables, Slots
 
 # Default limit in seconds for a goal that stays in a mode without waiting for anything.
 DEFAULT_REST_S: Final = 60.0
@@ -20,6 +20,7 @@ _AT_WORK: Final = frozenset(
 
 
 def _goals(tables: FactTables) -> dict[str, Slots]:
+    """Return the goals by id."""
     return {str(slots["id"]): slots for slots in tables.facts(_GOAL)}
 
 
@@ -27,56 +28,58 @@ def _is_maintained(goal: Slots) -> bool:
     return goal.get("type") == "MAINTAIN"
 
 
-def _may_go(goal: Slots) -> bool:
-    # A new goal may be replaced by a copy with an id.
+def _may_be_removed(goal: Slots) -> bool:
+    # A goal that a rule asserts without an id is replaced by a copy with an id.
     return bool(goal["mode"] == _RETRACTED or (goal["id"] == "nil" and goal["mode"] == "FORMULATED"))
 
 
 def _with_parents(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
     """Yield a goal and its parents, each once even in a cycle."""
-    seen: set[str] = set()
-    while str(goal["id"]) not in seen:
-        seen.add(str(goal["id"]))
-        yield goal
-        parent = goals.get(str(goal["parent"]))
-        if parent is None:
-            return
-        goal = parent
+    lineage: dict[str, Slots] = {}
+    parent: Slots | None = goal
+    while parent is not None and str(parent["id"]) not in lineage:
+        lineage[str(parent["id"])] = parent
+        parent = goals.get(str(parent["parent"]))
+    yield from lineage.values()
 
 
 class GoalsRetracted(Monitor):
     """Each goal is RETRACTED in the end, or removed with a RETRACTED parent. MAINTAIN goals are exempt."""
 
-    def begin(self) -> None:
-        self._changes = Changes(_GOAL)
-        self._last: dict[FactTables, dict[str, Mapping[str, str]]] = {}
+    templates = (_GOAL,)
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        # The last slots of each goal by agent and id, as they are needed after the removal of the fact.
+        self._last_slots: dict[FactTables, dict[str, Mapping[str, str]]] = {}
 
     def joined(self, tables: FactTables) -> None:
-        self._changes.follow(tables)
-        last = self._last[tables] = {}
-        tables.env.watcher.follow(_GOAL, partial(self._note, last), ("id", "parent", "mode", "type"))
+        super().joined(tables)
+        goals = self._last_slots[tables] = {}
+        tables.env.watcher.follow(_GOAL, partial(self._note, goals), ("id", "parent", "mode", "type"))
 
     def left(self, tables: FactTables) -> None:
-        del self._last[tables]
+        del self._last_slots[tables]
 
     @staticmethod
-    def _note(last: dict[str, Mapping[str, str]], _template: str, slots: Mapping[str, str]) -> None:
-        last[slots["id"]] = slots
+    def _note(goals: dict[str, Mapping[str, str]], _template: str, slots: Mapping[str, str]) -> None:
+        goals[slots["id"]] = slots
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Report goals whose facts were removed too early."""
-        if not self._changes.take():
+        if not self.changes.take():
             return
-        for tables, last in self._last.items():
-            here = _goals(tables)
-            self.is_evaluated |= bool(here)
-            gone = [goal for name, goal in last.items() if name not in here]
-            for goal in gone:
-                if not any(_may_go(each) for each in _with_parents(goal, last)):
+        for tables, last_slots in self._last_slots.items():
+            goals = _goals(tables)
+            self.is_evaluated |= bool(goals)
+            removed = [goal for name, goal in last_slots.items() if name not in goals]
+            for goal in removed:
+                if not any(_may_be_removed(each) for each in _with_parents(goal, last_slots)):
                     name, mode = goal["id"], goal["mode"]
                     self.scene.report(f"goal {name} is gone, it was {mode}", goal=name)
-            for goal in gone:
-                del last[goal["id"]]
+            # Only now: the parents of a removed goal may be removed in the same loop.
+            for goal in removed:
+                del last_slots[goal["id"]]
 
     def end(self, end: RunEnd) -> None:
         """Report goals that are left at the end."""
@@ -85,46 +88,42 @@ class GoalsRetracted(Monitor):
         for tables in self.scene.tables:
             goals = _goals(tables)
             for name, goal in goals.items():
-                if not any(_may_go(each) or _is_maintained(each) for each in _with_parents(goal, goals)):
+                lineage = _with_parents(goal, goals)
+                if not any(_may_be_removed(each) or _is_maintained(each) for each in lineage):
                     self.scene.report(f"goal {name} is {goal['mode']} at the end", goal=name)
 
 
 class NoIdleRest(Monitor):
     """No goal stays in a mode for long without waiting for something.
 
-    :param most_s: the limit in seconds.
+    :param limit_s: the limit in seconds.
     """
 
-    def __init__(self, scene: Scene, most_s: float = DEFAULT_REST_S) -> None:
+    templates = (_GOAL, _ACTION, _CALL, "mutex")
+
+    def __init__(self, scene: Scene, limit_s: float = DEFAULT_REST_S) -> None:
         super().__init__(scene)
-        self._most_s = most_s
-        self._since: dict[tuple[str, str], tuple[str, float]] = {}
-
-    def begin(self) -> None:
-        self._changes = Changes(_GOAL, _ACTION, _CALL, "mutex")
-
-    def joined(self, tables: FactTables) -> None:
-        self._changes.follow(tables)
+        self._limit_s = limit_s
+        # The goals that wait for nothing, by agent and id: their mode, and the seconds since when.
+        self._rests: dict[tuple[str, str], tuple[str, float]] = {}
 
     def left(self, tables: FactTables) -> None:
-        self._since = {key: since for key, since in self._since.items() if key[0] != tables.name}
+        self._rests = {key: rest for key, rest in self._rests.items() if key[0] != tables.name}
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Record resting goals, and report those that exceed the limit."""
         now = self.scene.seconds
-        if self._changes.take():
-            earlier, self._since = self._since, {}
+        if self.changes.take():
+            earlier, self._rests = self._rests, {}
             for tables in self.scene.tables:
                 for name, mode in self._resting(tables):
-                    earlier_rest = earlier.get((tables.name, name))
-                    self._since[tables.name, name] = (
-                        earlier_rest if earlier_rest and earlier_rest[0] == mode else (mode, now)
-                    )
-            self.is_evaluated |= bool(self._since)
-        for (_, name), (mode, since) in self._since.items():
-            if now - since > self._most_s:
+                    rest = earlier.get((tables.name, name))
+                    self._rests[tables.name, name] = rest if rest and rest[0] == mode else (mode, now)
+            self.is_evaluated |= bool(self._rests)
+        for (_, name), (mode, since) in self._rests.items():
+            if now - since > self._limit_s:
                 self.scene.report(
-                    f"goal {name} has been {mode} for {self._most_s:g} s and waits for nothing", goal=name
+                    f"goal {name} has been {mode} for {self._limit_s:g} s and waits for nothing", goal=name
                 )
 
     def _resting(self, tables: FactTables) -> Iterator[tuple[str, str]]:
@@ -137,22 +136,21 @@ class NoIdleRest(Monitor):
         if working:  # It may wait for a busy Skiller, or for the effect of another action.
             busy |= {str(slots["goal-id"]) for slots in actions if slots["state"] == "PENDING"}
         parents = {str(goal["parent"]) for goal in goals.values() if goal["mode"] != _RETRACTED}
-        locks = any(slots["state"] == "LOCKED" for slots in tables.facts("mutex"))
+        has_locks = any(slots["state"] == "LOCKED" for slots in tables.facts("mutex"))
         for name, goal in goals.items():
             mode = str(goal["mode"])
+            lacks_resources = goal["required-resources"] != goal["acquired-resources"]
             waits = (
                 mode == _RETRACTED
                 or _is_maintained(goal)
                 or name in busy
                 or name in parents  # waits for its sub-goals, which are checked separately
                 or (mode == "FORMULATED" and len(goals) > 1)  # waits for its selection
-                or (
-                    mode == "COMMITTED" and locks and goal["required-resources"] != goal["acquired-resources"]
-                )
+                or (mode == "COMMITTED" and has_locks and lacks_resources)
             )
             if not waits:
                 yield name, mode
 
     def state(self) -> Hashable | None:
         now = self.scene.seconds
-        return frozenset((*key, mode, round(now - since, 3)) for key, (mode, since) in self._since.items())
+        return frozenset((*key, mode, round(now - since, 3)) for key, (mode, since) in self._rests.items())

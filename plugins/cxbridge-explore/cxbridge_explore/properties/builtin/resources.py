@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
-from cxbridge_explore.properties.tables import Changes, FactTables
+from cxbridge_explore.properties.tables import FactTables
 
 _GOAL, _REQUEST, _MUTEX = "goal", "resource-request", "mutex"
 _IDENTITY: Final = ("cx", "identity")
 
 
-def _held(tables: FactTables) -> Iterator[tuple[str, str]]:
+def _acquired(tables: FactTables) -> Iterator[tuple[str, str]]:
     """Yield the acquired resources, each with its goal."""
     for slots in tables.facts(_GOAL):
         for resource in slots["acquired-resources"]:
@@ -22,24 +22,19 @@ def _held(tables: FactTables) -> Iterator[tuple[str, str]]:
 class OneHolder(Monitor):
     """No resource has two holders at a time, in one agent or in several."""
 
-    def begin(self) -> None:
-        self._changes = Changes(_GOAL)
+    templates = (_GOAL,)
 
-    def joined(self, tables: FactTables) -> None:
-        self._changes.follow(tables)
-
-    def look(self) -> None:
-        """Report resources with two holders."""
-        if not self._changes.take():
+    def check(self) -> None:
+        if not self.changes.take():
             return
         holders: dict[str, str] = {}
         for tables in self.scene.tables:
-            for resource, goal in _held(tables):
+            # Goals of different agents may have the same id.
+            agent = f" of {tables.name}" if len(self.scene.tables) > 1 else ""
+            for resource, goal in _acquired(tables):
                 self.is_evaluated = True
-                first_holder = holders.setdefault(
-                    resource, goal if len(self.scene.tables) == 1 else f"{goal} of {tables.name}"
-                )
-                holder = goal if len(self.scene.tables) == 1 else f"{goal} of {tables.name}"
+                holder = f"{goal}{agent}"
+                first_holder = holders.setdefault(resource, holder)
                 if first_holder != holder:
                     self.scene.report(
                         f"{first_holder} and {holder} have both got the resource {resource}", goal=goal
@@ -49,15 +44,10 @@ class OneHolder(Monitor):
 class NoLostResource(Monitor):
     """No resource is held for a removed goal, and no lock is held at the end."""
 
-    def begin(self) -> None:
-        self._changes = Changes(_GOAL, _REQUEST)
+    templates = (_GOAL, _REQUEST)
 
-    def joined(self, tables: FactTables) -> None:
-        self._changes.follow(tables)
-
-    def look(self) -> None:
-        """Report requests whose goal is removed."""
-        if not self._changes.take():
+    def check(self) -> None:
+        if not self.changes.take():
             return
         for tables in self.scene.tables:
             goals = {str(slots["id"]) for slots in tables.facts(_GOAL)}
@@ -72,8 +62,15 @@ class NoLostResource(Monitor):
     def end(self, end: RunEnd) -> None:
         """Report locks that are still held."""
         for tables in self.scene.tables:
-            mine = {str(slots["value"]) for slots in tables.facts("wm-fact") if slots["key"] == _IDENTITY}
+            # Agents share the mutexes of the robot memory, so each has facts about locks of the others.
+            identities = {
+                str(slots["value"]) for slots in tables.facts("wm-fact") if slots["key"] == _IDENTITY
+            }
             for slots in tables.facts(_MUTEX):
                 self.is_evaluated = True
-                if end.ending is not Ending.CUT and slots["state"] == "LOCKED" and slots["locked-by"] in mine:
+                if (
+                    end.ending is not Ending.CUT
+                    and slots["state"] == "LOCKED"
+                    and slots["locked-by"] in identities
+                ):
                     self.scene.report(f"{slots['locked-by']} has not given back the lock {slots['name']}")

@@ -26,7 +26,7 @@ def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
         ("goals-retracted", GoalsRetracted, "each goal is RETRACTED in the end"),
         (
             "no-idle-rest",
-            partial(NoIdleRest, most_s=rest_s),
+            partial(NoIdleRest, limit_s=rest_s),
             f"no goal rests in a mode for more than {rest_s:g} s without something that it waits for",
         ),
         ("no-lost-resource", NoLostResource, "no resource outlives its goal"),
@@ -35,4 +35,4 @@ def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
         ("executed-once", ExecutedOnce, "nothing is executed twice"),
         ("skillers-released", SkillersReleased, "the Skiller is released at the end"),
     )
-    return tuple(Property(*each, source=each[0]) for each in rows)
+    return tuple(Property(name, make, text, source=name) for name, make, text in rows)

@@ -61,7 +61,7 @@ def watched(
 
         def look() -> bool:
             nonlocal is_stuck
-            watch.look()
+            watch.check()
             states.append(watch.state())
             is_stuck = stuck.look()
             return is_stuck
@@ -70,5 +70,5 @@ def watched(
         ending = Ending.OVER if result.is_over else Ending.STUCK if is_stuck else Ending.CUT
         watch.end(RunEnd(ending))
         run.assembly.finalize()
-        watch.released()
+        watch.finalized()
     return Watched(result, watch.violations, watch.evaluated, states)

@@ -12,7 +12,7 @@ from cxbridge.events import Event, FactChange, GoalTransition, PlanActionTransit
 from cxbridge_explore.properties.forms import read_property
 from cxbridge_explore.properties.functions import property_of
 from cxbridge_explore.properties.monitor import Property
-from cxbridge_explore.properties.reading import beside, joined, read_properties
+from cxbridge_explore.properties.reading import joined, properties_beside, read_properties
 from cxbridge_explore.worlds.run import WorldRun
 from explore_tests.properties.runs import BUILTIN, shipped, watched
 
@@ -21,8 +21,8 @@ def test_a_file_of_properties(tmp_path: Path):
     file = tmp_path / "properties.yaml"
     file.write_text("- never (goal (outcome FAILED))\n- calm: eventually (goal) within 3\n")
     assert [each.name for each in read_properties(file)] == ["never (goal (outcome FAILED))", "calm"]
-    assert [each.name for each in beside(tmp_path)] == ["never (goal (outcome FAILED))", "calm"]
-    assert beside(tmp_path / "other" / "scenario.yaml") == []
+    assert [each.name for each in properties_beside(tmp_path)] == ["never (goal (outcome FAILED))", "calm"]
+    assert properties_beside(tmp_path / "other" / "scenario.yaml") == []
 
 
 @pytest.mark.parametrize("text", ["{a: b}", "- [never]", "- nevr (goal)", "- a: {b: c}", "- never (goal"])
