@@ -7,8 +7,7 @@ import os
 import shlex
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,10 +21,10 @@ from cxbridge.run.options import ScenarioOptions, SourceOptions
 from cxbridge_explore.cli.progress import progress
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from cxbridge_explore.sweep.engine import Engine
-    from cxbridge_explore.sweep.kept import KeptRows
+    from cxbridge_explore.sweep.row_file import RowFile
     from cxbridge_explore.sweep.rows import RunRow, SweepJob
     from cxbridge_explore.sweep.summary import AgentComparison
 
@@ -75,6 +74,8 @@ class _SweepOptions:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _SweepOutputs:
+    """Options of the result."""
+
     csv: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a row for each run.", show_default=False)
     ] = None
@@ -98,36 +99,39 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 
     Example: cxbridge sweep scenarios/courier --runs 10000 --html out/sweep.html
     """
+    from cxbridge_explore.sweep.row_file import RowFile
     from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
     check_folders(outputs.csv, outputs.parquet, outputs.page)
     jobs = _jobs(agent, play)
     started = time.perf_counter()
     seeds = range(play.seed, play.seed + play.runs)
-    with _kept(play) as kept, _engine(play) as engine:
-        sweeps = {name: _play(engine, name, job, seeds, kept) for name, job in jobs.items()}
+    with ExitStack() as stack:
+        file = None if play.resume is None else stack.enter_context(RowFile(play.resume))
+        engine = _engine(play, stack)
+        sweeps = {name: _play(engine, name, job, seeds, file) for name, job in jobs.items()}
     wall_seconds = round(time.perf_counter() - started, 3)
-    _write(sweeps, outputs)
+    _write_files(sweeps, outputs)
     first, *others = sweeps.values()
     report: dict[str, Any] = {
         **SweepSummary(first).as_dict(),
         "seed": play.seed,
         "wall_seconds": wall_seconds,
     }
-    compared = None
+    comparison = None
     if others:
         (second,) = others
         report["against"] = SweepSummary(second).as_dict()
-        compared = AgentComparison({row.seed: row for row in first}, {row.seed: row for row in second})
-        report["comparison"] = compared.as_dict()
+        comparison = AgentComparison({row.seed: row for row in first}, {row.seed: row for row in second})
+        report["comparison"] = comparison.as_dict()
     if outputs.as_json:
         say_json(report)
     else:
         _print_outcomes(report)
-        if compared is not None:
+        if comparison is not None:
             say(f"against {play.against}:")
             _print_outcomes(report["against"])
-            _print_comparison(compared)
+            _print_comparison(comparison)
     endless = [name for name, rows in sweeps.items() if not any(row.came_to_its_end for row in rows)]
     for name in endless:
         say(f"{name}: no run came to its end, so the sweep says nothing of the agent", err=True)
@@ -135,6 +139,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 
 
 def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
+    """Return a job for each agent, by its name."""
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.sweep.rows import SweepJob
 
@@ -149,77 +154,60 @@ def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
     return jobs
 
 
-@contextmanager
-def _engine(play: _SweepOptions) -> Iterator[Engine]:
+def _engine(play: _SweepOptions, stack: ExitStack) -> Engine:
+    """Return the engine that the options select; the stack closes it."""
     from cxbridge_explore.sweep.engine import LocalEngine
 
     if play.engine == _LOCAL:
-        with LocalEngine(play.jobs or os.cpu_count() or 1) as engine:
-            yield engine
-        return
+        return LocalEngine(play.jobs or os.cpu_count() or 1)
     if play.engine.startswith(_DASK):
         from cxbridge_explore.sweep.dask_engine import DaskEngine
 
-        with DaskEngine(play.engine.removeprefix(_DASK)) as cluster:
-            yield cluster
-        return
+        return stack.enter_context(DaskEngine(play.engine.removeprefix(_DASK)))
     raise CxbridgeError(f"--engine cannot be '{play.engine}'", hint=f"use {_LOCAL} or {_DASK}HOST:PORT")
 
 
-@contextmanager
-def _kept(play: _SweepOptions) -> Iterator[KeptRows | None]:
-    from cxbridge_explore.sweep.kept import KeptRows
-
-    if play.resume is None:
-        yield None
-        return
-    with KeptRows(play.resume) as kept:
-        yield kept
-
-
 def _play(
-    engine: Engine, name: str, job: SweepJob, seeds: Sequence[int], kept: KeptRows | None
+    engine: Engine, name: str, job: SweepJob, seeds: Sequence[int], file: RowFile | None
 ) -> list[RunRow]:
     """Return the rows of an agent, in the order of seeds.
 
-    :param kept: provides earlier rows and stores new ones; None to keep none.
+    :param file: provides earlier rows and keeps new ones; None to keep none.
     """
-    earlier_rows = {} if kept is None else kept.of(name)
+    earlier_rows = {} if file is None else file.rows_of(name)
     rows = {seed: earlier_rows[seed] for seed in seeds if seed in earlier_rows}
     missing = [seed for seed in seeds if seed not in rows]
     with progress(name, len(missing)) as advance:
         for row in engine.rows(job, missing) if missing else ():
             rows[row.seed] = row
-            if kept is not None:
-                kept.add(name, row)
+            if file is not None:
+                file.add(name, row)
             advance()
     return [rows[seed] for seed in seeds]
 
 
-def _write(sweeps: dict[str, list[RunRow]], outputs: _SweepOutputs) -> None:
-    from cxbridge_explore.sweep.page import write_page
-    from cxbridge_explore.sweep.tables import write_csv, write_parquet
+def _write_files(sweeps: Mapping[str, Sequence[RunRow]], outputs: _SweepOutputs) -> None:
+    from cxbridge_explore.sweep.files import write_csv, write_page, write_parquet
 
-    tables: dict[str, Sequence[RunRow]] = {**sweeps}
     if outputs.csv is not None:
-        write_csv(tables, outputs.csv)
+        write_csv(sweeps, outputs.csv)
     if outputs.parquet is not None:
-        write_parquet(tables, outputs.parquet)
+        write_parquet(sweeps, outputs.parquet)
     if outputs.page is not None:
-        write_page(tables, outputs.page, shlex.join(["cxbridge", *sys.argv[1:]]))
+        write_page(sweeps, outputs.page, shlex.join(["cxbridge", *sys.argv[1:]]))
 
 
-def _print_comparison(compared: AgentComparison) -> None:
+def _print_comparison(comparison: AgentComparison) -> None:
     """Print the differences between two agents."""
-    completed, makespan = compared.completed, compared.makespan
+    completed, makespan = comparison.completed, comparison.makespan
     share, span = 100 * completed.estimate, completed.span("+.2f", scale=100)
     say(f"difference in completed runs: {share:+.2f} % ({span})")
     if makespan is not None:
         say(f"difference in makespan: {makespan.estimate:+.3f} s ({makespan.span('+.3f')})")
-    for each in compared.as_dict()["seeds"]:
-        first, second = each["outcomes"]
-        spans = " and ".join(f"{value:.2f} s" for value in each["makespans"])
-        say(f"  seed {each['seed']}: {first} and {second}, {spans}")
+    for runs in comparison.as_dict()["seeds"]:
+        first, second = runs["outcomes"]
+        spans = " and ".join(f"{value:.2f} s" for value in runs["makespans"])
+        say(f"  seed {runs['seed']}: {first} and {second}, {spans}")
 
 
 def _print_outcomes(report: dict[str, Any]) -> None:

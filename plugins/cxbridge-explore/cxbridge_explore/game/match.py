@@ -12,7 +12,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.spawning import spawned_pool
 from cxbridge_explore.game.kinds import Game
 from cxbridge_explore.game.score import GameResult
-from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, Quantiles, mean_interval
+from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, mean_interval, quantiles
+from cxbridge_explore.sweep.summary import largest_differences
 
 _SHOWN_SEEDS: Final = 10  # seeds with the largest differences that are listed
 
@@ -26,7 +27,7 @@ def play_games(
     :returns: the results by name and seed, in order.
     :raises CxbridgeError: if a scenario is invalid, or a process dies.
     """
-    found: dict[str, dict[int, GameResult]] = {name: {} for name in games}
+    results: dict[str, dict[int, GameResult]] = {name: {} for name in games}
     with spawned_pool(processes) as pool:
         pending = {
             pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
@@ -34,7 +35,7 @@ def play_games(
         try:
             for future in as_completed(pending):
                 name, seed = pending[future]
-                found[name][seed] = future.result()
+                results[name][seed] = future.result()
                 advance()
         except BrokenProcessPool:
             raise CxbridgeError(
@@ -42,7 +43,8 @@ def play_games(
             ) from None
         finally:
             pool.shutdown(cancel_futures=True)
-    return {name: {seed: results[seed] for seed in seeds} for name, results in found.items()}
+    # The games ended in any order.
+    return {name: {seed: by_seed[seed] for seed in seeds} for name, by_seed in results.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,17 +58,16 @@ class GamesSummary:
 
     @property
     def points(self) -> Interval:
-        return mean_interval([float(each.points) for each in self.results.values()])
+        return mean_interval([float(result.points) for result in self.results.values()])
 
     def as_dict(self) -> dict[str, Any]:
-        quantiles = Quantiles.of([float(each.points) for each in self.results.values()])
         return {
             "games": len(self.results),
-            "complete": sum(each.is_over for each in self.results.values()),
-            "points": None if quantiles is None else quantiles.as_dict(),
+            "complete": sum(result.is_over for result in self.results.values()),
+            "points": quantiles([float(result.points) for result in self.results.values()]),
             "mean": self.points.as_dict(),
-            "deliveries": sum(len(each.score.deliveries) for each in self.results.values()),
-            "by_seed": {seed: each.points for seed, each in self.results.items()},
+            "deliveries": sum(len(result.score.deliveries) for result in self.results.values()),
+            "by_seed": {seed: result.points for seed, result in self.results.items()},
         }
 
 
@@ -84,15 +85,14 @@ class Match:
     @property
     def difference(self) -> Interval:
         """The mean difference in points, second minus first."""
-        return mean_interval([float(value) for value in self._differences().values()])
+        return mean_interval(list(self._differences().values()))
 
-    def _differences(self) -> dict[int, int]:
-        return {seed: self.second[seed].points - each.points for seed, each in self.first.items()}
+    def _differences(self) -> dict[int, float]:
+        return {seed: float(self.second[seed].points - result.points) for seed, result in self.first.items()}
 
-    def farthest(self) -> Iterator[tuple[int, int, int]]:
+    def most_different_games(self) -> Iterator[tuple[int, int, int]]:
         """Yield the seeds with the largest differences, with both agents' points."""
-        differences = {seed: value for seed, value in self._differences().items() if value}
-        for seed in sorted(differences, key=lambda seed: (-abs(differences[seed]), seed))[:_SHOWN_SEEDS]:
+        for seed in largest_differences(self._differences())[:_SHOWN_SEEDS]:
             yield seed, self.first[seed].points, self.second[seed].points
 
     @property
@@ -110,6 +110,6 @@ class Match:
             "better": self.better,
             "seeds": [
                 {"seed": seed, "points": [first_points, second_points]}
-                for seed, first_points, second_points in self.farthest()
+                for seed, first_points, second_points in self.most_different_games()
             ],
         }

@@ -1,4 +1,4 @@
-"""Engines that play the runs of a sweep."""
+"""Plays the runs of a sweep in processes of this machine."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
 from typing import Final, Protocol
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.spawning import python_command
-from cxbridge_explore.sweep.frames import read_frame, write_frame
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
 MOST_DEATHS: Final = 3  # number of worker deaths after which a seed counts as crashed
@@ -26,12 +26,10 @@ _CHUNK: Final = 16
 
 
 class Engine(Protocol):
-    """An engine that plays runs."""
+    """Plays the runs of a sweep."""
 
-    def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]: ...
-
-    def close(self) -> None:
-        """Release all resources."""
+    def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
+        """Yield the row of each seed, in the order of the ends of runs."""
 
 
 class WorkerDiedError(CxbridgeError):
@@ -46,13 +44,15 @@ class WorkerProcess(Closing):
     """A process that plays runs, see :mod:`cxbridge_explore.sweep.worker`. Used by one thread.
 
     :param job: the common part of all runs.
+    :param folder: the working directory; None for that of this process.
     """
 
-    def __init__(self, job: SweepJob) -> None:
+    def __init__(self, job: SweepJob, folder: Path | None = None) -> None:
         self._process = subprocess.Popen(  # noqa: S603 - starts our own module
             python_command("-m", "cxbridge_explore.sweep.worker"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            cwd=folder,
         )
         self._is_loaded = False
         self._send(job)
@@ -68,21 +68,21 @@ class WorkerProcess(Closing):
         """
         self._send(list(seeds))
         assert self._process.stdout is not None
-        left = len(seeds)
-        while left:
-            data = read_frame(self._process.stdout)
-            if data is None:
-                raise self._died()
-            answer = pickle.loads(data)  # noqa: S301 - from our own child
-            if isinstance(answer, CxbridgeError):
-                raise answer
-            if answer is None:
+        row_count = 0
+        while row_count < len(seeds):
+            try:
+                message = pickle.load(self._process.stdout)  # noqa: S301 - from our own child
+            except (EOFError, pickle.UnpicklingError):
+                raise self._death() from None
+            if isinstance(message, CxbridgeError):
+                raise message
+            if message is None:
                 self._is_loaded = True
             else:
-                left -= 1
-                yield answer
+                row_count += 1
+                yield message
 
-    def _died(self) -> WorkerDiedError:
+    def _death(self) -> WorkerDiedError:
         status = self._process.wait()
         ending = f"signal {-status}" if status < 0 else f"exit status {status}"
         if self._is_loaded:
@@ -94,8 +94,9 @@ class WorkerProcess(Closing):
 
     def _send(self, message: object) -> None:
         assert self._process.stdin is not None
-        with suppress(OSError):  # the process has ended; reading its answer fails, too
-            write_frame(self._process.stdin, pickle.dumps(message))
+        with suppress(OSError):  # the process has ended; reading its rows fails, too
+            pickle.dump(message, self._process.stdin)
+            self._process.stdin.flush()
 
     def kill(self) -> None:
         """Kill the process; called from any thread."""
@@ -111,7 +112,7 @@ class WorkerProcess(Closing):
         self._process.wait()
 
 
-class LocalEngine(Closing):
+class LocalEngine:
     """Plays runs in processes on this machine.
 
     A dead worker is replaced, and its remaining seeds go to other workers.
@@ -123,21 +124,19 @@ class LocalEngine(Closing):
         self._jobs = jobs
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
+        """Yield the row of each seed, in the order of the ends of runs."""
         batch = _Batch(job, seeds, self._jobs)
         threads = [threading.Thread(target=batch.work) for _ in range(min(self._jobs, len(seeds)))]
         with ExitStack() as stack:
             for thread in threads:
                 thread.start()
                 stack.callback(thread.join)
-            stack.callback(batch.stop)
+            stack.callback(batch.stop)  # runs before the threads are joined
             for _ in seeds:
-                answer = batch.answers.get()
-                if isinstance(answer, BaseException):
-                    raise answer
-                yield answer
-
-    def close(self) -> None:
-        """Do nothing: the processes end with the rows."""
+                result = batch.results.get()
+                if isinstance(result, BaseException):
+                    raise result
+                yield result
 
 
 class _Batch:
@@ -147,32 +146,32 @@ class _Batch:
     """
 
     def __init__(self, job: SweepJob, seeds: Sequence[int], jobs: int) -> None:
-        self.answers: queue.SimpleQueue[RunRow | BaseException] = queue.SimpleQueue()
+        self.results: queue.SimpleQueue[RunRow | BaseException] = queue.SimpleQueue()
         self._job = job
-        self._queue: queue.SimpleQueue[list[int]] = queue.SimpleQueue()
-        self._deaths: Counter[int | None] = Counter()
+        self._chunks: queue.SimpleQueue[list[int]] = queue.SimpleQueue()
+        self._deaths: Counter[int | None] = Counter()  # by the seed that the worker played
         self._workers: set[WorkerProcess] = set()
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # guards the workers and `_stopped`
         self._stopped = False
         size = max(1, min(_CHUNK, len(seeds) // (2 * jobs)))
         for start in range(0, len(seeds), size):
-            self._queue.put(list(seeds[start : start + size]))
+            self._chunks.put(list(seeds[start : start + size]))
 
     def work(self) -> None:
         """Play the queued seeds with one worker after another until the queue is empty."""
         try:
-            while not self._queue.empty():
+            while not self._chunks.empty():
                 with WorkerProcess(self._job) as worker, self._registered(worker):
                     self._feed(worker)
         except BaseException as error:  # noqa: BLE001 - passed on to the caller of rows()
-            self.answers.put(error)
+            self.results.put(error)
 
     @contextmanager
     def _registered(self, worker: WorkerProcess) -> Iterator[None]:
         """Register a worker, so that it can be stopped."""
         with self._lock:
             self._workers.add(worker)
-            if self._stopped:
+            if self._stopped:  # the batch was stopped while the process started
                 worker.kill()
         try:
             yield
@@ -184,27 +183,28 @@ class _Batch:
         """Give a worker queued seeds until the queue is empty or the worker dies."""
         while True:
             try:
-                left = self._queue.get_nowait()
+                seeds = self._chunks.get_nowait()
             except queue.Empty:
                 return
             try:
-                for row in worker.rows(tuple(left)):
-                    left.remove(row.seed)
-                    self.answers.put(row)
+                for row in worker.rows(tuple(seeds)):
+                    seeds.remove(row.seed)
+                    self.results.put(row)
             except WorkerDiedError as error:
-                self._requeue(error, left)
+                self._requeue(error, seeds)
                 return
 
-    def _requeue(self, error: WorkerDiedError, left: list[int]) -> None:
-        """Return the seeds of a dead worker to the queue."""
-        cause = _LOADING if isinstance(error, NotLoadedError) else left[0]
+    def _requeue(self, error: WorkerDiedError, seeds: list[int]) -> None:
+        """Return the remaining seeds of a dead worker to the queue."""
+        # A worker plays its seeds in order, so the first remaining one killed it.
+        cause = _LOADING if isinstance(error, NotLoadedError) else seeds[0]
         self._deaths[cause] += 1
         if self._deaths[cause] >= MOST_DEATHS:
             if cause is _LOADING:
                 raise error
-            self.answers.put(RunRow(left.pop(0), CRASHED, error.message))
-        if left and not self._stopped:
-            self._queue.put(left)
+            self.results.put(RunRow(seeds.pop(0), CRASHED, error.message))
+        if seeds and not self._stopped:
+            self._chunks.put(seeds)
 
     def stop(self) -> None:
         """Stop all workers and empty the queue."""
@@ -212,6 +212,6 @@ class _Batch:
             self._stopped = True
             with suppress(queue.Empty):
                 while True:
-                    self._queue.get_nowait()
+                    self._chunks.get_nowait()
             for worker in self._workers:
                 worker.kill()

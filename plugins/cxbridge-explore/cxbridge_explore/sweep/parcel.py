@@ -1,104 +1,136 @@
-"""Packs a job for machines without the agent and without cxbridge."""
+"""A job of a sweep with the files of its agent, for the machines of a cluster.
+
+A parcel is a zip file: the pickled job, and the files that its options name. Dask sends it to each worker,
+which unpacks it once and plays the runs in a child process, as the local engine does.
+"""
 
 from __future__ import annotations
 
+import atexit
+import hashlib
 import io
 import pickle
+import shutil
+import tempfile
+import threading
 import zipfile
 from collections.abc import Iterator
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Final
 
-import cxbridge
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.source import source_of
-from cxbridge_explore.sweep.remote import AGENT, CODE, JOB
-from cxbridge_explore.sweep.rows import SweepJob
+from cxbridge_explore.sweep.engine import WorkerDiedError, WorkerProcess
+from cxbridge_explore.sweep.rows import RunRow, SweepJob
 
 MOST_BYTES: Final = 64 * 1024 * 1024  # limit of an agent's files before compression
 
+# Names in a parcel: the folder with the agent's files, the working directory of the runs; and the job.
+_AGENT: Final = "agent"
+_JOB: Final = "job"
+
 _SKIPPED: Final = frozenset({"__pycache__", ".git", ".venv", "node_modules"})
-_SHARED: Final = ("interfaces", "luaskills", "share")
 # Options whose folders are too large to pack: they must exist at the same path everywhere.
 _ELSEWHERE: Final = frozenset({"fawkes_dir", "overlays"})
 
+# The processes of this machine by digest of the parcel and thread: a process serves one thread.
+_PROCESSES: dict[tuple[bytes, int], WorkerProcess] = {}
+
 
 def pack(job: SweepJob) -> bytes:
-    """Return a job with its agent and the code of cxbridge, for ``play_remotely``.
+    """Return a job with the files of its agent.
 
     :raises CxbridgeError: if the agent is too large, or a file cannot be read.
     """
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as parcel:
-        _add_code(parcel)
-        _add_job(parcel, job)
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        packer = _Packer(archive)
+        options = job.options
+        if options.scenario is not None:  # the name of a shipped scenario becomes a path
+            options = replace(options, scenario=source_of(options).config_file().parent)
+        changes: dict[str, Any] = {}
+        for field in fields(options):
+            value = getattr(options, field.name)
+            if field.name in _ELSEWHERE:
+                continue
+            if isinstance(value, Path):
+                changes[field.name] = packer.add(value)
+            elif isinstance(value, tuple) and any(isinstance(item, Path) for item in value):
+                changes[field.name] = tuple(packer.add(item) for item in value)
+        world = None if job.world is None else packer.add(job.world)
+        archive.writestr(f"{_AGENT}/.here", b"")  # the folder exists even if the agent has no files
+        archive.writestr(_JOB, pickle.dumps(replace(job, options=replace(options, **changes), world=world)))
     return buffer.getvalue()
 
 
-def _add_code(parcel: zipfile.ZipFile) -> None:
-    package = Path(cxbridge.__file__).parent
-    for file in _files(package):
-        _write(parcel, f"{CODE}/cxbridge/{file.relative_to(package).as_posix()}", file)
-    for name in _SHARED:
-        folder = package.parent / name
-        if folder.is_dir():  # in a checkout, these folders are next to the package
-            for file in _files(folder):
-                _write(parcel, f"{CODE}/{name}/{file.relative_to(folder).as_posix()}", file)
+class _Packer:
+    """Adds files and folders to a parcel, each once."""
 
+    def __init__(self, archive: zipfile.ZipFile) -> None:
+        self._archive = archive
+        self._targets: dict[Path, Path] = {}
+        self._size = 0
 
-def _add_job(parcel: zipfile.ZipFile, job: SweepJob) -> None:
-    """Add the files named by the options, and the job with their new paths."""
-    moved: dict[str, Path] = {}
-    size = 0
-    options = job.options
-    if options.scenario is not None:
-        options = replace(options, scenario=source_of(options).config_file().parent)
-
-    def move(path: Path) -> Path:
-        nonlocal size
+    def add(self, path: Path) -> Path:
+        """Add a file or a folder, and return its path in the folder of the agent."""
         source = path.resolve()
-        known = moved.get(str(source))
-        if known is not None:
-            return known
-        target = moved[str(source)] = Path(f"{len(moved)}") / source.name
-        for file in _files(source) if source.is_dir() else [source]:
-            size += file.stat().st_size
-            if size > MOST_BYTES:
-                raise CxbridgeError(
-                    f"the agent has more than {MOST_BYTES >> 20} MiB of files; it cannot travel", file=source
-                )
-            inside = file.relative_to(source).as_posix() if file != source else ""
-            _write(parcel, f"{AGENT}/{target.as_posix()}/{inside}".rstrip("/"), file)
-        return target
+        if source not in self._targets:
+            # Folders of one name may lie in different places, so each has a numbered parent.
+            target = self._targets[source] = Path(str(len(self._targets)), source.name)
+            for file in _files(source):
+                self._write(source, Path(_AGENT, target, file.relative_to(source)), file)
+        return self._targets[source]
 
-    changes: dict[str, Any] = {}
-    for field in fields(options):
-        value = getattr(options, field.name)
-        if field.name in _ELSEWHERE:
-            continue
-        if isinstance(value, Path):
-            changes[field.name] = move(value)
-        elif isinstance(value, tuple) and any(isinstance(each, Path) for each in value):
-            changes[field.name] = tuple(move(each) for each in value)
-    world = None if job.world is None else move(job.world)
-    parcel.writestr(f"{AGENT}/.here", b"")
-    parcel.writestr(JOB, pickle.dumps(replace(job, options=replace(options, **changes), world=world)))
+    def _write(self, source: Path, name: Path, file: Path) -> None:
+        try:
+            data = file.read_bytes()
+        except OSError as error:
+            raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
+        self._size += len(data)
+        if self._size > MOST_BYTES:
+            raise CxbridgeError(
+                f"the agent has more than {MOST_BYTES >> 20} MiB of files; it cannot travel", file=source
+            )
+        # Without the file's time, equal files give equal parcels, and machines unpack each once.
+        self._archive.writestr(zipfile.ZipInfo(name.as_posix()), data, zipfile.ZIP_DEFLATED)
 
 
-def _files(folder: Path) -> Iterator[Path]:
-    for path in sorted(folder.iterdir()):
-        if path.name in _SKIPPED:
-            continue
-        if path.is_dir():
-            yield from _files(path)
-        elif path.is_file():
-            yield path
+def _files(path: Path) -> Iterator[Path]:
+    """Yield the files of a folder, or the file itself."""
+    if path.is_file():
+        yield path
+    elif path.is_dir():
+        for entry in sorted(path.iterdir()):
+            if entry.name not in _SKIPPED:
+                yield from _files(entry)
 
 
-def _write(parcel: zipfile.ZipFile, name: str, file: Path) -> None:
-    """Add a file without its time, so that equal files give equal parcels and workers unpack each once."""
+def play_parcel(parcel: bytes, seeds: list[int]) -> list[RunRow]:
+    """Play the runs of some seeds in a child process of this machine.
+
+    :returns: the rows until the process ended, at least one.
+    :raises WorkerDiedError: if the process ended before the first row; the cluster retries elsewhere.
+    :raises CxbridgeError: if the scenario is invalid.
+    """
+    key = hashlib.sha256(parcel).digest(), threading.get_ident()
+    if key not in _PROCESSES:
+        _PROCESSES[key] = _unpack(parcel)
+    rows: list[RunRow] = []
     try:
-        parcel.writestr(zipfile.ZipInfo(name), file.read_bytes(), zipfile.ZIP_DEFLATED)
-    except OSError as error:
-        raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
+        rows.extend(_PROCESSES[key].rows(seeds))
+    except CxbridgeError as error:
+        _PROCESSES.pop(key).close()
+        if not rows or not isinstance(error, WorkerDiedError):
+            raise
+    return rows
+
+
+def _unpack(parcel: bytes) -> WorkerProcess:
+    """Unpack a parcel into a folder that is removed at exit, and start the process for its job."""
+    folder = Path(tempfile.mkdtemp(prefix="cxbridge-sweep-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    with zipfile.ZipFile(io.BytesIO(parcel)) as archive:
+        archive.extractall(folder)
+    job: SweepJob = pickle.loads((folder / _JOB).read_bytes())  # noqa: S301 - packed by the user's command
+    return WorkerProcess(job, folder / _AGENT)

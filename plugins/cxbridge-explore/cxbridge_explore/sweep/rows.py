@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -27,9 +25,6 @@ class SweepJob:
     options: RunOptions
     world: Path | None = None
     cpu_seconds: int = 120
-
-
-_ENDS: Final = frozenset({"completed", "unsuccessful"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +62,4 @@ class RunRow:
     @property
     def came_to_its_end(self) -> bool:
         """Whether the run ended by itself, successfully or not."""
-        return self.outcome in _ENDS
-
-
-def outcomes_of(rows: Iterable[RunRow]) -> dict[str, int]:
-    """Return the number of runs by outcome, most frequent first."""
-    return dict(Counter(row.outcome for row in rows).most_common())
+        return self.outcome in ("completed", "unsuccessful")

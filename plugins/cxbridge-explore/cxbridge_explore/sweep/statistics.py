@@ -10,42 +10,27 @@ from dataclasses import dataclass
 from typing import Final
 
 CONFIDENCE: Final = 0.95
+_NORMAL_QUANTILE: Final = statistics.NormalDist().inv_cdf(1 - (1 - CONFIDENCE) / 2)  # 1.96
 _SUBSETS: Final = 1999  # number of sampled subsets: of 2000, one more than this, 2.5 % is a whole number
 _ROUNDING: Final = 1e-9  # 2000 * (1 - 0.95) / 2 is slightly less than 50 in floating point
 _FEW: Final = 200  # with fewer values, the normal approximation of the mean is too coarse
 
 
-@dataclass(frozen=True, slots=True)
-class Quantiles:
-    minimum: float
-    p05: float
-    p25: float
-    median: float
-    p75: float
-    p95: float
-    maximum: float
-    mean: float
+_QUANTILES: Final = {"p05": 0.05, "p25": 0.25, "median": 0.5, "p75": 0.75, "p95": 0.95}
 
-    @classmethod
-    def of(cls, values: Sequence[float]) -> Quantiles | None:
-        if not values:
-            return None
-        ordered = sorted(values)
-        p05, p25, median, p75, p95 = (_quantile(ordered, share) for share in (0.05, 0.25, 0.5, 0.75, 0.95))
-        mean = math.fsum(ordered) / len(ordered)
-        return cls(ordered[0], p05, p25, median, p75, p95, ordered[-1], mean)
 
-    def as_dict(self) -> dict[str, float]:
-        return {
-            "min": round(self.minimum, 6),
-            "p05": round(self.p05, 6),
-            "p25": round(self.p25, 6),
-            "median": round(self.median, 6),
-            "p75": round(self.p75, 6),
-            "p95": round(self.p95, 6),
-            "max": round(self.maximum, 6),
-            "mean": round(self.mean, 6),
-        }
+def quantiles(values: Sequence[float]) -> dict[str, float] | None:
+    """Return minimum, quantiles, maximum and mean of a sample by name; None without values."""
+    if not values:
+        return None
+    ordered = sorted(values)
+    summary = {
+        "min": ordered[0],
+        **{name: _quantile(ordered, share) for name, share in _QUANTILES.items()},
+        "max": ordered[-1],
+        "mean": math.fsum(ordered) / len(ordered),
+    }
+    return {name: round(value, 6) for name, value in summary.items()}
 
 
 def _quantile(ordered: Sequence[float], share: float) -> float:
@@ -92,7 +77,7 @@ def proportion(count: int, total: int) -> Interval:
 
     :param total: at least 1.
     """
-    z = _z()
+    z = _NORMAL_QUANTILE
     share = count / total
     middle = (share + z * z / (2 * total)) / (1 + z * z / total)
     half = z * math.sqrt(share * (1 - share) / total + z * z / (4 * total * total)) / (1 + z * z / total)
@@ -111,9 +96,10 @@ def mean_interval(values: Sequence[float]) -> Interval:
     """
     mean = math.fsum(values) / len(values)
     if len(values) > _FEW:
-        half = _z() * statistics.stdev(values) / math.sqrt(len(values))
+        half = _NORMAL_QUANTILE * statistics.stdev(values) / math.sqrt(len(values))
         return Interval(mean, mean - half, mean + half)
     means = sorted(_subset_means(values))
+    # The interval leaves out this many of the means at each end.
     outside = math.floor((len(means) + 1) * (1 - CONFIDENCE) / 2 + _ROUNDING)
     if outside < 1:
         return Interval(mean, -math.inf, math.inf)
@@ -121,6 +107,7 @@ def mean_interval(values: Sequence[float]) -> Interval:
 
 
 def _subset_means(values: Sequence[float]) -> Iterator[float]:
+    """Yield the means of all subsets, or of as many random ones; a bit of a mask selects a value."""
     masks: Iterable[int] = range(1, 2 ** len(values))
     if 2 ** len(values) > _SUBSETS:
         rng = random.Random(0)  # noqa: S311 - the same values give the same interval
@@ -128,7 +115,3 @@ def _subset_means(values: Sequence[float]) -> Iterator[float]:
     for mask in masks:
         chosen = [value for index, value in enumerate(values) if mask >> index & 1]
         yield math.fsum(chosen) / len(chosen)
-
-
-def _z() -> float:
-    return statistics.NormalDist().inv_cdf(1 - (1 - CONFIDENCE) / 2)

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from cxbridge_explore.sweep.rows import RunRow, outcomes_of
-from cxbridge_explore.sweep.statistics import Interval, Quantiles, mean_interval, proportion
+from cxbridge_explore.sweep.rows import RunRow
+from cxbridge_explore.sweep.statistics import Interval, mean_interval, proportion, quantiles
 
-_SHOWN_SEEDS: Final = 10
+_SHOWN_SEEDS: Final = 10  # seeds that are listed for an outcome, or as the largest differences
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +24,8 @@ class SweepSummary:
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """The number of runs by outcome."""
-        return outcomes_of(self.rows)
+        """The number of runs by outcome, most frequent first."""
+        return dict(Counter(row.outcome for row in self.rows).most_common())
 
     @property
     def completed(self) -> Interval:
@@ -33,9 +33,9 @@ class SweepSummary:
         return proportion(sum(row.is_completed for row in self.rows), len(self.rows))
 
     @property
-    def makespan(self) -> Quantiles | None:
-        """The duration of completed runs; None without a completed run."""
-        return Quantiles.of([row.makespan for row in self.rows if row.is_completed])
+    def makespan(self) -> dict[str, float] | None:
+        """The quantiles of the durations of completed runs; None without a completed run."""
+        return quantiles([row.makespan for row in self.rows if row.is_completed])
 
     @property
     def goals(self) -> dict[str, dict[str, int]]:
@@ -47,22 +47,31 @@ class SweepSummary:
         return {name: dict(outcomes_by_class[name].most_common()) for name in sorted(outcomes_by_class)}
 
     def seeds_of(self, outcome: str) -> list[int]:
+        """Return the first seeds of an outcome."""
         return [row.seed for row in self.rows if row.outcome == outcome][:_SHOWN_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
-        makespan, retries = self.makespan, Quantiles.of([float(row.retries) for row in self.rows])
         return {
             "runs": len(self.rows),
             "outcomes": self.outcomes,
             "completed": self.completed.as_dict(),
-            "makespan": None if makespan is None else makespan.as_dict(),
-            "retries": None if retries is None else retries.as_dict(),
+            "makespan": self.makespan,
+            "retries": quantiles([float(row.retries) for row in self.rows]),
             "calls": sum(row.calls for row in self.rows),
             "faults": sum(row.faults for row in self.rows),
             "goals": self.goals,
             "seeds": {name: self.seeds_of(name) for name in self.outcomes if name != "completed"},
             "cpu_seconds": round(sum(row.cpu_seconds for row in self.rows), 3),
         }
+
+
+def largest_differences(differences: Mapping[int, float]) -> list[int]:
+    """Return the seeds with a difference, the largest first.
+
+    :param differences: by seed.
+    """
+    seeds = [seed for seed, difference in differences.items() if difference]
+    return sorted(seeds, key=lambda seed: (-abs(differences[seed]), seed))
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,14 +105,12 @@ class AgentComparison:
             if row.is_completed and self.second[seed].is_completed
         }
 
-    def farthest(self) -> list[int]:
+    def most_different_seeds(self) -> list[int]:
         """Return the seeds with the largest differences: other outcomes first, then makespans."""
         other_outcomes = [
             seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome
         ]
-        differences = {seed: value for seed, value in self._differences().items() if value}
-        longest = sorted(differences, key=lambda seed: (-abs(differences[seed]), seed))
-        return [*other_outcomes, *longest][:_SHOWN_SEEDS]
+        return [*other_outcomes, *largest_differences(self._differences())][:_SHOWN_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
         makespan = self.makespan
@@ -116,6 +123,6 @@ class AgentComparison:
                     "outcomes": [self.first[seed].outcome, self.second[seed].outcome],
                     "makespans": [round(self.first[seed].makespan, 6), round(self.second[seed].makespan, 6)],
                 }
-                for seed in self.farthest()
+                for seed in self.most_different_seeds()
             ],
         }

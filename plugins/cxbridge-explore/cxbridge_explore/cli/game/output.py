@@ -43,7 +43,7 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     """Print the points of each game, and the comparison of two agents."""
     for name, results in games.items():
         summary = GamesSummary(results)
-        over = sum(each.is_over for each in results.values())
+        over = sum(result.is_over for result in results.values())
         say(f"{name}: {len(results)} games, {over} over, {_words(summary)}")
     if len(games) == 1:
         for seed, result in next(iter(games.values())).items():
@@ -53,7 +53,7 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     match = Match(first_results, second_results)
     difference = match.difference
     say(f"{second} minus {first}: {difference.estimate:+.1f} points a game ({difference.span('+.1f')})")
-    for seed, mine, theirs in match.farthest():
+    for seed, mine, theirs in match.most_different_games():
         say(f"  seed {seed}: {mine} and {theirs} points")
     better = match.better
     if better is None:

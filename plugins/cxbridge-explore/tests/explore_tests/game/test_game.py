@@ -144,7 +144,7 @@ def test_two_agents_on_the_same_seeds(tmp_path, capsys):
 def test_equal_agents_are_not_told_apart():
     same = {seed: result(seed, 10 * seed) for seed in range(1, 9)}
     match = Match(same, dict(same))
-    assert (match.better, match.difference.estimate, list(match.farthest())) == (None, 0, [])
+    assert (match.better, match.difference.estimate, list(match.most_different_games())) == (None, 0, [])
 
 
 @pytest.mark.parametrize(("games", "better"), [(1, None), (2, None), (5, None), (6, 1)])

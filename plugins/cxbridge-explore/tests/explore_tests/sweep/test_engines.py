@@ -47,8 +47,7 @@ def test_worlds_differ_by_seed(expected):
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_forked_run_is_as_one_that_is_loaded_for_itself(expected, jobs):
-    with LocalEngine(jobs) as engine:
-        assert played(engine) == expected
+    assert played(LocalEngine(jobs)) == expected
 
 
 def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
@@ -62,26 +61,24 @@ def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
     monkeypatch.setattr(WorkerProcess, "__init__", noted)
     monkeypatch.setattr(engine_module, "MOST_DEATHS", 100)
     rows = []
-    with LocalEngine(2) as engine:
-        for row in engine.rows(JOB, SEEDS):
-            rows.append(timeless(row))
-            if len(rows) in (2, 5):
-                os.kill(pids[-1], signal.SIGKILL)
+    for row in LocalEngine(2).rows(JOB, SEEDS):
+        rows.append(timeless(row))
+        if len(rows) in (2, 5):
+            os.kill(pids[-1], signal.SIGKILL)
     assert sorted(rows, key=lambda row: row.seed) == expected
     assert len(pids) > 2
 
 
 def test_a_run_that_never_ends_has_crashed_and_the_others_go_on(tmp_path):
     job = SweepJob(spinning(tmp_path, "(plan-action (state FAILED))"), cpu_seconds=1)
-    with LocalEngine(1) as engine:
-        outcomes = {row.seed: row.outcome for row in engine.rows(job, SEEDS[:2])}
+    outcomes = {row.seed: row.outcome for row in LocalEngine(1).rows(job, SEEDS[:2])}
     assert set(outcomes.values()) == {"crashed", "completed"}
 
 
 def test_a_scenario_that_never_comes_to_a_skill_is_an_error(tmp_path):
     job = SweepJob(spinning(tmp_path, "(time $?)"), cpu_seconds=1)
-    with LocalEngine(1) as engine, pytest.raises(CxbridgeError, match="does not come to its first skill"):
-        list(engine.rows(job, SEEDS))
+    with pytest.raises(CxbridgeError, match="does not come to its first skill"):
+        list(LocalEngine(1).rows(job, SEEDS))
 
 
 def spinning(folder: Path, condition: str) -> RunOptions:
@@ -97,8 +94,8 @@ def spinning(folder: Path, condition: str) -> RunOptions:
 def test_a_wrong_scenario_is_an_error_with_its_place(tmp_path):
     (tmp_path / "scenario.yaml").write_text("clips-executive: {spec: nope}\n")
     job = SweepJob(RunOptions(scenario=tmp_path, skiller="none"))
-    with LocalEngine(2) as engine, pytest.raises(CxbridgeError, match="nope") as caught:
-        list(engine.rows(job, SEEDS))
+    with pytest.raises(CxbridgeError, match="nope") as caught:
+        list(LocalEngine(2).rows(job, SEEDS))
     assert caught.value.file is not None
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge_explore.sweep.statistics import Quantiles, mean_interval, proportion
+from cxbridge_explore.sweep.statistics import mean_interval, proportion, quantiles
 from tests.support import share
 
 VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60)
@@ -17,16 +17,15 @@ VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60)
 @given(VALUES)
 def test_quantiles_are_those_of_numpy(values):
     numpy = pytest.importorskip("numpy")
-    found = Quantiles.of(values)
+    found = quantiles(values)
     assert found is not None
-    shares = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
-    ours = (found.minimum, found.p05, found.p25, found.median, found.p75, found.p95, found.maximum)
-    assert ours == pytest.approx(tuple(numpy.quantile(values, shares)), abs=1e-6)
-    assert found.mean == pytest.approx(numpy.mean(values), abs=1e-6)
+    shares = {"min": 0, "p05": 0.05, "p25": 0.25, "median": 0.5, "p75": 0.75, "p95": 0.95, "max": 1}
+    theirs = {name: numpy.quantile(values, share) for name, share in shares.items()}
+    assert found == pytest.approx(theirs | {"mean": numpy.mean(values)}, abs=1e-6)
 
 
 def test_there_are_none_of_nothing():
-    assert Quantiles.of([]) is None
+    assert quantiles([]) is None
 
 
 @given(st.integers(1, 400).flatmap(lambda total: st.tuples(st.integers(0, total), st.just(total))))

@@ -460,7 +460,6 @@ def test_each_process_of_python_finds_no_module_in_the_current_folder():
 
 STARTS = {
     "spawning.py": 1,  # with -P
-    "cxbridge_explore/sweep/remote.py": 1,  # with -P: it travels alone
     "extras.py": 1,  # a text for people
 }
 """Where Python is named as a program."""

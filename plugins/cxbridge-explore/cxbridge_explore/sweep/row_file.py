@@ -1,4 +1,4 @@
-"""Stores the rows of a sweep in a file, so that an interrupted sweep can resume."""
+"""Keeps the rows of a sweep in a file, so that an interrupted sweep can resume."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ class _Line(msgspec.Struct, frozen=True):
 _DECODER = msgspec.json.Decoder(_Line)
 
 
-class KeptRows(Closing):
+class RowFile(Closing):
     """A file of rows, one JSON line each. New rows are appended.
 
     :param file: created if missing.
+    :raises CxbridgeError: if the file has other lines, or cannot be used.
     """
 
     def __init__(self, file: Path) -> None:
@@ -53,13 +54,18 @@ class KeptRows(Closing):
             complete_bytes += len(line)
         return complete_bytes
 
-    def of(self, agent: str) -> dict[int, RunRow]:
+    def rows_of(self, agent: str) -> dict[int, RunRow]:
+        """Return the rows from before the interruption, by seed."""
         return self._rows.get(agent, {})
 
     def add(self, agent: str, row: RunRow) -> None:
+        """Append a row.
+
+        :raises CxbridgeError: if the file cannot be written.
+        """
         try:
             self._output.write(msgspec.json.encode(_Line(agent, row)) + b"\n")
-            self._output.flush()
+            self._output.flush()  # a killed sweep loses no row
         except OSError as error:
             raise CxbridgeError(f"cannot be written: {error.strerror}", file=self._file) from error
 

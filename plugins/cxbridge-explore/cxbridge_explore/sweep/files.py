@@ -1,0 +1,89 @@
+"""Writes the result of a sweep: rows as CSV or Parquet, and an HTML page."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.extras import install_command
+from cxbridge.file_access import replacing
+from cxbridge.run.program.finished import write_document
+from cxbridge_explore.sweep.rows import RunRow
+from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
+
+# The columns; `goals` and `choices` contain JSON.
+COLUMNS: Final = ("agent", *(field.name for field in fields(RunRow)))
+
+Sweeps = Mapping[str, Sequence[RunRow]]  # rows by agent, in the order of seeds
+
+
+def write_csv(sweeps: Sweeps, file: Path) -> None:
+    """Write the rows as CSV, by agent and seed.
+
+    :raises CxbridgeError: if the file cannot be written.
+    """
+    with replacing(file) as fresh, fresh.open("w", encoding="utf-8", newline="") as output:
+        writer = csv.DictWriter(output, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(_records(sweeps))
+
+
+def write_parquet(sweeps: Sweeps, file: Path) -> None:
+    """Write the rows as Parquet, like :func:`write_csv`.
+
+    :raises CxbridgeError: if pyarrow is not installed, or the file cannot be written.
+    """
+    try:
+        import pyarrow as pa  # noqa: PLC0415 - an extra
+        from pyarrow import parquet  # noqa: PLC0415 - an extra
+    except ModuleNotFoundError:
+        raise CxbridgeError(
+            "Parquet needs the package 'pyarrow'",
+            hint=f"{install_command('parquet', 'cxbridge-explore')}, or use --csv",
+        ) from None
+    with replacing(file) as fresh:
+        parquet.write_table(pa.Table.from_pylist(_records(sweeps)), fresh)
+
+
+def _records(sweeps: Sweeps) -> list[dict[str, Any]]:
+    """Return a record with a value for each column from each row."""
+    return [
+        {
+            "agent": agent,
+            **asdict(row),
+            "goals": json.dumps(row.goals, ensure_ascii=False),
+            "choices": json.dumps(row.choices, ensure_ascii=False),
+        }
+        for agent, rows in sweeps.items()
+        for row in rows
+    ]
+
+
+def write_page(sweeps: Sweeps, file: Path, command: str) -> None:
+    """Write the page about one agent, or about two on the same seeds.
+
+    :param command: the command that makes the page again.
+    :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
+    """
+    by_seed = [{row.seed: row for row in rows} for rows in sweeps.values()]
+    document = {
+        "command": command,
+        "sweeps": {agent: _page_summary(rows) for agent, rows in sweeps.items()},
+        "comparison": AgentComparison(*by_seed).as_dict() if len(by_seed) > 1 else None,
+    }
+    write_document(file, "sweep", f"Sweep of {' and '.join(sweeps)}", document)
+
+
+def _page_summary(rows: Sequence[RunRow]) -> dict[str, Any]:
+    summary = SweepSummary(rows)
+    return {
+        **summary.as_dict(),
+        # The page links seeds of each outcome, also of completed runs.
+        "seeds": {outcome: summary.seeds_of(outcome) for outcome in summary.outcomes},
+        "makespans": [row.makespan for row in rows if row.is_completed],
+    }
