@@ -230,7 +230,11 @@ class AgentWorld(Closing):
                 AbsenceChoices(absence, agent, script, choices, prefix) for absence in world.absences
             ]
             # The order of the choices is part of a run's path.
-            self._deciders = (*messages, *sensed, *self._absences)
+            self._steps: tuple[Callable[[], None], ...] = (
+                *(message.apply for message in messages),
+                *(value.apply for value in sensed),
+                *(absence.apply for absence in self._absences),
+            )
             self._stack = stack.pop_all()
 
     def _note_call(self, performer: str) -> None:
@@ -239,8 +243,8 @@ class AgentWorld(Closing):
 
     def apply_events(self) -> None:
         """Apply the events between two loops."""
-        for decider in self._deciders:
-            decider.apply()
+        for step in self._steps:
+            step()
 
     def close(self) -> None:
         self._stack.close()

@@ -10,17 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any
+from typing import Any, Final
 
 from cxbridge.history.keeping import cut
 from cxbridge_web.escaping import visible
 
-# Number of a run's event, and its time in microseconds since the first event.
-Moment = tuple[int, int]
-
+Moment = tuple[int, int]  # number of a run's event, and its microseconds since the first event
 
 # The limit of characters in the name of a slice or track; arguments of slices may be longer.
-LONGEST_NAME = 80
+LONGEST_NAME: Final = 80
 
 
 def label(text: str) -> str:
@@ -40,7 +38,7 @@ class Rank(IntEnum):
     BEGIN_INNER = 5
     FLOW = 6
     INSTANT = 7
-    END_SAME = 8  # end of a slice that began with the same event
+    END_SAME = 8  # end of a slice that began with the same event: after its begin
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +76,37 @@ class Tracks:
         self.names.append({**base_fields, "name": f"{kind}_sort_index", "args": {"sort_index": index}})
 
 
+class Lanes:
+    """Threads of one name for slices that may overlap: as many as slices overlap at a time.
+
+    :param title: the name of the first thread; further ones are numbered.
+    """
+
+    def __init__(self, tracks: Tracks, process: int, title: str, *, numbered: bool = False) -> None:
+        self._tracks, self._process, self._title, self._numbered = tracks, process, title, numbered
+        # Each thread with the number of the event that ends its last slice.
+        self._lanes: list[tuple[Track, int]] = []
+
+    def track(self, begin: Moment, end: Moment) -> Track:
+        """Return a thread without a slice at a moment, for a slice that begins then."""
+        for number, (track, busy_until) in enumerate(self._lanes):
+            if busy_until <= begin[0]:
+                self._lanes[number] = track, end[0]
+                return track
+        number = len(self._lanes) + 1
+        suffix = f" ({number})" if self._numbered and number > 1 else ""
+        track = self._tracks.thread(self._process, f"{self._title}{suffix}")
+        self._lanes.append((track, end[0]))
+        return track
+
+
 @dataclass(slots=True)
 class Events:
     """Collects trace events and yields them in order."""
 
     _events: list[tuple[int, int, int, dict[str, Any]]] = field(default_factory=list)
-    _last: dict[Track, tuple[int, int]] = field(default_factory=dict)
+    # By track: the time of its last instant, and the number of earlier instants at that time.
+    _last_instants: dict[Track, tuple[int, int]] = field(default_factory=dict)
 
     def slice(
         self,
@@ -106,14 +129,16 @@ class Events:
         rank = Rank.END_SAME + 2 - depth if is_empty else Rank.END_OUTER - depth
         self._add(end, rank, track, {"ph": "E", "name": name, "cat": category})
 
-    def instant(self, track: Track, name: str, at: Moment, args: Mapping[str, Any], *, category: str) -> None:
+    def instant(
+        self, track: Track, name: str, moment: Moment, args: Mapping[str, Any], *, category: str
+    ) -> None:
         """Add an instant; those of a track come in order.
 
         Viewers stack simultaneous slices; a nanosecond between instants keeps them on one line.
         """
-        time, count = self._last.get(track, (-1, 0))
-        count = count + 1 if time == at[1] else 0
-        self._last[track] = at[1], count
+        time, count = self._last_instants.get(track, (-1, 0))
+        count = count + 1 if time == moment[1] else 0
+        self._last_instants[track] = moment[1], count
         event: dict[str, Any] = {
             "ph": "i",
             "s": "t",
@@ -121,28 +146,28 @@ class Events:
             "cat": category,
             "args": dict(args),
         }
-        self._add(at, Rank.INSTANT, track, event)
+        self._add(moment, Rank.INSTANT, track, event)
         if count:
-            event["ts"] = at[1] + count / 1000
+            event["ts"] = moment[1] + count / 1000
 
-    def counter(self, track: Track, name: str, at: Moment, values: Mapping[str, int]) -> None:
-        self._add(at, Rank.INSTANT, track, {"ph": "C", "name": name, "args": dict(values)})
+    def counter(self, track: Track, name: str, moment: Moment, values: Mapping[str, int]) -> None:
+        self._add(moment, Rank.INSTANT, track, {"ph": "C", "name": name, "args": dict(values)})
 
     def flow(self, number: int, name: str, steps: list[tuple[Track, Moment]]) -> None:
         """Add an arrow through the open slices of at least two tracks at the given moments."""
         last = len(steps) - 1
-        for index, (track, at) in enumerate(steps):
+        for index, (track, moment) in enumerate(steps):
             phase = "s" if index == 0 else "f" if index == last else "t"
             event: dict[str, Any] = {"ph": phase, "id": number, "name": name, "cat": "flow"}
             if phase == "f":
-                event["bp"] = "e"
-            self._add(at, Rank.FLOW, track, event)
+                event["bp"] = "e"  # the arrow ends at the enclosing slice, not at the next one
+            self._add(moment, Rank.FLOW, track, event)
 
-    def _add(self, at: Moment, rank: int, track: Track, event: dict[str, Any]) -> None:
-        event |= {"ts": at[1], "pid": track.process, "tid": track.thread}
-        self._events.append((at[0], rank, len(self._events), event))
+    def _add(self, moment: Moment, rank: int, track: Track, event: dict[str, Any]) -> None:
+        event |= {"ts": moment[1], "pid": track.process, "tid": track.thread}
+        self._events.append((moment[0], rank, len(self._events), event))
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """Yield the events in the order of the run."""
-        self._events.sort(key=lambda each: each[:3])
+        self._events.sort(key=lambda event: event[:3])
         return (event for *_, event in self._events)

@@ -1,38 +1,33 @@
-"""Writing of a run as Chrome trace events to a file."""
+"""Writes a run as Chrome trace events to a file, for Perfetto.
+
+Goals, skills, interfaces and log components are tracks with slices or instants; arrows lead from an action to
+the skill that it called.
+"""
 
 from __future__ import annotations
 
 import json
+from bisect import bisect_left, bisect_right
+from collections import Counter
 from collections.abc import Iterator
 from itertools import chain
+from operator import itemgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from cxbridge.file_access import replacing
+from cxbridge.history.builder import ENDED, RUNNING
 from cxbridge.history.keeping import cut
 from cxbridge.history.linking import links
+from cxbridge.history.model import SkillExecution
 from cxbridge.trace.formats.base import Run
-from cxbridge_web.timeline.events import Events, Track, Tracks
-from cxbridge_web.timeline.goals import OPEN, GoalTracks, add_goals
-from cxbridge_web.timeline.model import ReportLimits, RunModel
-from cxbridge_web.timeline.reading import LONGEST_VALUE, read
-from cxbridge_web.timeline.skiller_writes import SkillerWrites
+from cxbridge_web.timeline.events import Events, Lanes, Moment, Track, Tracks
+from cxbridge_web.timeline.goals import OPEN, add_goals
+from cxbridge_web.timeline.reading import BIN_US, LONGEST_VALUE, TimelineData, read
 
-# Limits higher than those of a page, since trace viewers handle more data.
-LIMITS = ReportLimits(
-    goals=100_000,
-    actions=300_000,
-    calls=100_000,
-    transitions=3_000_000,
-    log=500_000,
-    writes=500_000,
-    firings=500_000,
-)
-
-BIN_US = 100_000  # width in microseconds of the bins in which firings are counted
-
-_RATE = "fired in 0.1 s"
-_LEVELS = {"D": "debug", "I": "info", "W": "warning", "E": "error"}
+_RATE: Final = "fired in 0.1 s"
+_LEVELS: Final = {"D": "debug", "I": "info", "W": "warning", "E": "error"}
+_SKILLER: Final = "SkillerInterface::"
 
 
 def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
@@ -40,17 +35,17 @@ def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
 
     :returns: the number of written events, and warnings for the user.
     """
-    model = read(run, LIMITS)
+    data = read(run)
     count = 0
     with replacing(output) as fresh, fresh.open("w", encoding="utf-8", errors="backslashreplace") as file:
-        other = _dump({**run.metadata(), "run": run.path.name, "notes": model.notes})
+        other = _dump({**run.metadata(), "run": run.path.name, "notes": data.notes})
         file.write(f'{{"displayTimeUnit":"ms","otherData":{other},"traceEvents":[\n')
-        for event in trace_events(model):
+        for event in trace_events(data):
             file.write(",\n" if count else "")
             file.write(_dump(event))
             count += 1
         file.write("\n]}\n")
-    return count, model.notes
+    return count, data.notes
 
 
 def _dump(value: Any) -> str:
@@ -58,136 +53,162 @@ def _dump(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
-def trace_events(model: RunModel) -> Iterator[dict[str, Any]]:
+def trace_events(data: TimelineData) -> Iterator[dict[str, Any]]:
     """Yield the trace events: names of processes and threads, then the run's events in order."""
     tracks, events = Tracks(), Events()
     envs = dict.fromkeys(
         [
-            *(goal.env for goal in model.history.goals),
-            *(action.env for action in model.history.actions),
-            *(rule.env for rule in model.rules),
+            *(goal.env for goal in data.history.goals),
+            *(action.env for action in data.history.actions),
+            *(env for _, env, _ in data.firings.items()),
         ]
     )
     processes = {env: tracks.process(f"environment {env}") for env in envs}
-    goal_tracks = add_goals(model.history, tracks, events, processes)
-    _add_rules(model, tracks, events, processes)
-    skillers = _add_calls(model, tracks, events)
-    interfaces = _add_interfaces(model, tracks, events)
-    _add_flows(model, events, goal_tracks, skillers, interfaces)
-    _add_log(model, tracks, events)
+    actions = add_goals(data.history, tracks, events, processes)
+    _add_rules(data, tracks, events, processes)
+    skillers = _add_calls(data, tracks, events)
+    interfaces = _add_interfaces(data, tracks, events)
+    _add_flows(data, events, actions, skillers, interfaces)
+    _add_log(data, tracks, events)
     return chain(tracks.names, events)
 
 
-def _add_rules(model: RunModel, tracks: Tracks, events: Events, processes: dict[str, int]) -> None:
+def _add_rules(data: TimelineData, tracks: Tracks, events: Events, processes: dict[str, int]) -> None:
     """Add the firings of each environment, their rate, and the number of facts."""
-    lines = {
-        env: tracks.thread(process, "rules")
-        for env, process in processes.items()
-        if any(rule.env == env for rule in model.rules)
-    }
-    bins: dict[tuple[str, int], int] = {}
-    for seq, time, number in model.firings.items():
-        rule = model.rules[number]
-        events.instant(lines[rule.env], rule.name, (seq, time), {}, category="rule")
-        key = rule.env, time // BIN_US
-        bins[key] = bins.get(key, 0) + 1
-    for (env, at), count in bins.items():
+    envs = {env for _, env, _ in data.firings.items()}
+    env_tracks = {env: tracks.thread(process, "rules") for env, process in processes.items() if env in envs}
+    bins: Counter[tuple[str, int]] = Counter()
+    for moment, env, rule in data.firings.items():
+        events.instant(env_tracks[env], rule, moment, {}, category="rule")
+        bins[env, moment[1] // BIN_US] += 1
+    for (env, number), count in bins.items():
         # counters are independent of slices, so their order does not matter
-        events.counter(lines[env], "rules", (0, at * BIN_US), {_RATE: count})
-        if (env, at + 1) not in bins:
-            events.counter(lines[env], "rules", (0, (at + 1) * BIN_US), {_RATE: 0})
-    if model.facts:
-        counters = tracks.thread(next(iter(processes.values()), 0) or tracks.process("facts"), "facts")
-        for seq, time, count in model.facts:
-            events.counter(counters, "facts", (seq, time), {"since the begin": count})
+        events.counter(env_tracks[env], "rules", (0, number * BIN_US), {_RATE: count})
+        if (env, number + 1) not in bins:
+            events.counter(env_tracks[env], "rules", (0, (number + 1) * BIN_US), {_RATE: 0})
+    if data.facts:
+        track = tracks.thread(next(iter(processes.values()), 0) or tracks.process("facts"), "facts")
+        for moment, count in data.facts.values():
+            events.counter(track, "facts", moment, {"since the begin": count})
 
 
-def _add_calls(model: RunModel, tracks: Tracks, events: Events) -> dict[tuple[str, str], Track]:
+def _add_calls(data: TimelineData, tracks: Tracks, events: Events) -> dict[tuple[str, str], Track]:
     """Add the skills of each Skiller and the calls of planners; return the tracks of the Skillers."""
     skiller_tracks: dict[tuple[str, str], Track] = {}
-    if not model.history.calls and not model.history.planner_calls:
+    if not data.history.calls and not data.history.planner_calls:
         return skiller_tracks
     process = tracks.process("skills")
-    end = model.history.events, model.history.end
-    for call in model.history.calls:
+    end = data.history.events, data.history.end
+    for call in data.history.calls:
         key = call.env, call.skiller
         if key not in skiller_tracks:
             skiller_tracks[key] = tracks.thread(process, call.skiller)
-        facts: dict[str, Any] = {"skill": call.skill_string, "msgid": call.msgid, "status": call.status}
+        args: dict[str, Any] = {"skill": call.skill_string, "msgid": call.msgid, "status": call.status}
         if call.error:
-            facts["error"] = cut(call.error, LONGEST_VALUE)
+            args["error"] = cut(call.error, LONGEST_VALUE)
         if call.end is None:
-            facts["note"] = OPEN
+            args["note"] = OPEN
         events.slice(
-            skiller_tracks[key], call.skill_string, call.begin, call.end or end, facts, category="skill"
+            skiller_tracks[key], call.skill_string, call.begin, call.end or end, args, category="skill"
         )
-    lanes: list[tuple[Track, int]] = []
-    for span in model.history.planner_calls:
-        lane = next((number for number, (_, busy) in enumerate(lanes) if busy <= span.begin[0]), len(lanes))
-        if lane == len(lanes):
-            lanes.append((tracks.thread(process, "planner"), -1))
-        span_end = span.end or end
-        lanes[lane] = lanes[lane][0], span_end[0]
-        facts = {"goal": span.goal, "status": span.status, "text": span.text}
-        events.slice(lanes[lane][0], span.name, span.begin, span_end, facts, category="planner")
+    lanes = Lanes(tracks, process, "planner")
+    for plan in data.history.planner_calls:
+        args = {"goal": plan.goal, "status": plan.status, "text": plan.text}
+        track = lanes.track(plan.begin, plan.end or end)
+        events.slice(track, plan.name, plan.begin, plan.end or end, args, category="planner")
     return skiller_tracks
 
 
-def _add_interfaces(model: RunModel, tracks: Tracks, events: Events) -> list[Track]:
-    if not model.interfaces:
-        return []
+def _add_interfaces(data: TimelineData, tracks: Tracks, events: Events) -> dict[str, Track]:
+    """Add a slice from each change of an interface to the next one; return the tracks of the interfaces."""
+    if not data.interfaces:
+        return {}
     process = tracks.process("interfaces")
-    interface_tracks = [tracks.thread(process, each.uid) for each in model.interfaces]
-    end = model.history.events, model.history.end
-    last: dict[int, tuple[int, int, dict[str, str]]] = {}
+    interface_tracks = {uid: tracks.thread(process, uid) for uid in data.interfaces}
+    last_changes: dict[str, tuple[Moment, dict[str, str]]] = {}
 
-    def close(number: int, until: tuple[int, int]) -> None:
-        seq, time, changed = last[number]
+    def add_slice(uid: str, end: Moment) -> None:
+        begin, changed = last_changes[uid]
         text = ", ".join(f"{name}={value}" for name, value in changed.items())
-        events.slice(interface_tracks[number], text, (seq, time), until, changed, category="interface")
+        events.slice(interface_tracks[uid], text, begin, end, changed, category="interface")
 
-    for seq, time, number, changed in model.changes.items():
-        if number in last:
-            close(number, (seq, time))
-        last[number] = seq, time, changed
-    for number in last:
-        close(number, end)
-    for seq, time, number, text in model.messages.items():
-        events.instant(interface_tracks[number], text, (seq, time), {"message": text}, category="message")
+    for moment, uid, changed in data.changes.items():
+        if uid in last_changes:
+            add_slice(uid, moment)
+        last_changes[uid] = moment, changed
+    for uid in last_changes:
+        add_slice(uid, (data.history.events, data.history.end))
+    for moment, uid, text in data.messages.items():
+        events.instant(interface_tracks[uid], text, moment, {"message": text}, category="message")
     return interface_tracks
 
 
 def _add_flows(
-    model: RunModel,
+    data: TimelineData,
     events: Events,
-    goal_tracks: GoalTracks,
+    actions: dict[int, Track],
     skillers: dict[tuple[str, str], Track],
-    interfaces: list[Track],
+    interfaces: dict[str, Track],
 ) -> None:
     """Add arrows: action, write that reports the skill's begin, skill, write that reports its end."""
-    changes = model.changes.items()
+    writes = _SkillerWrites(data)
+    for number, link in enumerate(links(data.history), start=1):
+        call = link.call
+        begin_write, end_write = writes.of(call, link.ordered[0])
+        interface = interfaces.get(f"{_SKILLER}{call.skiller}")
+        steps = [
+            (actions[link.action.number], link.ordered),
+            (interface, begin_write),
+            (skillers[call.env, call.skiller], call.begin),
+            (interface, end_write),
+        ]
+        present = [(track, moment) for track, moment in steps if track is not None and moment is not None]
+        events.flow(number, f"{link.word}skill of an action", present)
 
-    def write(place: int | None) -> list[tuple[Track, tuple[int, int]]]:
-        if place is None:
-            return []
-        seq, time, number, _ = changes[place]
-        return [(interfaces[number], (seq, time))]
 
-    writes = SkillerWrites(model)
-    for number, link in enumerate(links(model.history), start=1):
-        skill = skillers[link.call.env, link.call.skiller], link.call.begin
-        began, ended = writes.of(link.call, link.ordered[0])
-        steps = [(goal_tracks.actions[link.action.number], link.ordered), *write(began), skill, *write(ended)]
-        events.flow(number, f"{link.word}skill of an action", steps)
+class _SkillerWrites:
+    """The changes of each Skiller's interface in order, to find those that belong to a skill."""
+
+    def __init__(self, data: TimelineData) -> None:
+        self._changes: dict[str, list[tuple[int, Moment, dict[str, str]]]] = {}
+        for moment, uid, changed in data.changes.items():
+            self._changes.setdefault(uid, []).append((moment[0], moment, changed))
+
+    def of(self, call: SkillExecution, ordered: int) -> tuple[Moment | None, Moment | None]:
+        """Return the writes that reported a skill's begin and end; None for a missing write.
+
+        :param ordered: the number of the event with which the skill was ordered.
+        """
+        # The executive reads an interface after its write, so the write precedes the events about the skill.
+        begin, end = call.begin[0], call.end[0] if call.end else call.begin[0]
+        begin_writes = [
+            moment
+            for moment, changed in self._between(call.skiller, ordered, begin)
+            if changed.get("status") == RUNNING or "msgid" in changed
+        ]
+        end_writes = [
+            moment
+            for moment, changed in self._between(call.skiller, begin, end)
+            if changed.get("status") in ENDED
+        ]
+        return begin_writes[-1] if begin_writes else None, end_writes[-1] if end_writes else None
+
+    def _between(self, skiller: str, after: int, before: int) -> list[tuple[Moment, dict[str, str]]]:
+        """Return the changes between two events of the run."""
+        changes = self._changes.get(f"{_SKILLER}{skiller}", [])
+        first = bisect_right(changes, after, key=itemgetter(0))
+        last = bisect_left(changes, before, key=itemgetter(0))
+        return [(moment, changed) for _, moment, changed in changes[first:last]]
 
 
-def _add_log(model: RunModel, tracks: Tracks, events: Events) -> None:
+def _add_log(data: TimelineData, tracks: Tracks, events: Events) -> None:
     """Add the log lines, one track per component."""
-    if not model.components:
+    lines = sorted((*line, level.value) for level, kept in data.log.items() for line in kept.items())
+    if not lines:
         return
     process = tracks.process("log")
-    component_tracks = [tracks.thread(process, name) for name in model.components]
-    lines = [(*line, level) for level, kept in model.log.items() for line in kept.items()]
-    for seq, time, component, text, level in sorted(lines):
-        facts = {"level": _LEVELS[level], "text": text}
-        events.instant(component_tracks[component], f"{level} {text}", (seq, time), facts, category="log")
+    components = dict.fromkeys(component for _, component, _, _ in lines)
+    component_tracks = {name: tracks.thread(process, name) for name in components}
+    for moment, component, text, level in lines:
+        args = {"level": _LEVELS[level], "text": text}
+        events.instant(component_tracks[component], f"{level} {text}", moment, args, category="log")
