@@ -97,10 +97,10 @@ def close_a_web_server() -> None:
 def close_the_door_of_foxglove() -> None:
     pytest.importorskip("cxbridge_web", reason="needs cxbridge-web")
     pytest.importorskip("foxglove", reason="needs foxglove-sdk")
-    from cxbridge_web.foxglove.door import FoxgloveDoor
+    from cxbridge_web.foxglove.proxy import FoxgloveProxy
     from cxbridge_web.foxglove.settings import FoxgloveSettings
 
-    door = FoxgloveDoor(FoxgloveSettings(port=0), ("127.0.0.1", 1))
+    door = FoxgloveProxy(FoxgloveSettings(port=0), ("127.0.0.1", 1))
     door.close()
     door.close()
     with socket.socket() as client:

@@ -134,14 +134,14 @@ def right_of_request(method: str, path: str, rights: Rights | None = None) -> Ri
 
     known = {(each.method, each.path): each for each in endpoints()}
     unknown = Endpoint(method=method, path=path, handler=lambda _call: None, about="")
-    return known.get((method, path), unknown).needed(rights or Rights())
+    return known.get((method, path), unknown).needed_right(rights or Rights())
 
 
 @needs_plugin("studio")
 @needs_plugin("web")
 def test_every_request_over_http_has_its_right():
     assert len(endpoints()) > 60
-    needed = {f"{each.method} {each.path}": each.needed(Rights()) for each in endpoints()}
+    needed = {f"{each.method} {each.path}": each.needed_right(Rights()) for each in endpoints()}
     assert {way: right for way, right in needed.items() if right is not Right.LOOK} == REST
     assert all(right is not Right.LOOK for way, right in needed.items() if not way.startswith("GET "))
 

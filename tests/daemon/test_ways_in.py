@@ -47,7 +47,7 @@ LISTENS = {
     "cxbridge_protobuf.network": "clips-protobuf/server-address",
     "cxbridge_protobuf.peer": "the address that the agent's rules name",
     "cxbridge_explore.coordinator": "a file in a folder of this user",
-    "cxbridge_web.foxglove.door": "FoxgloveSettings.check",
+    "cxbridge_web.foxglove.proxy": "FoxgloveSettings.check",
     "cxbridge_web.foxglove.live": "a random address of the loopback, behind the door",
     "cxbridge_web.http.serving": "WebSettings.check",
 }

@@ -1,4 +1,8 @@
-"""The REST API as an ASGI application: routing of requests and encoding of answers."""
+"""The REST API as an ASGI application: routing of requests and encoding of responses.
+
+A handler runs in the main loop, which owns the executive and the blackboard, or in a thread if it waits. The
+server's event loop itself only routes, and never blocks.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from starlette.responses import Response
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import RefusedError
 from cxbridge_web import openapi
-from cxbridge_web.endpoint import ApiCall, ApiError, Directory, Endpoint, Handler, Text, Where, to_json
+from cxbridge_web.endpoint import ApiCall, ApiError, Directory, Endpoint, Handler, Text, to_json
 from cxbridge_web.host import WebHost
 from cxbridge_web.models import plain
 from cxbridge_web.paging import ListPart, PagingError
@@ -27,7 +31,7 @@ if TYPE_CHECKING:
 
 MOST_BODY: Final = 1 << 20  # limit of a request body in bytes
 
-ANSWER_S: Final = 10.0  # main loop's time limit for an answer in seconds
+ANSWER_S: Final = 10.0  # time limit for the main loop to carry out a request in seconds
 
 BODY_S: Final = 10.0  # time limit for receiving a body in seconds
 
@@ -40,7 +44,7 @@ _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-a
 
 
 class Api:
-    """Answers requests below ``/api``."""
+    """Serves the requests below ``/api``; an ASGI application."""
 
     def __init__(self, host: WebHost, queue: RequestQueue, directory: Directory) -> None:
         self._host = host
@@ -54,19 +58,18 @@ class Api:
         request = Request(scope, receive)
         pretty = "pretty" in request.query_params
         try:
-            reply = await self._answer(request, pretty=pretty)
+            response = await self._respond(request, pretty=pretty)
         except ClientDisconnect:
             return
         except ApiError as error:
-            reply = _reply(
-                Text(error.text) if error.model is None else error.model, error.status, pretty=pretty
-            )
-        await reply(scope, receive, send)
+            content = Text(error.text) if error.model is None else error.model
+            response = _response(content, error.status, pretty=pretty)
+        await response(scope, receive, send)
 
-    async def _answer(self, request: Request, *, pretty: bool) -> Response:
+    async def _respond(self, request: Request, *, pretty: bool) -> Response:
         path: str = request.scope["path"]
         if request.method == "GET" and path == f"/api{openapi.PATH}":
-            return _reply(openapi.document(self._directory.endpoints), 200, pretty=pretty)
+            return _response(openapi.document(self._directory.endpoints), 200, pretty=pretty)
         endpoint, names = self._directory.find(request.method, path.removeprefix("/api"))
         self._check_right(endpoint)
         body = await read_object(request) if endpoint.body else {}
@@ -75,15 +78,15 @@ class Api:
             if endpoint.paged:
                 _ = call.window  # reject an invalid query before the work starts
             if endpoint.copy is not None:
-                copied = await self._ask(endpoint, partial(endpoint.copy, call), call, COPY_S)
+                copied = await self._run_in_loop(endpoint, partial(endpoint.copy, call), call, COPY_S)
                 call = replace(call, copied=copied)
-                answer = await asyncio.to_thread(endpoint.handler, call)
-            elif (handler := self._in_thread(endpoint)) is not None:
-                answer = await self._wait_for(handler, call)
+                content = await asyncio.to_thread(endpoint.handler, call)
+            elif (handler := self._thread_handler(endpoint)) is not None:
+                content = await self._run_in_thread(handler, call)
             else:
-                answer = await self._ask(endpoint, partial(endpoint.handler, call), call, ANSWER_S)
+                content = await self._run_in_loop(endpoint, partial(endpoint.handler, call), call, ANSWER_S)
             # a long text is encoded in a thread, where it does not delay other clients
-            return await asyncio.to_thread(_encode_answer, endpoint, call, answer, pretty)
+            return await asyncio.to_thread(_encode, endpoint, call, content, pretty)
         except RefusedError as error:
             raise ApiError(403, f"{error.message} ({error.hint})") from error
         except CxbridgeError as error:
@@ -103,18 +106,18 @@ class Api:
         :raises ApiError: if clients lack the right of the endpoint.
         """
         rights = self._host.rights
-        right = endpoint.needed(rights)
+        right = endpoint.needed_right(rights)
         if not rights.allow(right):
             forbidden_action = "change anything" if not rights.control else "run programs"
             raise ApiError(403, f"Clients may not {forbidden_action}: {rights.why_not(right)}")
 
-    def _in_thread(self, endpoint: Endpoint) -> Handler | None:
-        """Return the function to call in a thread; None if the main loop answers."""
-        if endpoint.where is Where.THREAD:
+    def _thread_handler(self, endpoint: Endpoint) -> Handler | None:
+        """Return the handler that runs in a thread; None for a handler that runs in the main loop."""
+        if endpoint.in_thread:
             return endpoint.handler
         return endpoint.stalled if self._host.stall else None
 
-    async def _wait_for(self, handler: Handler, call: ApiCall) -> Any:
+    async def _run_in_thread(self, handler: Handler, call: ApiCall) -> Any:
         """Run a handler that may wait in a thread."""
         if self._waiting >= MOST_WAITING:
             raise ApiError(503, "Too many requests wait already")
@@ -129,16 +132,18 @@ class Api:
         """Cancel all requests that have not started."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
-    async def _ask(self, endpoint: Endpoint, look: Callable[[], Any], call: ApiCall, limit_s: float) -> Any:
-        """Request an answer from the main loop."""
+    async def _run_in_loop(
+        self, endpoint: Endpoint, function: Callable[[], Any], call: ApiCall, limit_s: float
+    ) -> Any:
+        """Let the main loop call a function, and return its result."""
         key = None
         if endpoint.method == "GET":
             key = (endpoint.path, tuple(call.path.items()), tuple(sorted(call.query.items())))
         try:
-            answer = asyncio.wrap_future(self._queue.ask(look, key))
-            answer.add_done_callback(_retrieve_error)
-            # several clients may wait for the same answer: one disconnect must not cancel it
-            return await asyncio.wait_for(asyncio.shield(answer), limit_s)
+            result = asyncio.wrap_future(self._queue.submit(function, key))
+            result.add_done_callback(_retrieve_error)
+            # several clients may wait for the same result: one disconnect must not cancel it
+            return await asyncio.wait_for(asyncio.shield(result), limit_s)
         except RequestQueueFullError as error:
             raise ApiError(503, "Too many questions wait for the main loop") from error
         except QueueClosedError as error:
@@ -149,10 +154,10 @@ class Api:
             raise ApiError(503, f"The main loop did not answer within {limit_s:g} s{reason}") from error
 
 
-def _retrieve_error(answer: asyncio.Future[Any]) -> None:
+def _retrieve_error(result: asyncio.Future[Any]) -> None:
     """Retrieve the error of an abandoned request, since asyncio would print it."""
-    if not answer.cancelled():
-        answer.exception()
+    if not result.cancelled():
+        result.exception()
 
 
 async def read_object(request: Request) -> dict[str, Any]:
@@ -163,17 +168,15 @@ async def read_object(request: Request) -> dict[str, Any]:
     kind = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if kind != "application/json":
         raise ApiError(400, "The body must be JSON: Content-Type application/json")
-    parts, size = [], 0
+    body = bytearray()
     try:
         async with asyncio.timeout(BODY_S):
-            async for part in request.stream():
-                size += len(part)
-                if size > MOST_BODY:
+            async for chunk in request.stream():
+                body += chunk
+                if len(body) > MOST_BODY:
                     raise ApiError(413, f"The body is longer than {MOST_BODY} bytes")
-                parts.append(part)
     except TimeoutError as error:
         raise ApiError(408, f"The body did not come within {BODY_S:g} s") from error
-    body = b"".join(parts)
     try:
         value = json.loads(body)
         if b"\\ud" in body.lower():
@@ -185,19 +188,19 @@ async def read_object(request: Request) -> dict[str, Any]:
     return value
 
 
-def _encode_answer(endpoint: Endpoint, call: ApiCall, answer: Any, pretty: bool) -> Response:
-    """Encode the return value of a handler as a reply."""
-    answer = endpoint.finish(call, answer)
+def _encode(endpoint: Endpoint, call: ApiCall, content: Any, pretty: bool) -> Response:
+    """Return the response with the return value of a handler."""
+    content = endpoint.finish(call, content)
     if not endpoint.paged:
-        return _reply(answer, 200, pretty=pretty)
-    part = answer if isinstance(answer, ListPart) else call.window.cut(plain(answer))
-    reply = _reply(part.items, 200, pretty=pretty)
-    reply.headers["X-Total-Count"] = str(part.total)
-    return reply
+        return _response(content, 200, pretty=pretty)
+    part = content if isinstance(content, ListPart) else call.window.cut(plain(content))
+    response = _response(part.items, 200, pretty=pretty)
+    response.headers["X-Total-Count"] = str(part.total)
+    return response
 
 
-def _reply(answer: Any, status: int, *, pretty: bool) -> Response:
-    if isinstance(answer, Text):
-        text = answer.encode("utf-8", "replace")
+def _response(content: Any, status: int, *, pretty: bool) -> Response:
+    if isinstance(content, Text):
+        text = content.encode("utf-8", "replace")
         return Response(text, status, headers=_NO_CACHE, media_type="text/plain; charset=utf-8")
-    return Response(to_json(answer, pretty=pretty), status, headers=_NO_CACHE, media_type="application/json")
+    return Response(to_json(content, pretty=pretty), status, headers=_NO_CACHE, media_type="application/json")

@@ -11,11 +11,17 @@ from cxbridge_web import extensions, operations
 from cxbridge_web.endpoint import Directory
 
 if TYPE_CHECKING:
-    from cxbridge_web.extensions import Figures
+    from cxbridge_web.extensions import ServerState
 
 
-def directory(figures: Figures) -> Directory:
+def directory(state: ServerState) -> Directory:
+    """Return all endpoints.
+
+    A module of ``fawkes/`` with ``ENDPOINTS`` is listed by being there.
+    """
     modules = pkgutil.iter_modules(cxbridge_web.fawkes.__path__)
-    views = [import_module(f"{cxbridge_web.fawkes.__name__}.{module.name}") for module in modules]
-    of_fawkes = [endpoint for view in views for endpoint in getattr(view, "ENDPOINTS", ())]
-    return Directory([*of_fawkes, *operations.endpoints(), *extensions.endpoints(figures)])
+    components = [import_module(f"{cxbridge_web.fawkes.__name__}.{module.name}") for module in modules]
+    fawkes_endpoints = [
+        endpoint for component in components for endpoint in getattr(component, "ENDPOINTS", ())
+    ]
+    return Directory([*fawkes_endpoints, *operations.endpoints(), *extensions.endpoints(state)])

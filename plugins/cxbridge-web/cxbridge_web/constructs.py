@@ -1,4 +1,4 @@
-"""Positions and source text of the constructs in CLIPS files."""
+"""Places and source texts of the constructs in CLIPS files, which a CLIPS environment does not keep."""
 
 from __future__ import annotations
 

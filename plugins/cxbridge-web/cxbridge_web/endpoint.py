@@ -1,4 +1,4 @@
-"""Endpoints of the API: description, lookup by path, and JSON encoding of answers."""
+"""Endpoints of the API: description, lookup by path, and JSON encoding of responses."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import math
 import re
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct
@@ -32,13 +31,6 @@ class ApiError(Exception):
         self.status = status
         self.text = text
         self.model = model
-
-
-class Where(Enum):
-    """The place where a handler runs."""
-
-    LOOP = "loop"  # main loop, between two of its iterations
-    THREAD = "thread"  # a thread that may wait
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +116,7 @@ class Endpoint:
     :param body: the type of the body, a struct; None without a body.
     :param errors: possible errors by status.
     :param right: the required right; by default, looking for GET and running programs for other methods.
+    :param in_thread: whether the handler runs in a thread, since it waits; otherwise in the main loop.
     :param is_skill: whether it runs a skill string, which counts as a program if it is evaluated as Lua.
     :param stalled: replaces the handler in the server's thread while the main loop is stuck.
     :param copy: copies the needed facts in pieces in the main loop; the handler then runs in the server's
@@ -143,17 +136,17 @@ class Endpoint:
     errors: Mapping[int, str] = field(default_factory=dict)
     right: Right | None = None
     is_skill: bool = False
-    where: Where = Where.LOOP
+    in_thread: bool = False
     stalled: Handler | None = None
     copy: Callable[[ApiCall], Generator[None, None, FactCopy]] | None = None
-    finish: Callable[[ApiCall, Any], Any] = lambda _call, answer: answer
+    finish: Callable[[ApiCall, Any], Any] = lambda _call, content: content
 
     @property
     def component(self) -> str:
         """The first segment of the path."""
         return self.path.split("/")[1]
 
-    def needed(self, rights: Rights) -> Right:
+    def needed_right(self, rights: Rights) -> Right:
         """Return the right that clients of a daemon need."""
         if self.is_skill and rights.skills_are_programs:
             return Right.PROGRAMS
@@ -192,8 +185,8 @@ class Directory:
         for pattern, endpoint in self._patterns:
             if endpoint.method == method and (match := pattern.fullmatch(path)):
                 return endpoint, match.groupdict()
-        _, _, rest = path.partition("/")
-        component, slash, subpath = rest.partition("/")
+        # The texts of the errors are those of Fawkes' webview.
+        component, slash, subpath = path.removeprefix("/").partition("/")
         if not component:
             raise ApiError(404, "REST API overview not yet implemented\n")
         if component not in self._components:

@@ -1,4 +1,8 @@
-"""A bounded buffer of the newest encoded events, for clients that read at different speeds."""
+"""A bounded buffer of the newest encoded events, for clients that read at different speeds.
+
+Each client has a position in the stream of events. A client that is slow, or connects late, misses the events
+that the buffer has discarded by then, and learns how many.
+"""
 
 from __future__ import annotations
 
@@ -81,6 +85,11 @@ class StreamPosition(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _BufferedEvent:
+    """An encoded event.
+
+    :param position: the position after it.
+    """
+
     position: StreamPosition
     kind: str
     env: str
@@ -92,7 +101,7 @@ class _Group:
 
     def __init__(self, most_events: int, most_bytes: int) -> None:
         self.entries: deque[_BufferedEvent] = deque()
-        self.gone = 0  # number of discarded events
+        self.discarded = 0  # number of discarded events
         self.bytes = 0
         self._most_events = most_events
         self._most_bytes = most_bytes
@@ -102,11 +111,11 @@ class _Group:
         self.bytes += len(entry.text)
         while len(self.entries) > self._most_events or self.bytes > self._most_bytes:
             self.bytes -= len(self.entries.popleft().text)
-            self.gone += 1
+            self.discarded += 1
 
     def after(self, count: int) -> list[_BufferedEvent]:
         """Return the events after a count; fast for clients that are up to date."""
-        later = list(islice(reversed(self.entries), max(0, self.gone + len(self.entries) - count)))
+        later = list(islice(reversed(self.entries), max(0, self.discarded + len(self.entries) - count)))
         later.reverse()
         return later
 
@@ -127,7 +136,7 @@ class EventBuffer:
         """The position before the oldest buffered event."""
         oldest = (group.entries[0] for group in self._groups if group.entries)
         lost = min((entry.position.lost for entry in oldest), default=self.end.lost)
-        return StreamPosition(tuple(group.gone for group in self._groups), lost)
+        return StreamPosition(tuple(group.discarded for group in self._groups), lost)
 
     @property
     def count(self) -> int:
@@ -149,19 +158,20 @@ class EventBuffer:
     def add(self, events: Iterable[Event]) -> None:
         """Add events; unchanged interface values are dropped, and of simultaneous writes all but the last."""
         events = list(events)
+        # Clients show the present value, so they need only the last of several writes.
         last = {event.uid: event for event in events if isinstance(event, InterfaceWrite)}
         for event in events:
             if isinstance(event, InterfaceWrite):
                 if last[event.uid] is not event or self._values.get(event.uid) == event.values:
                     continue
                 self._values[event.uid] = event.values
-            self._keep(event)
+            self._append(event)
 
     def forget_interfaces(self) -> None:
         """Forget interface values, so that the next value of each interface counts as changed."""
         self._values.clear()
 
-    def _keep(self, event: Event) -> None:
+    def _append(self, event: Event) -> None:
         kind = event.KIND.name
         group = group_of(kind)
         self.end = self.end.after(group)
@@ -177,7 +187,8 @@ class EventBuffer:
             missing events of the selected groups.
         """
         groups = selection.groups
-        later = merge(*(self._groups[each].after(position.counts[each]) for each in groups), key=_order)
+        entries = (self._groups[group].after(position.counts[group]) for group in groups)
+        later = merge(*entries, key=lambda entry: sum(entry.position.counts))
         selected_events: list[tuple[StreamPosition, bytes]] = []
         size, end_position = 0, self.end
         for entry in later:
@@ -187,18 +198,9 @@ class EventBuffer:
                 if size >= BUNCH_BYTES:
                     end_position = entry.position
                     break
-        return (
-            selected_events,
-            end_position,
-            end_position.lost
-            - position.lost
-            + sum(self._discarded_between(position, end_position, each) for each in groups),
-        )
+        discarded = sum(self._discarded_between(position, end_position, group) for group in groups)
+        return selected_events, end_position, end_position.lost - position.lost + discarded
 
     def _discarded_between(self, position: StreamPosition, upto: StreamPosition, group: int) -> int:
         """Return the number of discarded events of a group between two positions."""
-        return max(0, min(upto.counts[group], self._groups[group].gone) - position.counts[group])
-
-
-def _order(entry: _BufferedEvent) -> int:
-    return sum(entry.position.counts)
+        return max(0, min(upto.counts[group], self._groups[group].discarded) - position.counts[group])

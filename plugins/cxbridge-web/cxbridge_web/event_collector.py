@@ -1,4 +1,8 @@
-"""The source of the event stream: the bus, limited to the events that clients want."""
+"""The source of the event stream: the bus, limited to the kinds of events that clients request.
+
+Facts and rules cost time in CLIPS even if no client reads them, so they are watched only on request. Several
+threads emit events; a deque passes them to the server's thread without a lock.
+"""
 
 from __future__ import annotations
 
@@ -40,41 +44,41 @@ class EventCollector:
         self._pending: list[deque[tuple[int, Event]]] = [
             deque(maxlen=MOST_PENDING) for _ in range(len(GROUPS) + 1)
         ]
-        self._numbers = count()
+        self._numbers = count()  # the order of events across the groups
         self._lost = 0
-        self._wanted: Counter[str] = Counter()
-        self._open: dict[str, Sink] = {}
-        self._watched: list[tuple[ClipsEnvironment, str]] = []
+        self._requested: Counter[str] = Counter()  # number of clients by kind
+        self._sinks: dict[str, Sink] = {}  # subscribed sinks by kind
+        self._watched: list[tuple[ClipsEnvironment, str]] = []  # watches that this collector has switched on
         self._environments: list[ClipsEnvironment] = []
         # Number of firings by environment and rule, counted while a client wants them.
         self.firings: Counter[tuple[str, str]] = Counter()
         self._on_demand = {name: kind for name, kind in EVENT_TYPES.items() if kind.KIND.on_demand}
-        host.bus.subscribe(self._take, *(kind for kind in EVENT_TYPES.values() if not kind.KIND.on_demand))
+        host.bus.subscribe(self._enqueue, *(kind for kind in EVENT_TYPES.values() if not kind.KIND.on_demand))
 
     @property
     def counts_firings(self) -> bool:
         """Whether :attr:`firings` are being counted."""
-        return "rule" in self._open
+        return "rule" in self._sinks
 
     # -- in the threads of the emitters
 
-    def _take(self, event: Event) -> None:
+    def _enqueue(self, event: Event) -> None:
         pending = self._pending[group_of(event.KIND.name)]
         if len(pending) >= MOST_PENDING:
             self._lost += 1
         pending.append((next(self._numbers), event))
 
-    def _take_firing(self, event: Event) -> None:
+    def _enqueue_firing(self, event: Event) -> None:
         if isinstance(event, RuleFired):
             self.firings[event.env, event.rule] += 1
-        self._take(event)
+        self._enqueue(event)
 
     # -- in the server's thread
 
-    def want(self, kinds: Iterable[str], *, add: bool) -> None:
+    def request(self, kinds: Iterable[str], *, add: bool) -> None:
         """Register or unregister a client's kinds; the next loop applies the change."""
         for kind in self._on_demand.keys() & set(kinds):
-            self._wanted[kind] += 1 if add else -1
+            self._requested[kind] += 1 if add else -1
 
     def drain(self) -> tuple[list[Event], int]:
         """Return the events since the last call, and the number of lost ones before them."""
@@ -85,31 +89,31 @@ class EventCollector:
     # -- in the main loop's thread
 
     def poll(self) -> None:
-        """Subscribe to exactly the wanted kinds. Called once a loop."""
-        wanted = {kind for kind in self._on_demand if self._wanted[kind] > 0}
+        """Subscribe to exactly the requested kinds. Called once a loop."""
+        requested = {kind for kind in self._on_demand if self._requested[kind] > 0}
         environments = list(self._host.environments().values())
-        if wanted == self._open.keys() and environments == self._environments:
+        if requested == self._sinks.keys() and environments == self._environments:
             return
-        self._set(wanted, environments)
+        self._subscribe(requested, environments)
 
     def close(self) -> None:
         """Unsubscribe from all events; repeated calls are harmless."""
-        self._set(set(), [])
-        self._host.bus.unsubscribe(self._take)
+        self._subscribe(set(), [])
+        self._host.bus.unsubscribe(self._enqueue)
 
-    def _set(self, wanted: set[str], environments: list[ClipsEnvironment]) -> None:
+    def _subscribe(self, requested: set[str], environments: list[ClipsEnvironment]) -> None:
         bus = self._host.bus
         current_environments = list(self._host.environments().values())
         for env, kind in self._watched:
             if env in current_environments:
                 _items(env, kind).set((), on=False)
         self._watched.clear()
-        for sink in self._open.values():
+        for sink in self._sinks.values():
             bus.unsubscribe(sink)
         # other listeners decide themselves which facts and rules are watched
-        unwatched_kinds = [kind for kind in wanted if not bus.wants(self._on_demand[kind])]
-        self._open = {kind: self._sink(kind) for kind in wanted}
-        for kind, sink in self._open.items():
+        unwatched_kinds = [kind for kind in requested if not bus.wants(self._on_demand[kind])]
+        self._sinks = {kind: self._sink(kind) for kind in requested}
+        for kind, sink in self._sinks.items():
             bus.subscribe(sink, self._on_demand[kind])
         for env in environments:
             for kind in unwatched_kinds:
@@ -121,8 +125,8 @@ class EventCollector:
         self._environments = environments
 
     def _sink(self, kind: str) -> Callable[[Event], None]:
-        take = self._take_firing if kind == "rule" else self._take
-        return lambda event: take(event)  # noqa: PLW0108 - the bus knows sinks by what they are
+        enqueue = self._enqueue_firing if kind == "rule" else self._enqueue
+        return lambda event: enqueue(event)  # noqa: PLW0108 - the bus unsubscribes a sink by its identity
 
 
 def _items(env: ClipsEnvironment, kind: str) -> WatchItems:

@@ -1,4 +1,8 @@
-"""Server-sent events: a stream for each client."""
+"""Server-sent events: a stream for each client.
+
+The id of an event is its position in the stream. A browser that reconnects sends the last id, and continues
+after that event.
+"""
 
 from __future__ import annotations
 
@@ -49,9 +53,9 @@ class EventStreams:
         self._collector = collector
         self._buffer = EventBuffer() if buffer is None else buffer
         self._alive_s = alive_s
-        self._epoch = secrets.token_hex(4)
-        self._news = asyncio.Event()
-        self._ticker: asyncio.Task[None] | None = None
+        self._epoch = secrets.token_hex(4)  # tells ids of an earlier server process apart
+        self._new_events = asyncio.Event()
+        self._poller: asyncio.Task[None] | None = None
         self._closed = False
         self._bunches: dict[tuple[StreamPosition, EventSelection, bool], tuple[bytes, StreamPosition]] = {}
         self.clients = 0  # number of connected clients
@@ -65,7 +69,7 @@ class EventStreams:
     def close(self) -> None:
         """End all streams; called in the server's thread."""
         self._closed = True
-        self._tick()
+        self._notify()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one client until it disconnects."""
@@ -81,9 +85,9 @@ class EventStreams:
             await PlainTextResponse("Too many clients follow already", 503)(scope, receive, send)
             return
         self.clients += 1
-        self._collector.want(selection.kinds, add=True)
-        if self._ticker is None:
-            self._ticker = asyncio.create_task(self._poll_events())
+        self._collector.request(selection.kinds, add=True)
+        if self._poller is None:
+            self._poller = asyncio.create_task(self._poll_events())
         disconnect = asyncio.create_task(_disconnected(receive))
         together = request.query_params.get("together") == "true"
         stream = asyncio.create_task(self._follow(send, selection, position, together=together))
@@ -93,9 +97,9 @@ class EventStreams:
             for task in (disconnect, stream):
                 task.cancel()
             await asyncio.gather(disconnect, stream, return_exceptions=True)
-            self._collector.want(selection.kinds, add=False)
+            self._collector.request(selection.kinds, add=False)
             self.clients -= 1
-            if "interface" in selection.kinds:
+            if "interface" in selection.kinds:  # the next client must get values, even unchanged ones
                 self._buffer.forget_interfaces()
 
     def _position(self, request: Request) -> StreamPosition:
@@ -115,8 +119,8 @@ class EventStreams:
         if epoch != self._epoch:  # an id of an earlier server process: send all buffered events
             return self._buffer.begin
         end = self._buffer.end
-        *known, lost = map(min, map(int, counts), (*end.counts, end.lost))
-        return StreamPosition(tuple(known), lost)
+        *group_counts, lost = map(min, map(int, counts), (*end.counts, end.lost))
+        return StreamPosition(tuple(group_counts), lost)
 
     async def _follow(
         self, send: Send, selection: EventSelection, position: StreamPosition, *, together: bool
@@ -136,10 +140,10 @@ class EventStreams:
 
     async def _wait(self, send: Send) -> None:
         """Wait for further events, with periodic comments as keep-alive."""
-        news = self._news
+        new_events = self._new_events
         while not self._closed:
             try:
-                await asyncio.wait_for(news.wait(), self._alive_s)
+                await asyncio.wait_for(new_events.wait(), self._alive_s)
             except TimeoutError:
                 await _send(send, b": alive\n\n")
             else:
@@ -156,21 +160,20 @@ class EventStreams:
         bunch = self._bunches.get(key)
         if bunch is None:
             buffered, end_position, missing_count = self._buffer.after(position, selection)
-            parts = []
+            text = b""
             if missing_count:
                 dropped = json.dumps({"kind": "dropped", "count": missing_count})
-                parts.append(f"event: dropped\ndata: {dropped}\n\n".encode())
+                text = f"event: dropped\ndata: {dropped}\n\n".encode()
                 self.dropped += missing_count
-            messages = [buffered] if together and buffered else [[each] for each in buffered]
-            parts += [self._message(each) for each in messages]
-            bunch = self._bunches[key] = (b"".join(parts), end_position)
+            messages = [buffered] if together and buffered else [[event] for event in buffered]
+            bunch = self._bunches[key] = text + b"".join(map(self._message, messages)), end_position
         return bunch
 
     def _message(self, events: list[tuple[StreamPosition, bytes]]) -> bytes:
         """Return a message with one event per line."""
-        after, _ = events[-1]
+        position, _ = events[-1]
         lines = b"\n".join(b"data: " + text for _, text in events)
-        return b"id: %s\n%s\n\n" % (self._id(after).encode(), lines)
+        return b"id: %s\n%s\n\n" % (self._id(position).encode(), lines)
 
     def _id(self, position: StreamPosition) -> str:
         return f"{self._epoch}-{position}"
@@ -179,9 +182,9 @@ class EventStreams:
         """Poll for events while clients are connected."""
         while self.clients and not self._closed:
             if self._collect():
-                self._tick()
+                self._notify()
             await asyncio.sleep(PERIOD_S)
-        self._ticker = None
+        self._poller = None
 
     def _collect(self) -> bool:
         """Buffer further events; return whether there were any."""
@@ -196,9 +199,9 @@ class EventStreams:
         self._bunches.clear()
         return True
 
-    def _tick(self) -> None:
-        news, self._news = self._news, asyncio.Event()
-        news.set()
+    def _notify(self) -> None:
+        previous, self._new_events = self._new_events, asyncio.Event()
+        previous.set()
 
 
 async def _send(send: Send, text: bytes) -> None:

@@ -1,4 +1,8 @@
-"""The endpoints of cxbridge besides operations: status, rules, agenda, interfaces, commands."""
+"""The endpoints of cxbridge besides operations: status, rules, agenda, interfaces, commands.
+
+A handler reads the executive and the blackboard in the main loop. The reading of files and the models of long
+lists follow in the server's thread, in ``finish``.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +16,13 @@ from cxbridge.daemon.operations.answers import ComponentState, StopInfo
 from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.interfaces.assignments import put
 from cxbridge.rights import Right
-from cxbridge_web.clips_views import RuleRow, activations, census, rules
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Query, Where
+from cxbridge_web.constructs import WrittenConstructs
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Handler, Query
 from cxbridge_web.fawkes.blackboard import InterfaceData, data_models, find
 from cxbridge_web.fawkes.slots import ENVIRONMENT, environment
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
-from cxbridge_web.written import WrittenConstructs
+from cxbridge_web.rules import RuleRow, agenda, census, rules
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -30,7 +34,7 @@ if TYPE_CHECKING:
 ANSWER_S: Final = 10.0  # time limit of an explanation in seconds
 
 OWNER: Final = "cxbridge web"
-_LONGEST_NAME: Final = 250
+_LONGEST_NAME: Final = 250  # bytes of a subject's name, which becomes a message on the blackboard
 _WHY_KINDS: Final = {
     "rule": "Name of a rule.",
     "goal": "Id or class of a goal.",
@@ -162,7 +166,7 @@ class MessageId(Model, kw_only=True):
     msgid: int
 
 
-class Figures:
+class ServerState:
     """The state of the web server.
 
     :param streams: the clients that follow events.
@@ -176,11 +180,8 @@ class Figures:
         self.navgraphs = navgraphs
         self.constructs = WrittenConstructs()
 
-    def server(self) -> WebState:
-        """Return the state of the web server."""
-        return WebState(self.streams.clients, self.streams.count, self.streams.dropped)
-
-    def maps(self, _call: ApiCall) -> list[NavGraph]:
+    def describe_navgraphs(self, _call: ApiCall) -> list[NavGraph]:
+        """Return the models of the loaded navigation graphs."""
         return [
             NavGraph(graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
             for event in self.navgraphs.all()
@@ -193,34 +194,34 @@ class Figures:
             remote_control=call.host.rights.control,
             remote_programs=call.host.rights.programs,
             environments=[],
-            web=self.server(),
+            web=WebState(self.streams.clients, self.streams.count, self.streams.dropped),
             stalled=call.host.stall,
         )
 
     def describe_constructs(
-        self, _call: ApiCall, wanted: tuple[tuple[str, ...], str, str, bool]
+        self, _call: ApiCall, selection: tuple[tuple[str, ...], str, str, bool]
     ) -> list[Construct]:
         """Return the models of the constructs that :func:`_constructs` selects."""
-        files, kinds, names, with_text = wanted
-        found = [
-            each
-            for each in self.constructs.of(files).values()
-            if matches(each.kind, kinds) and matches(each.name, names)
-        ]
+        files, kinds, names, with_text = selection
         return [
             Construct(
-                construct=each.kind,
-                name=each.name,
-                file=each.file,
-                line=each.line,
-                core=each.core,
-                text=each.text if with_text else UNSET,
+                construct=construct.kind,
+                name=construct.name,
+                file=construct.file,
+                line=construct.line,
+                core=construct.core,
+                text=construct.text if with_text else UNSET,
             )
-            for each in found
+            for construct in self.constructs.of(files).values()
+            if matches(construct.kind, kinds) and matches(construct.name, names)
         ]
 
 
 def _environment(call: ApiCall) -> ClipsEnvironment:
+    """Return the environment of the query.
+
+    :raises ApiError: 503 if the executive does not run, 404 for another unknown environment.
+    """
     name = call.query.get("env") or ENVIRONMENT
     return environment(call, name, 503 if name == ENVIRONMENT else 404)
 
@@ -231,9 +232,9 @@ def _environment(call: ApiCall) -> ClipsEnvironment:
 def _agenda(call: ApiCall) -> ListPart:
     env = _environment(call)
     with env.lock:
-        page_of_agenda = activations(env, call.query.get("rule", ""), call.window)
-    rows = [Activation(rule=row.rule, salience=row.salience, basis=row.basis) for row in page_of_agenda.items]
-    return ListPart(rows, page_of_agenda.total)
+        part = agenda(env, call.query.get("rule", ""), call.window)
+    rows = [Activation(rule=row.rule, salience=row.salience, basis=row.basis) for row in part.items]
+    return ListPart(rows, part.total)
 
 
 def _rules(call: ApiCall) -> tuple[str, list[RuleRow], tuple[str, ...]]:
@@ -252,27 +253,25 @@ def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
 
 
 def _why(call: ApiCall) -> Answer:
-    asked = [(kind, call.query[kind]) for kind in _WHY_KINDS if kind in call.query]
-    if len(asked) > 1 or not all(name for _, name in asked):
+    subjects = [(kind, call.query[kind]) for kind in _WHY_KINDS if kind in call.query]
+    if len(subjects) > 1 or not all(name for _, name in subjects):
         raise ApiError(400, "Name one thing: ?rule=NAME, ?goal=NAME, ?action=GOAL/ID or ?fact=f-12")
-    kind, name = asked[0] if asked else ("run", "")
+    kind, name = subjects[0] if subjects else ("run", "")
     if "\0" in name or len(name.encode("utf-8", "replace")) > _LONGEST_NAME:
         raise ApiError(400, "There is nothing of such a name")
-    answer = call.host.why(name, kind, ANSWER_S)
-    if answer is None:
+    explanation = call.host.why(name, kind, ANSWER_S)
+    if explanation is None:
         raise ApiError(503, f"There was no answer within {ANSWER_S:g} s")
-    return Answer(lines=answer["lines"], data=answer["data"])
+    return Answer(lines=explanation["lines"], data=explanation["data"])
 
 
 # -- interfaces
 
 
 def _interfaces(call: ApiCall) -> list[InterfaceData]:
-    wanted = [(name, call.query.get(name, "")) for name in ("type", "id")]
+    types, ids = call.query.get("type", ""), call.query.get("id", "")
     infos = call.host.board.list_all()
-    return data_models(
-        call, [info for info in infos if all(matches(getattr(info, name), text) for name, text in wanted)]
-    )
+    return data_models(call, [info for info in infos if matches(info.type, types) and matches(info.id, ids)])
 
 
 def _send(call: ApiCall) -> MessageId:
@@ -284,8 +283,8 @@ def _send(call: ApiCall) -> MessageId:
     board = call.host.board
     call.host.rights.check_message(call.path["type"], name if name.endswith("Message") else f"{name}Message")
     with board.open_for_reading(call.path["type"], call.path["id"], owner=OWNER) as instance:
-        known = instance.MESSAGES
-        message = instance.create_message(name if name in known else f"{name}Message")
+        # A client may leave out the suffix of a message's name.
+        message = instance.create_message(name if name in instance.MESSAGES else f"{name}Message")
         for field, value in fields.items():
             try:
                 put(message, field, tuple(value) if isinstance(value, list) else value)
@@ -302,9 +301,9 @@ def _health(call: ApiCall) -> Health:
     return health
 
 
-def _status(figures: Figures, call: ApiCall) -> Status:
+def _status(state: ServerState, call: ApiCall) -> Status:
     """Return the status with environments; called in the main loop's thread."""
-    status = figures.status(call)
+    status = state.status(call)
     status.environments = [
         EnvironmentSize(name, **census(env)) for name, env in sorted(call.host.environments().items())
     ]
@@ -314,25 +313,25 @@ def _status(figures: Figures, call: ApiCall) -> Status:
     return status
 
 
-def _interrupt(figures: Figures, call: ApiCall) -> Status:
+def _interrupt(state: ServerState, call: ApiCall) -> Status:
     """Stop the running rules and return the status."""
     call.host.interrupt()
-    return figures.status(call)
+    return state.status(call)
 
 
 def _describe_rules(
-    figures: Figures, _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
+    state: ServerState, _call: ApiCall, rules_of_environment: tuple[str, list[RuleRow], tuple[str, ...]]
 ) -> list[Rule]:
     """Return the models of the rules that :func:`_rules` returns."""
-    name, rows, files = found
-    constructs = figures.constructs.of(files)
+    env, rows, files = rules_of_environment
+    constructs = state.constructs.of(files)
     models = []
     for row in rows:
         rule = Rule(name=row.name, module=row.module, agenda=row.agenda)
         if (construct := constructs.get(("defrule", row.name))) is not None:
             rule.file, rule.line, rule.core = construct.file, construct.line, construct.core
-        if figures.collector.counts_firings:
-            rule.firings = figures.collector.firings[name, row.name]
+        if state.collector.counts_firings:
+            rule.firings = state.collector.firings[env, row.name]
         models.append(rule)
     return models
 
@@ -341,19 +340,21 @@ _ENVIRONMENT: Final = Query("env", "Name of a CLIPS environment; executive by de
 _NO_ENVIRONMENT: Final = {404: "There is no such environment"}
 
 
-def endpoints(figures: Figures) -> Sequence[Endpoint]:
+def endpoints(state: ServerState) -> Sequence[Endpoint]:
     """Return the endpoints below ``/api/cxbridge``."""
-    return (*_of_daemon(figures), *_of_rules(figures), *_of_interfaces(figures))
+    return (*_status_endpoints(state), *_rule_endpoints(state), *_interface_endpoints(state))
 
 
-def _get(path: str, handler: Handler, about: str, reply: Any, **more: Any) -> Endpoint:
-    return Endpoint(method="GET", path=f"/cxbridge{path}", handler=handler, about=about, reply=reply, **more)
+def _get(path: str, handler: Handler, about: str, reply: Any, **options: Any) -> Endpoint:
+    return Endpoint(
+        method="GET", path=f"/cxbridge{path}", handler=handler, about=about, reply=reply, **options
+    )
 
 
-def _command(figures: Figures, verb: str, about: str) -> Endpoint:
+def _command(state: ServerState, verb: str, about: str) -> Endpoint:
     def carry_out(call: ApiCall) -> Status:
         call.host.command(verb)
-        return _status(figures, call)
+        return _status(state, call)
 
     return Endpoint(
         method="POST",
@@ -365,15 +366,15 @@ def _command(figures: Figures, verb: str, about: str) -> Endpoint:
     )
 
 
-def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
+def _status_endpoints(state: ServerState) -> Sequence[Endpoint]:
     """Return the endpoints for the daemon's status and commands."""
     return (
         _get(
             "/status",
-            partial(_status, figures),
+            partial(_status, state),
             "How the daemon and its components stand; without environments while the main loop is stuck.",
             Status,
-            stalled=figures.status,
+            stalled=state.status,
         ),
         _get(
             "/health",
@@ -381,24 +382,24 @@ def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
             "The state in short; answered even when the main loop is stuck.",
             Health,
             errors={503: "Something is not well: it says what"},
-            where=Where.THREAD,
+            in_thread=True,
         ),
         Endpoint(
             method="POST",
             path="/cxbridge/interrupt",
-            handler=partial(_interrupt, figures),
+            handler=partial(_interrupt, state),
             about="End the rules' work at this moment, as an error in a rule does.",
             reply=Status,
             right=Right.CONTROL,
-            where=Where.THREAD,
+            in_thread=True,
         ),
-        _command(figures, "pause", "Deactivate the components that work."),
-        _command(figures, "resume", "Activate inactive components."),
-        _command(figures, "reset", "Take the components that work down, and start them again."),
+        _command(state, "pause", "Deactivate the components that work."),
+        _command(state, "resume", "Activate inactive components."),
+        _command(state, "reset", "Take the components that work down, and start them again."),
     )
 
 
-def _of_rules(figures: Figures) -> Sequence[Endpoint]:
+def _rule_endpoints(state: ServerState) -> Sequence[Endpoint]:
     """Return the endpoints for rules, constructs, agenda and explanations."""
     return (
         _get(
@@ -408,7 +409,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
             list[Rule],
             paged=True,
             query=(_ENVIRONMENT, Query("name", "A pattern of their names.")),
-            finish=partial(_describe_rules, figures),
+            finish=partial(_describe_rules, state),
             errors=_NO_ENVIRONMENT,
         ),
         _get(
@@ -422,7 +423,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
                 Query("name", "A pattern of their names."),
                 Query("text", "With their texts.", bool),
             ),
-            finish=figures.describe_constructs,
+            finish=state.describe_constructs,
             errors=_NO_ENVIRONMENT,
         ),
         _get(
@@ -442,20 +443,20 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
             Answer,
             query=tuple(Query(kind, about) for kind, about in _WHY_KINDS.items()),
             errors={400: "There is no such thing"},
-            where=Where.THREAD,
+            in_thread=True,
         ),
     )
 
 
-def _of_interfaces(figures: Figures) -> Sequence[Endpoint]:
+def _interface_endpoints(state: ServerState) -> Sequence[Endpoint]:
     """Return the endpoints for the blackboard and navigation graphs."""
     return (
         _get(
             "/navgraphs",
-            figures.maps,
+            state.describe_navgraphs,
             "The navigation graphs that skills and rules use: nodes in metres, edges.",
             list[NavGraph],
-            where=Where.THREAD,
+            in_thread=True,
         ),
         _get(
             "/interfaces",

@@ -133,7 +133,7 @@ class WebOptions(BrowserOptions, WatchOptions):
     def servers(self) -> Sequence[RunServer]:
         if not self.is_on:
             return ()
-        from cxbridge_web.servers.run_web import RunPage  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge_web.servers.run_page import RunPage  # noqa: PLC0415 - start-up time is a feature
 
         return (RunPage(self.server_settings(), self.announce),)
 
@@ -184,7 +184,7 @@ class FoxgloveOptions(WatchOptions):
         if not self.is_on:
             return ()
         from cxbridge_web.foxglove.settings import FoxgloveSettings  # noqa: PLC0415 - start-up time is a feature
-        from cxbridge_web.servers.run_foxglove import RunFoxglove  # noqa: PLC0415
+        from cxbridge_web.servers.foxglove import RunFoxglove  # noqa: PLC0415
 
         settings = FoxgloveSettings(port=self.port)
         return (RunFoxglove(settings, lambda url: say(f"Foxglove connects to {url}", err=True, flush=True)),)

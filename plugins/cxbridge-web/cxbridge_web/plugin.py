@@ -13,7 +13,7 @@ COMMANDS = (
 )
 COMPONENTS = (
     Row("foxglove", "cxbridge_web.servers.foxglove:FoxgloveComponent", in_daemon("foxglove"), early=always),
-    Row("web", "cxbridge_web.servers.web:WebComponent", in_daemon("web"), early=always),
+    Row("web", "cxbridge_web.servers.daemon_page:WebComponent", in_daemon("web"), early=always),
 )
 FORMATS = (Row("foxglove", "cxbridge_web.foxglove.copies"),)
 OPTIONS = (

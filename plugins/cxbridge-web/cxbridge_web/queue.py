@@ -1,4 +1,8 @@
-"""The queue of the web server's questions to the main loop."""
+"""The queue of requests that the main loop carries out for the web server.
+
+The main loop must keep its period, whatever clients request: it carries out requests between two loops, for a
+bounded share of its time. Long requests are generators, which continue in a later loop.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +14,14 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-MOST_WAITING: Final = 64  # limit of waiting questions
+MOST_WAITING: Final = 64  # limit of waiting requests
 
-SHARE: Final = 0.1  # largest share of the loop's time for the web server
+SHARE: Final = 0.1  # largest share of the main loop's time for the web server
 
 # The longest pause between answers in seconds; otherwise a two-second reset would delay clients by 18 s.
 MOST_REST_S: Final = 1.0
 
-LONG_S: Final = 0.005  # seconds after which no further question is answered in the same loop
+LONG_S: Final = 0.005  # seconds after which no further request is carried out in the same loop
 
 
 class QueueClosedError(Exception):
@@ -25,19 +29,24 @@ class QueueClosedError(Exception):
 
 
 class RequestQueueFullError(Exception):
-    """The limit of waiting questions is reached."""
+    """The limit of waiting requests is reached."""
 
 
 @dataclass(slots=True)
 class _QueuedRequest:
-    look: Callable[[], Any]
+    """A request.
+
+    :ivar pieces: the remaining pieces of a request that has begun.
+    """
+
+    function: Callable[[], Any]
     key: object
-    answer: Future[Any] = field(default_factory=Future)
+    result: Future[Any] = field(default_factory=Future)
     pieces: Generator[None, None, Any] | None = None
 
 
 class RequestQueue:
-    """Passes questions of any thread to the thread that calls :meth:`poll`.
+    """Passes requests of any thread to the thread that calls :meth:`poll`.
 
     :param now: the clock for durations in seconds.
     """
@@ -45,100 +54,100 @@ class RequestQueue:
     def __init__(self, now: Callable[[], float] = time.perf_counter) -> None:
         self._now = now
         self._lock = threading.Lock()
-        self._waiting: deque[_QueuedRequest] = deque()
+        self._requests: deque[_QueuedRequest] = deque()
         self._by_key: dict[object, _QueuedRequest] = {}
         self._closed = False
-        self._rest_until = 0.0
+        self._pause_end = 0.0
 
-    def ask(self, look: Callable[[], Any], key: object = None) -> Future[Any]:
-        """Queue a call of ``look`` in the main loop and return the future answer.
+    def submit(self, function: Callable[[], Any], key: object = None) -> Future[Any]:
+        """Queue a call of a function in the main loop and return its future result.
 
         A generator runs in pieces: it continues in the same or a later loop after each ``yield``, and its
-        return value is the answer.
+        return value is the result.
 
-        :param key: waiting questions with the same key share one call; None to never share.
-        :raises RequestQueueFullError: if too many questions wait.
+        :param key: waiting requests with the same key share one call; None to never share.
+        :raises RequestQueueFullError: if too many requests wait.
         :raises QueueClosedError: if the queue is closed.
         """
         with self._lock:
             if self._closed:
                 raise QueueClosedError
-            pending = None if key is None else self._by_key.get(key)
-            if pending is not None:
-                return pending.answer
-            if len(self._waiting) >= MOST_WAITING:
+            shared = None if key is None else self._by_key.get(key)
+            if shared is not None:
+                return shared.result
+            if len(self._requests) >= MOST_WAITING:
                 raise RequestQueueFullError
-            question = _QueuedRequest(look, key)
-            self._waiting.append(question)
+            request = _QueuedRequest(function, key)
+            self._requests.append(request)
             if key is not None:
-                self._by_key[key] = question
-            return question.answer
+                self._by_key[key] = request
+            return request.result
 
     def poll(self) -> None:
-        """Answer waiting questions in bounded time. Called once a loop by the main loop's thread."""
-        if not self._waiting:
+        """Carry out waiting requests in bounded time. Called once a loop by the main loop's thread."""
+        if not self._requests:
             return
         start = self._now()
-        if start < self._rest_until:
+        if start < self._pause_end:
             return
 
         def is_late() -> bool:
             return self._now() - start >= LONG_S
 
-        while (question := self._next()) is not None:
-            if not _answer(question, is_late):
-                self._put_back(question)
+        while (request := self._next()) is not None:
+            if not _carry_out(request, is_late):
+                self._requeue(request)
             if is_late():
                 break
         end = self._now()
         # a pause of 9 times the work keeps the web server at its share of the loop's time
-        self._rest_until = end + min((end - start) * (1 / SHARE - 1), MOST_REST_S)
+        self._pause_end = end + min((end - start) * (1 / SHARE - 1), MOST_REST_S)
 
-    def _put_back(self, question: _QueuedRequest) -> None:
-        """Queue an unfinished question again behind shorter ones."""
+    def _requeue(self, request: _QueuedRequest) -> None:
+        """Queue an unfinished request again behind shorter ones."""
         with self._lock:
             if not self._closed:
-                self._waiting.append(question)
+                self._requests.append(request)
                 return
-        question.answer.set_exception(QueueClosedError())
+        request.result.set_exception(QueueClosedError())
 
     def close(self) -> None:
-        """Reject waiting and later questions; repeated calls are harmless."""
+        """Reject waiting and later requests; repeated calls are harmless."""
         with self._lock:
             self._closed = True
-            waiting = list(self._waiting)
-            self._waiting.clear()
+            waiting = list(self._requests)
+            self._requests.clear()
             self._by_key.clear()
-        for question in waiting:
-            if question.pieces is not None or question.answer.set_running_or_notify_cancel():
-                question.answer.set_exception(QueueClosedError())
+        for request in waiting:
+            # A request that has begun is marked as running already, and a future is marked only once.
+            if request.pieces is not None or request.result.set_running_or_notify_cancel():
+                request.result.set_exception(QueueClosedError())
 
     def _next(self) -> _QueuedRequest | None:
         with self._lock:
-            if not self._waiting:
+            if not self._requests:
                 return None
-            question = self._waiting.popleft()
-            if question.key is not None:
-                self._by_key.pop(question.key, None)
-            return question
+            request = self._requests.popleft()
+            if request.key is not None:
+                self._by_key.pop(request.key, None)
+            return request
 
 
-def _answer(question: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
-    """Answer a question; return whether it is finished. A question in pieces stops when it is late."""
-    answer = question.answer
-    if question.pieces is None and not answer.set_running_or_notify_cancel():
+def _carry_out(request: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
+    """Carry out a request; return whether it is finished. A request in pieces stops when it is late."""
+    if request.pieces is None and not request.result.set_running_or_notify_cancel():
         return True  # the client has disconnected
     try:
-        result = question.look() if question.pieces is None else question.pieces
+        result = request.function() if request.pieces is None else request.pieces
         if isinstance(result, Generator):
-            question.pieces = result
+            request.pieces = result
             while not is_late():
                 next(result)
             return False
     except StopIteration as end:
-        answer.set_result(end.value)
+        request.result.set_result(end.value)
     except Exception as error:  # noqa: BLE001 - reported to the client
-        answer.set_exception(error)
+        request.result.set_exception(error)
     else:
-        answer.set_result(result)
+        request.result.set_result(result)
     return True

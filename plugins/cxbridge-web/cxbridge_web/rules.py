@@ -1,9 +1,12 @@
-"""Queries of a CLIPS environment: counts, rules and agenda."""
+"""Rules and agenda of a CLIPS environment, read directly from CLIPS.
+
+An environment has no list of its rules or activations. CLIPS' C functions walk them one by one.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -18,21 +21,22 @@ if TYPE_CHECKING:
 MOST_ACTIVATIONS: Final = 1000  # limit of activations in one answer
 
 
+def _walk(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> Iterator[CData]:
+    """Yield the items of an environment.
+
+    :param next_item: a function of CLIPS that returns the item after another one, or the first after NULL.
+    """
+    item = next_item(env.env, NULL)
+    while item != NULL:
+        yield item
+        item = next_item(env.env, item)
+
+
 def census(env: ClipsEnvironment) -> dict[str, int]:
     """Return the numbers of facts, rules and activations."""
+    walks = {"facts": lib.GetNextFact, "rules": lib.GetNextDefrule, "agenda": lib.GetNextActivation}
     with env.lock:
-        return {
-            "facts": _count(env, lib.GetNextFact),
-            "rules": _count(env, lib.GetNextDefrule),
-            "agenda": _count(env, lib.GetNextActivation),
-        }
-
-
-def _count(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> int:
-    count, item = 0, next_item(env.env, NULL)
-    while item != NULL:
-        count, item = count + 1, next_item(env.env, item)
-    return count
+        return {name: sum(1 for _ in _walk(env, next_item)) for name, next_item in walks.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,18 +53,12 @@ class RuleRow:
 
 def rules(env: ClipsEnvironment) -> list[RuleRow]:
     """Return all rules; the caller holds the lock, between runs of the rules."""
-    activation_counts: Counter[str] = Counter()
-    activation = lib.GetNextActivation(env.env, NULL)
-    while activation != NULL:
-        activation_counts[decode(lib.ActivationRuleName(activation))] += 1
-        activation = lib.GetNextActivation(env.env, activation)
-    rows = []
-    rule = lib.GetNextDefrule(env.env, NULL)
-    while rule != NULL:
-        name = decode(lib.DefruleName(rule))
-        rows.append(RuleRow(name, decode(lib.DefruleModule(rule)), activation_counts[name]))
-        rule = lib.GetNextDefrule(env.env, rule)
-    return rows
+    activations = _walk(env, lib.GetNextActivation)
+    counts = Counter(decode(lib.ActivationRuleName(activation)) for activation in activations)
+    return [
+        RuleRow(name := decode(lib.DefruleName(rule)), decode(lib.DefruleModule(rule)), counts[name])
+        for rule in _walk(env, lib.GetNextDefrule)
+    ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +73,7 @@ class ActivationRow:
     basis: str
 
 
-def activations(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
+def agenda(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
     """Return a part of the agenda as :class:`ActivationRow` items, at most :data:`MOST_ACTIVATIONS`.
 
     The caller holds the lock, between runs of the rules.
@@ -85,18 +83,17 @@ def activations(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart
     limit = MOST_ACTIVATIONS if window.limit is None else min(window.limit, MOST_ACTIVATIONS)
     rows: list[ActivationRow] = []
     total = 0
-    env.output.pause()
-    activation = lib.GetNextActivation(env.env, NULL)
-    while activation != NULL:
+    env.output.pause()  # CLIPS queries each active router for each piece of text, which is slow
+    for activation in _walk(env, lib.GetNextActivation):
         rule = decode(lib.ActivationRuleName(activation))
         is_match = matches(rule, pattern)
         in_window = is_match and window.offset <= total < window.offset + limit
+        # The basis is slow to get, so it is read only for the window, or for a search in it.
         if is_match and (in_window or window.search):
             basis = env.api.activation_text(activation).split(":", 1)[1].strip()
             is_match = not window.search or has_text((rule, basis), window.search)
             if in_window and is_match:
                 rows.append(ActivationRow(rule, int(lib.ActivationGetSalience(activation)), basis))
         total += is_match
-        activation = lib.GetNextActivation(env.env, activation)
     env.output.resume()
     return ListPart(rows, total)

@@ -1,4 +1,7 @@
-"""The web server: a thread, and its work in the main loop."""
+"""The web server: a thread that serves HTTP, and its work in the main loop.
+
+The server exists before it serves, so that its event buffer has the events from the start of the process on.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from cxbridge_web.api import Api
 from cxbridge_web.catalogue import directory
 from cxbridge_web.event_collector import EventCollector
 from cxbridge_web.event_streams import EventStreams
-from cxbridge_web.extensions import Figures
+from cxbridge_web.extensions import ServerState
 from cxbridge_web.guard import Guard
 from cxbridge_web.http.serving import HttpThread
 from cxbridge_web.pages import Pages
@@ -57,8 +60,8 @@ class WebServer:
         self.port = thread.port
         try:
             self._streams = EventStreams(self._host, self._collector)
-            figures = Figures(self._streams, self._collector, self._navgraphs)
-            self._api = api = Api(self._host, self._queue, directory(figures))
+            state = ServerState(self._streams, self._collector, self._navgraphs)
+            self._api = api = Api(self._host, self._queue, directory(state))
             site = _Site(api, self._streams, Pages())
         except Exception:
             thread.close()
@@ -67,13 +70,13 @@ class WebServer:
         thread.start(Guard(site, self._settings))
 
     def attend(self) -> None:
-        """Carry out the requests of the server's thread. Called once a loop by the main loop's thread."""
+        """Carry out the requests of the server's thread. Called once a loop, in the main loop's thread."""
         self._collector.poll()
         self._queue.poll()
 
     def stop(self) -> None:
         """Stop serving; repeated calls are harmless."""
-        self._queue.close()
+        self._queue.close()  # first, since the thread waits for responses that the main loop no longer makes
         thread, self._thread = self._thread, None
         if thread is not None:
             thread.stop(self._close_streams)

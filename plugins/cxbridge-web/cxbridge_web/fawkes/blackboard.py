@@ -91,7 +91,9 @@ def _info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
         pass  # a foreign interface without a local definition
     else:
         fields = _fields(schema.fields)
-        messages = [InterfaceMessageType(each.name, _fields(each.fields)) for each in schema.messages]
+        messages = [
+            InterfaceMessageType(message.name, _fields(message.fields)) for message in schema.messages
+        ]
     return InterfaceInfo(
         id=info.id,
         type=info.type,
@@ -108,19 +110,19 @@ def find(call: ApiCall) -> BoardInfo | None:
 
     :raises ApiError: if the path is a pattern.
     """
-    wanted = call.path["type"], call.path["id"]
-    for part, name in zip(("Type", "ID"), wanted, strict=True):
+    uid = call.path["type"], call.path["id"]
+    for noun, name in zip(("Type", "ID"), uid, strict=True):
         if "*" in name or "?" in name:
-            raise ApiError(400, f"{part} may not contain any of [*?].")
+            raise ApiError(400, f"{noun} may not contain any of [*?].")
     infos = call.host.board.list_all()
-    return next((info for info in infos if (info.type, info.id) == wanted), None)
+    return next((info for info in infos if (info.type, info.id) == uid), None)
 
 
 def _list(call: ApiCall) -> list[InterfaceInfo]:
     return [_info(call, info) for info in call.host.board.list_all()]
 
 
-def _one(call: ApiCall) -> InterfaceInfo:
+def _interface(call: ApiCall) -> InterfaceInfo:
     info = find(call)
     if info is None:
         raise ApiError(404, f"Interface {call.path['type']}:{call.path['id']} not found")
@@ -152,23 +154,17 @@ def _data_model(call: ApiCall, info: BoardInfo) -> InterfaceData:
 
     :raises CxbridgeError: if it cannot be opened.
     """
-    board = call.host.board
-    instance = board.open_for_reading(info.type, info.id, owner=OWNER)
-    try:
+    with call.host.board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
         instance.read()
         values = plain_values(instance.as_dict())
-        time_us = instance.timestamp_us
-        fields = instance.fields()
-    finally:
-        board.close(instance)
-    return InterfaceData(
-        id=info.id,
-        type=info.type,
-        writer=_writer(info),
-        readers=list(info.readers),
-        data={field.name: _value(field, values[field.name]) for field in fields},
-        timestamp=_stamp(time_us),
-    )
+        return InterfaceData(
+            id=info.id,
+            type=info.type,
+            writer=_writer(info),
+            readers=list(info.readers),
+            data={field.name: _value(field, values[field.name]) for field in instance.fields()},
+            timestamp=_timestamp(instance.timestamp_us),
+        )
 
 
 def _value(field: FieldSchema, value: Any) -> Any:
@@ -180,7 +176,8 @@ def _value(field: FieldSchema, value: Any) -> Any:
     return value
 
 
-def _stamp(time_us: int) -> str:
+def _timestamp(time_us: int) -> str:
+    """Return a time as Fawkes prints it: small ones as numbers, such as those of a virtual clock."""
     seconds, microseconds = split_us(time_us)
     if seconds < _EPOCH_S:
         return f"{seconds}:{microseconds}"
@@ -201,31 +198,30 @@ def graph(infos: Sequence[BoardInfo]) -> str:
     lines += ["  node [fontsize=12 shape=box width=4 margin=0.05];", "  { rank=same; "]
     for info in infos:
         colour = "" if info.writer else " color=purple" if info.has_writer else " color=red"
-        lines.append(f"    {_quoted(info.uid)} [href={_quoted(f'/blackboard/view/{info.uid}')}{colour}];")
+        lines.append(f"    {quoted(info.uid)} [href={quoted(f'/blackboard/view/{info.uid}')}{colour}];")
     lines += ["  }", "  node [fontsize=12 shape=octagon width=3];"]
     owners = {owner for info in infos for owner in (info.writer, *info.readers) if owner}
-    lines += [
-        f"  {_quoted(owner)} [href={_quoted(f'/blackboard/graph/{owner}')}];" for owner in sorted(owners)
-    ]
+    lines += [f"  {quoted(owner)} [href={quoted(f'/blackboard/graph/{owner}')}];" for owner in sorted(owners)]
     for info in infos:
-        readers = " ".join(map(_quoted, info.readers))
+        readers = " ".join(map(quoted, info.readers))
         lines.append(
-            f"  {_quoted(info.uid)} -> {{ {readers} }} [style=dashed arrowhead=dot arrowsize=0.5 dir=both];"
+            f"  {quoted(info.uid)} -> {{ {readers} }} [style=dashed arrowhead=dot arrowsize=0.5 dir=both];"
         )
         if info.has_writer:
             colour = '"#008800"' if info.writer else "purple"
-            lines.append(f"  {_quoted(info.writer or '???')} -> {_quoted(info.uid)} [color={colour}];")
+            lines.append(f"  {quoted(info.writer or '???')} -> {quoted(info.uid)} [color={colour}];")
     return "\n".join([*lines, "}"])
 
 
-def _quoted(name: str) -> str:
+def quoted(name: str) -> str:
+    """Return a name as an identifier of the dot language."""
     escaped = name.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
 
 
-def _get(path: str, handler: Any, reply: Any, about: str, **more: Any) -> Endpoint:
+def _get(path: str, handler: Any, reply: Any, about: str, **options: Any) -> Endpoint:
     return Endpoint(
-        method="GET", path=f"/blackboard{path}", handler=handler, reply=reply, about=about, **more
+        method="GET", path=f"/blackboard{path}", handler=handler, reply=reply, about=about, **options
     )
 
 
@@ -236,6 +232,6 @@ ENDPOINTS: Final = (
     _get(
         "/interfaces/{type}/{id+}/data", _data, InterfaceData, "The values of an interface.", errors=_ERRORS
     ),
-    _get("/interfaces/{type}/{id+}", _one, InterfaceInfo, "One interface.", errors=_ERRORS),
+    _get("/interfaces/{type}/{id+}", _interface, InterfaceInfo, "One interface.", errors=_ERRORS),
     _get("/graph", _graph, TransformsGraph, "Who reads and writes what, in the dot language."),
 )

@@ -14,7 +14,7 @@ from cxbridge_web.fawkes.slots import copy, texts
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
 
-_LONGEST: Final = 16_382  # limit of characters of a formatted fact
+_LONGEST: Final = 16_382  # limit of characters of a formatted fact: the size of Fawkes' buffer
 
 
 class Environment(Model, kw_only=True):

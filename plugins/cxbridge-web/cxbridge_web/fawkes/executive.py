@@ -157,10 +157,10 @@ class GroundedPDDLPredicate(Model, kw_only=True, rename="kebab"):
     is_satisfied: bool
 
 
-def _readable(call: ApiCall, noun: str, found: Iterable[Slots], make: Callable[[Slots], _M]) -> list[_M]:
-    """Return the models of facts; unreadable facts are logged and skipped."""
+def _models(call: ApiCall, noun: str, rows: Iterable[Slots], make: Callable[[Slots], _M]) -> list[_M]:
+    """Return the models of facts; unreadable facts are logged and skipped, as in Fawkes."""
     models = []
-    for slots in found:
+    for slots in rows:
         try:
             models.append(make(slots))
         except SlotError as error:
@@ -186,13 +186,13 @@ def _goal(plans: dict[str, list[str]], slots: Slots) -> Model:
 
 
 def _goals(call: ApiCall) -> list[Model]:
-    return _readable(call, "goal", facts(call, "goal"), partial(_goal, _plans_of_goals(call)))
+    return _models(call, "goal", facts(call, "goal"), partial(_goal, _plans_of_goals(call)))
 
 
 def _one_goal(call: ApiCall) -> Model:
     goal_id = call.path["id"]
-    found = (slots for slots in facts(call, "goal") if slots.get("id") == goal_id)
-    for goal in _readable(call, "goal", found, partial(_goal, _plans_of_goals(call))):
+    rows = (slots for slots in facts(call, "goal") if slots.get("id") == goal_id)
+    for goal in _models(call, "goal", rows, partial(_goal, _plans_of_goals(call))):
         return goal
     raise ApiError(400, f"Goal '{goal_id}' is unknown")
 
@@ -209,7 +209,7 @@ def _operators(call: ApiCall) -> list[DomainOperator]:
     def make(slots: Slots) -> DomainOperator:
         return read(DomainOperator, slots, parameters=params.get(text(slots, "name"), []))
 
-    return _readable(call, "operator", facts(call, "domain-operator"), make)
+    return _models(call, "operator", facts(call, "domain-operator"), make)
 
 
 # -- plans
@@ -220,26 +220,26 @@ def _plan(actions: dict[tuple[str, str], list[PlanAction]], slots: Slots) -> Pla
     return read(Plan, slots, actions=sorted(plan_actions, key=lambda action: action.id))
 
 
-def _action(known: formulas.Known, slots: Slots) -> PlanAction:
+def _action(groundings: formulas.Groundings, slots: Slots) -> PlanAction:
     action = read(PlanAction, slots)
-    grounding = known.groundings.get(text(slots, "precondition"))
+    grounding = groundings.slots.get(text(slots, "precondition"))
     if grounding is not None:
         action.precondition = read(PDDLGrounding, grounding)
-        action.preconditions = formulas.tree(known, action.operator_name, grounding) or UNSET
+        action.preconditions = formulas.tree(groundings, action.operator_name, grounding) or UNSET
     return action
 
 
 def _plans(call: ApiCall) -> list[Plan]:
-    known = formulas.Known.of(call)
+    groundings = formulas.Groundings.of(call)
     actions: dict[tuple[str, str], list[PlanAction]] = {}
 
     def add(slots: Slots) -> PlanAction:
-        key, action = (text(slots, "goal-id"), text(slots, "plan-id")), _action(known, slots)
+        key, action = (text(slots, "goal-id"), text(slots, "plan-id")), _action(groundings, slots)
         actions.setdefault(key, []).append(action)
         return action
 
-    _readable(call, "plan action", facts(call, "plan-action"), add)
-    plans = _readable(call, "plan", facts(call, "plan"), partial(_plan, actions))
+    _models(call, "plan action", facts(call, "plan-action"), add)
+    plans = _models(call, "plan", facts(call, "plan"), partial(_plan, actions))
     return sorted(plans, key=lambda plan: (plan.goal_id, plan.id))
 
 
@@ -259,7 +259,7 @@ def _listing(path: str, model: type[Model], template: str, noun: str) -> Endpoin
         return copy(call, ENVIRONMENT, template.__eq__, window=call.window)
 
     def handler(call: ApiCall) -> Any:
-        models = _readable(call, noun, facts(call, template), partial(read, model))
+        models = _models(call, noun, facts(call, template), partial(read, model))
         return models if call.window.search else ListPart(models, call.facts.total)
 
     about = f"All facts {template}."
@@ -268,11 +268,11 @@ def _listing(path: str, model: type[Model], template: str, noun: str) -> Endpoin
 
 def _single(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
     def handler(call: ApiCall) -> Model:
-        wanted = call.path["id"]
-        found = (slots for slots in facts(call, template) if slots.get("id") == wanted)
-        for found_model in _readable(call, noun, found, partial(read, model)):
-            return found_model
-        raise ApiError(400, f"No {noun} with ID '{wanted}' found")
+        fact_id = call.path["id"]
+        rows = (slots for slots in facts(call, template) if slots.get("id") == fact_id)
+        for first_model in _models(call, noun, rows, partial(read, model)):
+            return first_model
+        raise ApiError(400, f"No {noun} with ID '{fact_id}' found")
 
     errors = {400: f"There is no such {noun}"}
     return _get(f"{path}/{{id}}", model, f"One fact {template}.", handler, (template,), errors=errors)
@@ -284,10 +284,10 @@ def _get(
     about: str,
     handler: Callable[[ApiCall], Any],
     templates: tuple[str, ...],
-    **more: Any,
+    **options: Any,
 ) -> Endpoint:
     """Return an endpoint whose handler gets copied facts of the given deftemplates."""
-    more.setdefault("copy", lambda call: copy(call, ENVIRONMENT, templates.__contains__))
+    options.setdefault("copy", lambda call: copy(call, ENVIRONMENT, templates.__contains__))
     return Endpoint(
         method="GET",
         path=f"/clips-executive{path}",
@@ -295,7 +295,7 @@ def _get(
         about=about,
         reply=reply,
         paged=get_origin(reply) is list,
-        **more,
+        **options,
     )
 
 

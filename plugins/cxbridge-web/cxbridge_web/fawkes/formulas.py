@@ -53,20 +53,20 @@ _DEEPEST: Final = 64  # limit of nesting, since asserted facts may form a cycle
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
-    """All facts about formulas.
+class Groundings:
+    """The groundings of formulas, with all facts about the formulas.
 
-    :param groundings: by id.
+    :param slots: the slots of each grounding by id.
     :param nodes: by the parent's id: whether the node is an atom, and its slots.
     :param satisfied: by grounding and id of the formula or predicate.
     """
 
-    groundings: Mapping[str, Slots]
+    slots: Mapping[str, Slots]
     nodes: Mapping[str, Sequence[tuple[bool, Slots]]]
     satisfied: Mapping[tuple[str, str], bool]
 
     @classmethod
-    def of(cls, call: ApiCall) -> Known:
+    def of(cls, call: ApiCall) -> Groundings:
         """Read the facts of the executive."""
         nodes: dict[str, list[tuple[bool, Slots]]] = {}
         satisfied: dict[tuple[str, str], bool] = {}
@@ -75,9 +75,9 @@ class Known:
             return cls({}, {}, {})
         # a formula with two parents would be visited 2^N times below N such formulas
         formulas = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-formula")}.values()
-        for atom, found in ((False, formulas), (True, facts(call, "pddl-predicate"))):
-            for slots in found:
-                nodes.setdefault(str(slots.get("part-of", "")), []).append((atom, slots))
+        for is_atom, rows in ((False, formulas), (True, facts(call, "pddl-predicate"))):
+            for slots in rows:
+                nodes.setdefault(str(slots.get("part-of", "")), []).append((is_atom, slots))
         for template, slot in (
             ("grounded-pddl-formula", "formula-id"),
             ("grounded-pddl-predicate", "predicate-id"),
@@ -90,21 +90,23 @@ class Known:
         return cls(groundings, nodes, satisfied)
 
 
-def tree(known: Known, operator: str, grounding: Slots) -> GroundedFormula | GroundedPredicate | None:
+def tree(
+    groundings: Groundings, operator: str, grounding: Slots
+) -> GroundedFormula | GroundedPredicate | None:
     """Return an operator's precondition in a grounding; None without a precondition.
 
     :raises SlotError: if a fact is unreadable.
     """
     root = None
     grounding_id = text(grounding, "id")
-    for atom, slots in known.nodes.get(operator, ()):
-        if (grounding_id, text(slots, "id")) in known.satisfied:
-            root = _node(known, atom, slots, grounding, 0)
+    for is_atom, slots in groundings.nodes.get(operator, ()):
+        if (grounding_id, text(slots, "id")) in groundings.satisfied:
+            root = _node(groundings, is_atom, slots, grounding, 0)
     return root
 
 
 def _node(
-    known: Known, atom: bool, slots: Slots, grounding: Slots, depth: int
+    groundings: Groundings, is_atom: bool, slots: Slots, grounding: Slots, depth: int
 ) -> GroundedFormula | GroundedPredicate:
     if depth > _DEEPEST:
         raise SlotError("a formula is part of itself")
@@ -112,7 +114,7 @@ def _node(
     names: list[str] = []
     constants: list[str] = []
     values: list[str] = []
-    if atom:
+    if is_atom:
         names, constants = texts(slots, "param-names"), texts(slots, "param-constants")
         grounding_values = dict(
             zip(texts(grounding, "param-names"), texts(grounding, "param-values"), strict=False)
@@ -121,17 +123,17 @@ def _node(
             grounding_values.get(name, "") if constant is None else constant
             for name, constant in zip(names, constants_of(names, constants), strict=True)
         ]
-    make = GroundedPredicate if atom else GroundedFormula
+    make = GroundedPredicate if is_atom else GroundedFormula
     return make(
-        name=text(slots, "predicate") if atom else node_id,
-        type="atom" if atom else text(slots, "type"),
-        is_satisfied=known.satisfied.get((grounding_id, node_id), False),
+        name=text(slots, "predicate") if is_atom else node_id,
+        type="atom" if is_atom else text(slots, "type"),
+        is_satisfied=groundings.satisfied.get((grounding_id, node_id), False),
         param_names=names,
         param_values=values,
         param_constants=constants,
         child=[
-            _node(known, below, child, grounding, depth + 1)
-            for below, child in known.nodes.get(node_id, ())
-            if (grounding_id, text(child, "id")) in known.satisfied
+            _node(groundings, is_child_atom, child, grounding, depth + 1)
+            for is_child_atom, child in groundings.nodes.get(node_id, ())
+            if (grounding_id, text(child, "id")) in groundings.satisfied
         ],
     )

@@ -1,4 +1,8 @@
-"""The component ``skiller``: the list of skills, the running skill, and commands to run or stop one."""
+"""The component ``skiller``: the list of skills, the running skill, and commands to run or stop one.
+
+A Skiller shows one graph at a time in its debug interface: of a skill, of the active one, or the list of all.
+So a request for a graph waits until the Skiller has shown it, and requests take turns.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +19,7 @@ from msgspec import UNSET, UnsetType
 
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.rights import Right
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, Text, Where
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, Text
 from cxbridge_web.models import Model, Request
 
 if TYPE_CHECKING:
@@ -109,7 +113,7 @@ def _show(debug: Any, subject: str) -> None:
     deadline = time.monotonic() + GRAPH_S
     if len(subject.encode("utf-8", "surrogateescape")) <= LONGEST_NAME:
         if debug.graph_fsm != subject:
-            _ask(debug, subject)
+            _request_graph(debug, subject)
         while debug.graph_fsm != subject and time.monotonic() < deadline and debug.has_writer:
             time.sleep(_PERIOD_S)
             debug.read()
@@ -118,35 +122,36 @@ def _show(debug: Any, subject: str) -> None:
 
 
 @contextmanager
-def _alone_with(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
+def _exclusive(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
     """Reserve the Skiller's debug interface for one client."""
     shown = _graphs.setdefault(call.host, {}).setdefault(debug.id, _ShownGraph())
     with shown.lock:
         debug.read()
-        _note(shown, debug)
+        _remember(shown, debug)
         yield shown
 
 
-def _note(shown: _ShownGraph, debug: Any) -> None:
+def _remember(shown: _ShownGraph, debug: Any) -> None:
     """Keep the state machine of the active skill."""
     if debug.graph_fsm == "ACTIVE" and debug.graph:
         shown.last = str(debug.graph)
 
 
-def _ask(debug: Any, subject: str) -> None:
+def _request_graph(debug: Any, subject: str) -> None:
+    """Let the Skiller show a skill, ``LIST`` or ``ACTIVE`` in its debug interface."""
     message = debug.create_message("SetGraphMessage")
     message.graph_fsm = subject
     debug.msgq_enqueue(message)
 
 
 def _skills(call: ApiCall) -> list[SkillInfo]:
-    with _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _), _alone_with(call, debug):
+    with _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _), _exclusive(call, debug):
         previous_subject = debug.graph_fsm
         try:
             _show(debug, "LIST")
             names = str(debug.graph).splitlines()
         finally:
-            _ask(debug, previous_subject)
+            _request_graph(debug, previous_subject)
     return [SkillInfo(name=name) for name in names]
 
 
@@ -154,10 +159,10 @@ def _skill(call: ApiCall) -> Skill:
     name = "ACTIVE" if call.path["id"] == _ACTIVE else call.path["id"]
     with (
         _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller),
-        _alone_with(call, debug) as shown,
+        _exclusive(call, debug) as shown,
     ):
         _show(debug, name)
-        _note(shown, debug)
+        _remember(shown, debug)
         if name != "ACTIVE":
             return Skill(name=debug.graph_fsm, graph=debug.graph)
         skiller.read()
@@ -203,10 +208,14 @@ def _stop(call: ApiCall) -> Text:
     return Text("OK")
 
 
-_WHICH: Final = (Query("skiller", "Id of a SkillerInterface; Skiller by default."),)
-_GONE: Final = {404: "There is no such Skiller", 503: "There is no Skiller"}
-_LATE: Final = {408: "The Skiller did not show it in time", **_GONE}
-_HELD: Final = {400: "The request makes no sense", 409: "Another has exclusive control", **_GONE}
+_SKILLER_QUERY: Final = (Query("skiller", "Id of a SkillerInterface; Skiller by default."),)
+_NO_SKILLER: Final = {404: "There is no such Skiller", 503: "There is no Skiller"}
+_GRAPH_ERRORS: Final = {408: "The Skiller did not show it in time", **_NO_SKILLER}
+_CONTROL_ERRORS: Final = {
+    400: "The request makes no sense",
+    409: "Another has exclusive control",
+    **_NO_SKILLER,
+}
 
 ENDPOINTS: Final = (
     Endpoint(
@@ -215,9 +224,9 @@ ENDPOINTS: Final = (
         handler=_skills,
         about="The names of all skills.",
         reply=list[SkillInfo],
-        query=_WHICH,
-        errors=_LATE,
-        where=Where.THREAD,
+        query=_SKILLER_QUERY,
+        errors=_GRAPH_ERRORS,
+        in_thread=True,
     ),
     Endpoint(
         method="GET",
@@ -225,17 +234,17 @@ ENDPOINTS: Final = (
         handler=_skill,
         about="A skill and its graph; 'active' names the running skill.",
         reply=Skill,
-        query=_WHICH,
-        errors=_LATE,
-        where=Where.THREAD,
+        query=_SKILLER_QUERY,
+        errors=_GRAPH_ERRORS,
+        in_thread=True,
     ),
     Endpoint(
         method="DELETE",
         path="/skiller/skills/{id}",
         handler=_stop,
         about="Stop the running skill: 'active'.",
-        query=_WHICH,
-        errors=_HELD,
+        query=_SKILLER_QUERY,
+        errors=_CONTROL_ERRORS,
         right=Right.CONTROL,
     ),
     Endpoint(
@@ -245,8 +254,8 @@ ENDPOINTS: Final = (
         about="Run a skill string.",
         reply=Skill,
         body=SkillCall,
-        query=_WHICH,
-        errors=_HELD,
+        query=_SKILLER_QUERY,
+        errors=_CONTROL_ERRORS,
         right=Right.CONTROL,
         is_skill=True,
     ),

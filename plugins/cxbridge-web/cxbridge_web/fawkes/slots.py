@@ -1,4 +1,4 @@
-"""Conversion of slot values for Fawkes' REST API."""
+"""Copies of facts, and conversion of their slot values to members of the API's models."""
 
 from __future__ import annotations
 
@@ -43,26 +43,26 @@ def environment(call: ApiCall, name: str = ENVIRONMENT, status: int = 503) -> Cl
 def copy(
     call: ApiCall,
     name: str,
-    wanted: Callable[[str], bool],
+    is_selected: Callable[[str], bool],
     status: int = 503,
     window: Window | None = None,
 ) -> Generator[None, None, FactCopy]:
     """Copy facts of an environment in pieces.
 
-    :param wanted: the filter of deftemplate names.
+    :param is_selected: the filter of deftemplate names.
     :param status: the error status if the environment is missing or ends during the request.
     :param window: the requested part; a search copies all facts.
     :raises ApiError: if the environment does not exist.
     """
     env = environment(call, name, status)
     begin, end = (0, None) if window is None or window.search else window.range
-    copier = FactCopier(env.env, wanted, begin, end)
+    copier = FactCopier(env.env, is_selected, begin, end)
     pieces, done = copier.pieces(), object()
     while True:
         with env.lock:
             if next(pieces, done) is done:
                 return copier.copy
-        yield
+        yield  # without the lock: the rules may run before the next piece
         if environment(call, name, status) is not env:
             raise ApiError(503, f"The CLIPS environment '{name}' was made again during the request")
 
@@ -72,7 +72,7 @@ def facts(call: ApiCall, template: str) -> Iterator[Slots]:
     return call.facts.of(template)
 
 
-def _first(slots: Slots, name: str) -> Value:
+def _first_value(slots: Slots, name: str) -> Value:
     value = slots.get(name, ())
     if isinstance(value, tuple):
         if not value:
@@ -86,7 +86,7 @@ def text(slots: Slots, name: str) -> str:
 
     :raises SlotError: if the value is not a text.
     """
-    value = _first(slots, name)
+    value = _first_value(slots, name)
     if not isinstance(value, str):
         raise SlotError(f"Value for slot '{name}' is not a text")
     return "" if isinstance(value, Symbol) and value == "nil" else str(value)
@@ -97,7 +97,7 @@ def number(slots: Slots, name: str) -> Any:
 
     :raises SlotError: if the value is not a number.
     """
-    value = _first(slots, name)
+    value = _first_value(slots, name)
     if isinstance(value, Symbol) and value == "nil":
         return 0
     if not isinstance(value, int | float):
@@ -121,19 +121,19 @@ def flag(slots: Slots, name: str) -> bool:
 
     :raises SlotError: if it is not a symbol.
     """
-    value = _first(slots, name)
+    value = _first_value(slots, name)
     if not isinstance(value, Symbol):
         raise SlotError(f"Value for slot '{name}' is not a boolean")
     return value == "TRUE"
 
 
-def texts(slots: Slots, name: str, other: str = "CANNOT-REPRESENT") -> list[str]:
+def texts(slots: Slots, name: str, placeholder: str = "CANNOT-REPRESENT") -> list[str]:
     """Return all values as texts.
 
-    :param other: replaces items without a text form.
+    :param placeholder: replaces items without a text form.
     """
     value = slots.get(name, ())
-    return [_text(item, other) for item in (value if isinstance(value, tuple) else (value,))]
+    return [_text(item, placeholder) for item in (value if isinstance(value, tuple) else (value,))]
 
 
 Reader: TypeAlias = Callable[[Slots, str], Any]
@@ -157,33 +157,33 @@ def _slots_of(model: type[Model]) -> tuple[tuple[str, str, Reader, bool], ...]:
     The slot is the member's name in JSON, or the name in ``Meta(extra={"slot": NAME})``.
     """
     members = []
-    for each in fields(model):
-        hint, name = each.type, each.encode_name
+    for member in fields(model):
+        hint, name = member.type, member.encode_name
         if get_origin(hint) is Annotated:
             hint, meta = get_args(hint)
             name = (meta.extra or {}).get("slot", name)
-        if each.default is UNSET:
+        if member.default is UNSET:
             hint = get_args(hint)[0]
         if hint in _READERS:
-            members.append((each.name, name, _READERS[hint], each.required))
+            members.append((member.name, name, _READERS[hint], member.required))
     return tuple(members)
 
 
-def read(model: type[_M], slots: Slots, **given: Any) -> _M:
+def read(model: type[_M], slots: Slots, **members: Any) -> _M:
     """Return the model of a fact, with members from slots of the same name.
 
-    :param given: members that do not come from the fact.
+    :param members: the members that do not come from the fact.
     :raises SlotError: if a slot has no value or a wrong type.
     """
     for member, name, reader, required in _slots_of(model):
-        if member not in given and (required or name in slots):
-            given[member] = reader(slots, name)
-    return model(**given)
+        if member not in members and (required or name in slots):
+            members[member] = reader(slots, name)
+    return model(**members)
 
 
-def _text(value: Value, other: str) -> str:
+def _text(value: Value, placeholder: str) -> str:
     if isinstance(value, float):
         return f"{value:f}"
     if isinstance(value, str | int):
         return str(value)
-    return other
+    return placeholder

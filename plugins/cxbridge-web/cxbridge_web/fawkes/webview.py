@@ -13,7 +13,7 @@ from cxbridge.config.secrets import masked
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
-from cxbridge_web.fawkes.blackboard import TransformsGraph
+from cxbridge_web.fawkes.blackboard import TransformsGraph, quoted
 from cxbridge_web.models import Model, Request
 
 
@@ -168,12 +168,8 @@ def _transforms(call: ApiCall) -> TransformsGraph:
     frames = call.host.frames()
     lines = ["digraph { graph [fontsize=14];", "  node [fontsize=12 shape=box];"]
     for child, parent in frames.items():
-        name = child.replace("\\", "\\\\").replace('"', '\\"')
-        if parent is None:
-            lines.append(f'  "{name}";')
-        else:
-            above = parent.replace("\\", "\\\\").replace('"', '\\"')
-            lines.append(f'  "{above}" -> "{name}";')
+        origin = "" if parent is None else f"{quoted(parent)} -> "
+        lines.append(f"  {origin}{quoted(child)};")
     return TransformsGraph(dotgraph="\n".join([*lines, "}"]))
 
 

@@ -15,13 +15,13 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, LoopTime
 from cxbridge.trace.codec import dump, encode, schema_of
-from cxbridge_web.foxglove.door import FoxgloveDoor, hidden_host
 from cxbridge_web.foxglove.messages import FoxgloveMessage, foxglove_messages
+from cxbridge_web.foxglove.proxy import FoxgloveProxy, hidden_host
 from cxbridge_web.foxglove.schemas import json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 # The limit of messages per topic that are kept for later subscribers; the oldest are dropped.
-MOST_LASTING: Final = 1000
+MOST_STATES: Final = 1000
 
 _COMPONENT: Final = "Foxglove"
 _Encoded: TypeAlias = Callable[[], bytes]
@@ -41,18 +41,18 @@ class FoxgloveServer:
         self._name = name
         self._context = Context()
         self._channels: dict[str, Channel] = {}
-        self._lasting: dict[str, dict[str, tuple[int, _Encoded]]] = {}
-        self._asked: set[str] = set()
-        self._lock = threading.Lock()
+        self._states: dict[str, dict[str, tuple[int, _Encoded]]] = {}  # by topic and subject
+        self._subscribed: set[str] = set()  # topics with new subscribers
+        self._lock = threading.Lock()  # guards channels, states and subscriptions
         self._server: Any = None
-        self._door: FoxgloveDoor | None = None
+        self._proxy: FoxgloveProxy | None = None
         self.url = ""  # address of the running server
         kinds: tuple[type[Event], ...] = (*RecordLevel.TRANSITIONS.event_types, LoopTime)
         # before the first client: the SDK advertises a channel slightly before it accepts subscriptions
         for kind in kinds:
             if not kind.KIND.topic_field:
                 self._add_event(kind.KIND.topic, kind)
-        bus.subscribe(self._take, *kinds)
+        bus.subscribe(self._emit, *kinds)
 
     def start(self) -> None:
         """Start to serve.
@@ -67,9 +67,9 @@ class FoxgloveServer:
                 host=inner_host,
                 port=0,
                 context=self._context,
-                server_listener=_Subscriptions(self._note),
+                server_listener=_Subscriptions(self._note_subscription),
             )
-            self._door = FoxgloveDoor(self._settings, (inner_host, self._server.port))
+            self._proxy = FoxgloveProxy(self._settings, (inner_host, self._server.port))
         except (OSError, RuntimeError) as error:
             self.stop()
             raise CxbridgeError(
@@ -77,36 +77,36 @@ class FoxgloveServer:
                 hint="choose another port; 0: any free one",
             ) from error
         shown_host = f"[{host}]" if ":" in host else host
-        self.url = f"ws://{shown_host}:{self._door.port}"
+        self.url = f"ws://{shown_host}:{self._proxy.port}"
         log.info(f"Foxglove connects to {self.url}")
 
     def stop(self) -> None:
         """Stop serving; repeated calls are harmless."""
-        self._bus.unsubscribe(self._take)
-        door, self._door = self._door, None
+        self._bus.unsubscribe(self._emit)
+        proxy, self._proxy = self._proxy, None
         server, self._server = self._server, None
         if server is not None:
             server.stop()
-        if door is not None:
-            door.close()
+        if proxy is not None:
+            proxy.close()
 
     def attend(self) -> None:
         """Send kept messages to further subscribers. Called once a loop."""
-        if not self._asked:
+        if not self._subscribed:
             return
         with self._lock:
-            topics, self._asked = self._asked, set()
-            kept_of_topics = [(topic, list(self._lasting.get(topic, {}).values())) for topic in topics]
-        for topic, kept in kept_of_topics:
-            for time_us, encoded in kept:
+            topics, self._subscribed = self._subscribed, set()
+            states_by_topic = [(topic, list(self._states.get(topic, {}).values())) for topic in topics]
+        for topic, states in states_by_topic:
+            for time_us, encoded in states:
                 self._channels[topic].log(encoded(), log_time=time_us * 1000)
 
-    def _note(self, topic: str) -> None:
+    def _note_subscription(self, topic: str) -> None:
         """Queue a subscription that is not active yet; called in a thread of the server."""
         with self._lock:
-            self._asked.add(topic)
+            self._subscribed.add(topic)
 
-    def _take(self, event: Event) -> None:
+    def _emit(self, event: Event) -> None:
         self._send_event(event)
         for message in foxglove_messages(event):
             self._send(message, event.time_us)
@@ -123,7 +123,7 @@ class FoxgloveServer:
     def _send(self, message: FoxgloveMessage, time_us: int) -> None:
         if message.topic not in self._channels:
             self._add(message.topic, json_schema(message.schema))
-        self._log(message.topic, message.lasting, time_us, partial(_encoded, message))
+        self._log(message.topic, message.subject, time_us, partial(_encoded, message))
 
     def _log(self, topic: str, subject: str, time_us: int, encoded: _Encoded) -> None:
         """Send a message to subscribers, and keep it if it reports a state.
@@ -133,12 +133,12 @@ class FoxgloveServer:
         channel, time_us = self._channels[topic], max(time_us, 0)
         if subject:
             with self._lock:
-                kept = self._lasting.setdefault(topic, {})
+                states = self._states.setdefault(topic, {})
                 # move the subject to the end, so that the oldest one is dropped first
-                kept.pop(subject, None)
-                kept[subject] = time_us, encoded
-                if len(kept) > MOST_LASTING:
-                    del kept[next(iter(kept))]
+                states.pop(subject, None)
+                states[subject] = time_us, encoded
+                if len(states) > MOST_STATES:
+                    del states[next(iter(states))]
         if channel.has_sinks():
             channel.log(encoded(), log_time=time_us * 1000)
 
@@ -159,11 +159,11 @@ def _encoded(message: FoxgloveMessage) -> bytes:
 class _Subscriptions(ServerListener):
     """Reports the subscriptions of clients.
 
-    :param note: called with a topic in a thread of the server.
+    :param on_topic: called with a topic in a thread of the server.
     """
 
-    def __init__(self, note: Any) -> None:
-        self._note = note
+    def __init__(self, on_topic: Callable[[str], None]) -> None:
+        self._on_topic = on_topic
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:  # noqa: ARG002 - the SDK's signature
-        self._note(channel.topic)
+        self._on_topic(channel.topic)

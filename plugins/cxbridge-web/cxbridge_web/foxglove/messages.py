@@ -29,17 +29,18 @@ class FoxgloveMessage:
 
     :param schema: its schema name without ``foxglove.``.
     :param data: JSON data.
-    :param lasting: the subject of a state that is valid until the next message with this subject; empty for a
+    :param subject: the subject of a state that is valid until the next message with this subject; empty for a
         momentary message.
     """
 
     topic: str
     schema: str
     data: Mapping[str, Any]
-    lasting: str = ""
+    subject: str = ""
 
 
 def foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
+    """Yield the messages for an event: none for most of the kinds."""
     if isinstance(event, LogLine):
         yield _log(event)
     elif isinstance(event, NavGraphRead):
@@ -48,7 +49,7 @@ def foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
         )
     elif isinstance(event, InterfaceWrite):
         interface_type = event.uid.partition("::")[0]
-        maker = _PLACES.get(interface_type)
+        maker = _POSITIONS.get(interface_type)
         message = None if maker is None else maker(event)
         if message is not None:
             yield message
@@ -81,9 +82,9 @@ def _navigator(event: InterfaceWrite) -> FoxgloveMessage | None:
     return _pose(event, _frame(event, "target_frame") or _ODOMETRY, pose((x, y, 0.0)))
 
 
-def _pose(event: InterfaceWrite, frame: str, where: dict[str, Any]) -> FoxgloveMessage:
+def _pose(event: InterfaceWrite, frame: str, pose_data: dict[str, Any]) -> FoxgloveMessage:
     topic = "/foxglove/pose/" + event.uid.replace("::", "/", 1).replace("//", "/")
-    data = {"timestamp": stamp(event.time_us), "frame_id": frame, "pose": where}
+    data = {"timestamp": stamp(event.time_us), "frame_id": frame, "pose": pose_data}
     return FoxgloveMessage(topic, "PoseInFrame", data, event.uid)
 
 
@@ -103,7 +104,7 @@ def _transform(event: InterfaceWrite) -> FoxgloveMessage | None:
     return FoxgloveMessage(TRANSFORM_TOPIC, "FrameTransform", data, child)
 
 
-_PLACES: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
+_POSITIONS: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
     "Position3DInterface": _position,
     "TransformInterface": _transform,
     "NavigatorInterface": _navigator,

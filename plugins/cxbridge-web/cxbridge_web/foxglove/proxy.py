@@ -1,4 +1,4 @@
-"""A filter before the server of foxglove-sdk, which itself accepts pages of any origin.
+"""A proxy before the server of foxglove-sdk, which itself accepts pages of any origin.
 
 It reads the head of each connection's request, rejects pages of other origins and names of other machines,
 and forwards the remaining connections to the server.
@@ -39,21 +39,23 @@ def hidden_host() -> str:
     return ".".join(map(str, (127, *parts)))
 
 
-class FoxgloveDoor(Closing):
+class FoxgloveProxy(Closing):
     """Listens at Foxglove's port in a thread.
+
+    :param server_address: host and port of the server behind the proxy.
 
     :raises OSError: if the address or the port is unavailable.
     """
 
-    def __init__(self, settings: FoxgloveSettings, inner: tuple[str, int]) -> None:
-        self._inner, self._origins = inner, settings.allow_origins
+    def __init__(self, settings: FoxgloveSettings, server_address: tuple[str, int]) -> None:
+        self._server_address, self._origins = server_address, settings.allow_origins
         is_local = is_loopback(settings.host)
         self._names: Collection[str] | None = LOCAL_NAMES | {settings.host.lower()} if is_local else None
         family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
         self._connections = 0
         listening = socket.create_server((settings.host, settings.port), family=family)
         self.port: int = listening.getsockname()[1]
-        self._thread = LoopThread("foxglove door")
+        self._thread = LoopThread("foxglove proxy")
         self._server = self._thread.spawn(self._serve(listening)).result(_START_S)
 
     def close(self) -> None:
@@ -62,29 +64,29 @@ class FoxgloveDoor(Closing):
         self._thread.close()
 
     async def _serve(self, listening: socket.socket) -> asyncio.Server:
-        return await asyncio.start_server(self._greet, sock=listening, limit=_MOST_HEAD)
+        return await asyncio.start_server(self._accept, sock=listening, limit=_MOST_HEAD)
 
-    async def _greet(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._connections += 1
         try:
             with suppress(OSError, asyncio.IncompleteReadError, asyncio.LimitOverrunError, TimeoutError):
-                await self._admit(reader, writer)
+                await self._forward(reader, writer)
         finally:
             self._connections -= 1
             writer.close()
 
-    async def _admit(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _forward(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         head = await asyncio.wait_for(reader.readuntil(_END), _HEAD_S)
         if refusal := self._refusal(head):
             body = refusal.partition(" ")[2]
-            answer = f"HTTP/1.1 {refusal}\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n{body}"
-            writer.write(answer.encode())
+            response = f"HTTP/1.1 {refusal}\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n{body}"
+            writer.write(response.encode())
             await writer.drain()
             return
-        server_reader, server_writer = await asyncio.open_connection(*self._inner)
+        server_reader, server_writer = await asyncio.open_connection(*self._server_address)
         try:
             server_writer.write(head)
-            await _first_of(_pass_on(reader, server_writer), _pass_on(server_reader, writer))
+            await _until_first_ends(_copy_bytes(reader, server_writer), _copy_bytes(server_reader, writer))
         finally:
             server_writer.close()
 
@@ -105,18 +107,18 @@ class FoxgloveDoor(Closing):
 def _values(head: bytes, name: str) -> list[str]:
     """Return the values of a header field in the head of a request."""
     fields = (line.partition(":") for line in head.decode("latin-1").split("\r\n")[1:])
-    return [value.strip() for found, _, value in fields if found.strip().lower() == name]
+    return [value.strip() for field, _, value in fields if field.strip().lower() == name]
 
 
-async def _pass_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+async def _copy_bytes(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
     while data := await reader.read(_PIECE):
         writer.write(data)
         await writer.drain()
 
 
-async def _first_of(*ways: Coroutine[Any, Any, None]) -> None:
+async def _until_first_ends(*directions: Coroutine[Any, Any, None]) -> None:
     """Run both forwarding directions until one of them ends."""
-    tasks = [asyncio.create_task(way) for way in ways]
+    tasks = [asyncio.create_task(direction) for direction in directions]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     finally:

@@ -10,7 +10,7 @@ from cxbridge.events import NavGraphRead
 
 MAP: Final = "map"  # frame of navigation graphs
 
-_Place: TypeAlias = tuple[float, float]
+_Point: TypeAlias = tuple[float, float]
 
 _NODE_M: Final = 0.12  # diameter of a node
 _EDGE_M: Final = 0.03
@@ -43,34 +43,34 @@ def pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 
 
 def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
     """Return a ``SceneUpdate`` with spheres for nodes, lines for edges and arrows for directed edges."""
-    places = dict(_places(event))
-    both: list[tuple[_Place, _Place]] = []
-    one_way: list[tuple[_Place, _Place]] = []
+    positions = dict(_positions(event))
+    both: list[tuple[_Point, _Point]] = []
+    one_way: list[tuple[_Point, _Point]] = []
     for edge in event.edges.values():
-        start, end = places.get(edge.get("from")), places.get(edge.get("to"))
+        start, end = positions.get(edge.get("from")), positions.get(edge.get("to"))
         if start is not None and end is not None:
             (one_way if edge.get("directed") else both).append((start, end))
-    points = [vector((*place, 0.0)) for edge in both for place in edge]
+    points = [vector((*point, 0.0)) for edge in both for point in edge]
     entity: dict[str, Any] = {
         "timestamp": stamp(event.time_us),
         "frame_id": MAP,
         "id": event.graph,
         "lifetime": {"sec": 0, "nsec": 0},
         "frame_locked": True,
-        "metadata": [{"key": "nodes", "value": str(len(places))}],
+        "metadata": [{"key": "nodes", "value": str(len(positions))}],
         **{name: [] for name in _PRIMITIVES},
         "spheres": [
             {"pose": pose((x, y, 0.0)), "size": vector((_NODE_M,) * 3), "color": _NODES}
-            for x, y in places.values()
+            for x, y in positions.values()
         ],
         "lines": [_line_list(points)] if points else [],
         "arrows": [_arrow(start, end) for start, end in one_way],
-        "texts": [_label(name, *place) for name, place in places.items()],
+        "texts": [_label(name, *point) for name, point in positions.items()],
     }
     return {"deletions": [], "entities": [entity]}
 
 
-def _places(event: NavGraphRead) -> Iterator[tuple[str, _Place]]:
+def _positions(event: NavGraphRead) -> Iterator[tuple[str, _Point]]:
     """Yield the nodes with a position; a foreign recording may have any value."""
     for name, node in event.nodes.items():
         x, y = node.get("x"), node.get("y")
@@ -98,10 +98,8 @@ def _line_list(points: list[dict[str, float]]) -> dict[str, Any]:
 
 def _arrow(start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
     """Return an arrow; Foxglove's arrows point along x."""
-    length, half = (
-        hypot(end[0] - start[0], end[1] - start[1]),
-        atan2(end[1] - start[1], end[0] - start[0]) / 2,
-    )
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    length, half = hypot(dx, dy), atan2(dy, dx) / 2  # a quaternion has half of the angle
     head = min(0.25, length / 2)
     return {
         "pose": pose((*start, 0.0), (0.0, 0.0, sin(half), cos(half))),

@@ -1,22 +1,59 @@
-"""A daemon as the data source of its web server; see :class:`cxbridge_web.host.WebHost`."""
+"""The web page of a daemon: the component that serves it, and the daemon as its data source."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.process import raise_file_limit
+from cxbridge.mainloop import Hook
+from cxbridge.run.components.component import Component
 from cxbridge.run.components.manager import State
 from cxbridge_web.host import WebHost
+from cxbridge_web.options import WebOptions
+from cxbridge_web.server import WebServer
+from cxbridge_web.settings import WebSettings
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.daemon.daemon import Daemon
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.rights import Rights
 
 
-class DaemonWeb(WebHost):
+class WebComponent(Component):
+    """Serves the web page and the REST API; the main loop answers its requests.
+
+    It collects events from its creation on, so that the page shows the start of the daemon, too.
+    """
+
+    hooks = (Hook.PRE_LOOP,)
+    steady = True  # clients cannot stop the server that they talk to
+
+    def __init__(self, daemon: Daemon) -> None:
+        settings, self._daemon = daemon.section("web"), daemon
+        assert isinstance(settings, WebSettings)
+        self._options = daemon.options.group(WebOptions)
+        raise_file_limit()  # each client is an open connection
+        self._server = WebServer(DaemonHost(daemon), settings)
+
+    def activate(self) -> None:
+        self._server.start()
+        self._daemon.add_endpoints([self._server.url], "the web page and the REST API")
+        if self._options is not None:
+            self._options.announce(self._server.url)
+
+    def loop(self) -> None:
+        self._server.attend()
+
+    def close(self) -> None:
+        self._server.stop()
+
+
+class DaemonHost(WebHost):
+    """A daemon as the data source of its web server."""
+
     def __init__(self, daemon: Daemon) -> None:
         super().__init__(daemon)
         self._daemon, self._node = daemon, daemon.node
@@ -45,9 +82,11 @@ class DaemonWeb(WebHost):
         components = daemon.status_of_components()
         return self._status(
             daemon.state,
-            [part.plain() for part in components],
+            [component.plain() for component in components],
             endpoints=daemon.endpoints,
-            error=next((f"{part.name}: {part.reason}" for part in components if part.reason), ""),
+            error=next(
+                (f"{component.name}: {component.reason}" for component in components if component.reason), ""
+            ),
         )
 
     @property

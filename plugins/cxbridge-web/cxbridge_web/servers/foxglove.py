@@ -1,16 +1,47 @@
-"""The server of a daemon for Foxglove, which receives events from its configuration on."""
+"""The server for Foxglove as a component of a daemon, and as a server of a single run.
+
+Its package, foxglove-sdk, is an optional dependency.
+"""
 
 from __future__ import annotations
 
-from cxbridge.daemon.daemon import Daemon
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.extras import install_command
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
-from cxbridge_web.foxglove.serving import make_foxglove_server
+from cxbridge.run.servers import RunServer
 from cxbridge_web.foxglove.settings import FoxgloveSettings
+
+if TYPE_CHECKING:
+    from cxbridge.daemon.daemon import Daemon
+    from cxbridge.events import EventBus
+    from cxbridge.run.agent import Run
+    from cxbridge.run.team import Team
+    from cxbridge_web.foxglove.live import FoxgloveServer
+
+
+def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveServer:
+    """Return a server that is not started yet.
+
+    :raises CxbridgeError: if it would be public, or its package is missing.
+    """
+    settings.check()
+    try:
+        from cxbridge_web.foxglove.live import FoxgloveServer  # noqa: PLC0415 - an extra
+    except ModuleNotFoundError as error:
+        raise CxbridgeError(
+            f"live connections to Foxglove need the package '{error.name}'",
+            hint=install_command("foxglove", "cxbridge-web"),
+        ) from None
+    return FoxgloveServer(bus, settings)
 
 
 class FoxgloveComponent(Component):
-    """Sends events, poses and transforms to Foxglove."""
+    """Sends the events, poses and transforms of a daemon to Foxglove, from its configuration on."""
 
     hooks = (Hook.POST_LOOP,)
     steady = True
@@ -25,8 +56,38 @@ class FoxgloveComponent(Component):
         self._daemon.add_endpoints([self._server.url], "Foxglove")
 
     def loop(self) -> None:
-        """Send kept messages to further subscribers."""
+        """Send the last values to further subscribers."""
         self._server.attend()
 
     def close(self) -> None:
         self._server.stop()
+
+
+class RunFoxglove(RunServer):
+    """Serves a run to Foxglove; clients that connect after its end get the last values.
+
+    :param on_ready: called with the address of the server.
+    """
+
+    stays = "Foxglove"
+
+    def __init__(self, settings: FoxgloveSettings, on_ready: Callable[[str], None]) -> None:
+        self._settings = settings
+        self._on_ready = on_ready
+        self._server: FoxgloveServer | None = None
+
+    @contextmanager
+    def serve(self, run: Run | Team) -> Iterator[None]:
+        server = self._server = make_foxglove_server(run.bus, self._settings)
+        try:
+            server.start()
+            self._on_ready(server.url)
+            run.loop.add(Hook.POST_LOOP, server.attend)
+            yield
+        finally:
+            server.stop()
+
+    def attend(self) -> None:
+        """Send the last values to further subscribers."""
+        if self._server is not None:
+            self._server.attend()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cxbridge_web.settings import WebSettings
 
 
-class RunWeb(WebHost):
+class RunHost(WebHost):
     """A run as the data source of its web server; see :class:`cxbridge_web.host.WebHost`.
 
     With several agents, the page has all environments, but blackboard and breakpoints of the first agent
@@ -131,12 +131,12 @@ class RunPage(RunServer):
     def __init__(self, settings: WebSettings, on_ready: Callable[[str], None]) -> None:
         self._settings = settings
         self._on_ready = on_ready
-        self._host: RunWeb | None = None
+        self._host: RunHost | None = None
         self._server: WebServer | None = None
 
     @contextmanager
     def serve(self, run: Run | Team) -> Iterator[None]:
-        host = self._host = RunWeb(run)
+        host = self._host = RunHost(run)
         server = self._server = WebServer(host, self._settings)
         try:
             server.start()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge_web.written import WrittenConstructs
+from cxbridge_web.constructs import WrittenConstructs
 from tests.support import ROOT
 from web_tests.support import serving
 

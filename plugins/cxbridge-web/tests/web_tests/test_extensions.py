@@ -7,7 +7,7 @@ import re
 import pytest
 
 from cxbridge_web import pages
-from cxbridge_web.daemon_source import DaemonWeb
+from cxbridge_web.servers.daemon_page import DaemonHost
 from tests.run.mini import AGENT, write_scenario
 from tests.support import needs_plugin
 from web_tests.support import read_events, serving
@@ -120,7 +120,7 @@ def test_why_of_a_daemon_without_explainers_names_the_package():
 
 
 def test_why_that_takes_too_long(there, monkeypatch):
-    monkeypatch.setattr(DaemonWeb, "why", lambda *_: None)
+    monkeypatch.setattr(DaemonHost, "why", lambda *_: None)
     assert there[1].get("/api/cxbridge/why?rule=mini-never").status == 503
 
 

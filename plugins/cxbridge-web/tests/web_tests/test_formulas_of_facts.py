@@ -28,5 +28,5 @@ def test_the_parts_of_a_precondition_for_the_web_are_looked_at_once(monkeypatch:
     ]
     known["grounded-pddl-predicate"] = [{"grounding": "g", "predicate-id": "leaf", "is-satisfied": "FALSE"}]
     monkeypatch.setattr(formulas, "facts", lambda _call, template: known[template])
-    made = formulas.Known.of(None)  # type: ignore[arg-type]
+    made = formulas.Groundings.of(None)  # type: ignore[arg-type]
     assert sum(len(nodes) for nodes in made.nodes.values()) == LEVELS + 1

@@ -19,7 +19,7 @@ class Watch:
 
 def test_questions_are_answered_when_the_loop_attends():
     queue = RequestQueue(Watch())
-    answers = [queue.ask(lambda: 1), queue.ask(lambda: 1 // 0)]
+    answers = [queue.submit(lambda: 1), queue.submit(lambda: 1 // 0)]
     assert not any(answer.done() for answer in answers)
     queue.poll()
     assert answers[0].result(0) == 1
@@ -28,10 +28,10 @@ def test_questions_are_answered_when_the_loop_attends():
 
 def test_equal_questions_that_wait_are_asked_once():
     queue, asked = RequestQueue(Watch()), []
-    first, second = (queue.ask(lambda: asked.append(1), "key") for _ in range(2))
+    first, second = (queue.submit(lambda: asked.append(1), "key") for _ in range(2))
     assert first is second
     queue.poll()
-    later = queue.ask(lambda: asked.append(2), "key")
+    later = queue.submit(lambda: asked.append(2), "key")
     assert later is not first
     queue.poll()
     assert asked == [1, 2]
@@ -47,7 +47,7 @@ def test_a_long_answer_ends_the_turn_and_the_loop_has_nine_tenths_of_the_time():
         done.append(watch.now)
 
     for _ in range(2):
-        queue.ask(long)
+        queue.submit(long)
     queue.poll()
     assert len(done) == 1
     watch.now = 0.199
@@ -66,9 +66,9 @@ def test_after_a_very_long_answer_nobody_waits_nine_times_as_long():
     def reset():
         watch.now += 2.0
 
-    queue.ask(reset)
+    queue.submit(reset)
     queue.poll()
-    answer = queue.ask(lambda: 1)
+    answer = queue.submit(lambda: 1)
     watch.now += 0.99
     queue.poll()
     assert not answer.done()
@@ -89,7 +89,7 @@ def test_an_answer_in_pieces_leaves_the_loop_in_between():
     watch = Watch()
     done: list[int] = []
     queue = RequestQueue(watch)
-    answer = queue.ask(lambda: in_pieces(watch, 0.002, 9, done))
+    answer = queue.submit(lambda: in_pieces(watch, 0.002, 9, done))
     turns = 0
     while not answer.done():
         before = len(done)
@@ -103,8 +103,8 @@ def test_a_short_answer_does_not_wait_for_one_in_pieces():
     watch = Watch()
     done: list[int] = []
     queue = RequestQueue(watch)
-    long = queue.ask(lambda: in_pieces(watch, 0.01, 5, done))
-    short = queue.ask(lambda: 1)
+    long = queue.submit(lambda: in_pieces(watch, 0.01, 5, done))
+    short = queue.submit(lambda: 1)
     queue.poll()
     assert (done, short.done()) == ([0], False)
     watch.now += 1
@@ -120,11 +120,11 @@ def test_pieces_that_fail_and_those_of_a_desk_that_closes_are_told():
         raise ValueError
 
     queue = RequestQueue(watch)
-    failed = queue.ask(failing)
+    failed = queue.submit(failing)
     queue.poll()
     assert isinstance(failed.exception(0), ValueError)
     watch.now += 1
-    closed = queue.ask(lambda: in_pieces(watch, 0.01, 5, []))
+    closed = queue.submit(lambda: in_pieces(watch, 0.01, 5, []))
     queue.poll()
     queue.close()
     assert isinstance(closed.exception(0), QueueClosedError)
@@ -134,7 +134,7 @@ def test_short_answers_share_a_turn():
     done: list[int] = []
     queue = RequestQueue(Watch())
     for number in range(MOST_WAITING):
-        queue.ask(partial(done.append, number))
+        queue.submit(partial(done.append, number))
     queue.poll()
     assert done == list(range(MOST_WAITING))
 
@@ -142,22 +142,22 @@ def test_short_answers_share_a_turn():
 def test_not_too_many_may_wait():
     queue = RequestQueue(Watch())
     for _ in range(MOST_WAITING):
-        queue.ask(lambda: None)
+        queue.submit(lambda: None)
     with pytest.raises(RequestQueueFullError):
-        queue.ask(lambda: None)
+        queue.submit(lambda: None)
 
 
 def test_nobody_waits_for_ever_when_it_is_closed():
     queue = RequestQueue(Watch())
-    answer = queue.ask(lambda: 1, "key")
+    answer = queue.submit(lambda: 1, "key")
     queue.close()
     assert isinstance(answer.exception(0), QueueClosedError)
     with pytest.raises(QueueClosedError):
-        queue.ask(lambda: 1)
+        queue.submit(lambda: 1)
 
 
 def test_an_answer_that_nobody_waits_for_is_not_made():
     queue, asked = RequestQueue(Watch()), []
-    queue.ask(lambda: asked.append(1)).cancel()
+    queue.submit(lambda: asked.append(1)).cancel()
     queue.poll()
     assert asked == []

@@ -20,9 +20,9 @@ from cxbridge.events import Event, EventBus, GoalTransition, Level, LogLine
 from cxbridge.extras import install_command
 from cxbridge.space.tf import StampedTransform, Transform, TransformPublisher
 from cxbridge.trace.codec import schema_of
-from cxbridge_web.foxglove.serving import make_foxglove_server
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 from cxbridge_web.options import FoxgloveOptions
+from cxbridge_web.servers.foxglove import make_foxglove_server
 from tests.daemon.test_daemon import QUIET, running
 from tests.support import ROOT
 from web_tests.foxglove.client import FoxgloveClient, connected

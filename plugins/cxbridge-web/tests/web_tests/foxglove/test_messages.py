@@ -100,7 +100,7 @@ def test_a_pose_stands_in_its_frame():
 
 def test_a_transform_leads_from_parent_to_child():
     message = only(transform())
-    assert (message.topic, message.lasting) == ("/foxglove/tf", "base_link")
+    assert (message.topic, message.subject) == ("/foxglove/tf", "base_link")
     data = message.data
     assert (data["parent_frame_id"], data["child_frame_id"]) == ("map", "base_link")
 
