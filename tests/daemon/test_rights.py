@@ -124,7 +124,7 @@ TALKATIVE = """
 def endpoints() -> tuple[Endpoint, ...]:
     from cxbridge_web.catalogue import directory
 
-    of_server: Any = SimpleNamespace(status=None, maps=None, describe_constructs=None)
+    of_server: Any = SimpleNamespace(status=None, describe_navgraphs=None, describe_constructs=None)
     return directory(of_server).endpoints
 
 

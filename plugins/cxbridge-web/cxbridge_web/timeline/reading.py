@@ -81,7 +81,9 @@ def read(run: Run, limits: TimelineLimits | None = None) -> TimelineData:
             data.facts[moment[1] // BIN_US] = moment, fact_count
         else:
             _add(data, event, moment)
-    kept = {f"log lines of level {level.value}": lines for level, lines in data.log.items()}
+    kept: dict[str, Kept[Any]] = {
+        f"log lines of level {level.value}": lines for level, lines in data.log.items()
+    }
     kept |= {"interface writes": data.changes, "messages": data.messages, "firings": data.firings}
     data.notes = [
         *run.notes,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge_web.fawkes import formulas
-from cxbridge_web.fawkes.formulas import Known, tree
+from cxbridge_web.fawkes.formulas import Groundings, tree
 from tests.bounds.ladder import LADDER, LEAF, LEVELS
 from tests.executive.problem.test_terms import NAMES
 
@@ -15,8 +15,8 @@ def test_a_constant_in_a_tree_of_rest(name: str):
     terms = {"param-names": ("x", "c"), "param-constants": ("nil", name)}
     atom = {"id": "a", "part-of": "go", "predicate": "at", **terms}
     grounding = {"id": "g", "param-names": ("x", "c"), "param-values": ("r1", "wrong")}
-    known = Known({"g": grounding}, {"go": [(True, atom)]}, {("g", "a"): True})
-    found = tree(known, "go", grounding)
+    groundings = Groundings({"g": grounding}, {"go": [(True, atom)]}, {("g", "a"): True})
+    found = tree(groundings, "go", grounding)
     assert found is not None
     assert found.param_values == ["r1", name]
 

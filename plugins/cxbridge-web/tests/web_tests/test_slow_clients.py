@@ -25,7 +25,7 @@ class EventCollector:
     def __init__(self) -> None:
         self.events: deque[LogLine] = deque()
 
-    def want(self, kinds: Any, *, add: bool) -> None:
+    def request(self, kinds: Any, *, add: bool) -> None:
         pass
 
     def drain(self) -> tuple[list[Any], int]:

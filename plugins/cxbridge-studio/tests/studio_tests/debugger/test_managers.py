@@ -368,7 +368,7 @@ def test_every_operation_has_all_ways() -> None:
 def test_every_operation_has_an_endpoint() -> None:
     from cxbridge_web.catalogue import directory
 
-    figures: Any = SimpleNamespace(status=None, maps=None, describe_constructs=None)
+    figures: Any = SimpleNamespace(status=None, describe_navgraphs=None, describe_constructs=None)
     known = {(each.method, each.path) for each in directory(figures).endpoints}
     assert known >= {
         ("GET", "/cxbridge/features/{feature}"),
