@@ -1,4 +1,4 @@
-"""Handles of CLIPS for documents, arrays, cursors and triggers.
+"""Handles of CLIPS for documents, arrays, cursors and triggers, and functions that take handles.
 
 A handle is a number that is never reused. Rules keep stale addresses, which must be recognised rather than
 dereferenced.
@@ -7,12 +7,15 @@ dereferenced.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import wraps
 from typing import TypeVar
 
-from cxbridge.errors import ClipsError
+from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Logger
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import ExternalAddress, Symbol, Value, show
+from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.store import Watch
 from cxbridge.executive.robmem.values import Document
 
@@ -21,7 +24,7 @@ T = TypeVar("T")
 # far from the numbers of messages, which are external addresses, too
 _FIRST = 1 << 32
 
-_MANY = 100_000  # handles above which rules probably forget to release them
+_SUSPICIOUS = 100_000  # handles above which rules probably forget to release them
 
 
 class Cursor:
@@ -51,22 +54,22 @@ class Handles:
     """
 
     def __init__(self, log: Logger) -> None:
-        self._things: dict[int, object] = {}
+        self._objects: dict[int, object] = {}
         # counted per environment: facts show them, and runs must be reproducible
         self._numbers = itertools.count(_FIRST)
         self._log = log
-        self._warn_at = _MANY
+        self._warn_at = _SUSPICIOUS
 
     def __len__(self) -> int:
-        return len(self._things)
+        return len(self._objects)
 
-    def add(self, thing: object) -> ExternalAddress:
+    def add(self, value: object) -> ExternalAddress:
         """Return a new handle of an object."""
         number = next(self._numbers)
-        self._things[number] = thing
-        if len(self._things) >= self._warn_at:
+        self._objects[number] = value
+        if len(self._objects) >= self._warn_at:
             self._log.warn(
-                f"{len(self._things)} documents and cursors are alive in CLIPS: "
+                f"{len(self._objects)} documents and cursors are alive in CLIPS: "
                 "does a rule forget bson-destroy or robmem-cursor-destroy?"
             )
             self._warn_at *= 2
@@ -77,13 +80,13 @@ class Handles:
 
         :raises ClipsError: if the handle is unknown or the object is of another kind.
         """
-        thing = self._things.get(_number(address))
-        if isinstance(thing, kind):
-            return thing
+        value = self._objects.get(_number(address))
+        if isinstance(value, kind):
+            return value
         name = _name(kind)
-        if thing is not None:
-            raise ClipsError(f"{function}: this is a {_name(type(thing))}, not a {name}")
-        if _number(address) >> 32:
+        if value is not None:
+            raise ClipsError(f"{function}: this is a {_name(type(value))}, not a {name}")
+        if _number(address) >= _FIRST:
             raise ClipsError(f"{function}: this {name} was destroyed before")
         raise ClipsError(f"{function}: this is not a {name}: {show(address)}")
 
@@ -92,13 +95,37 @@ class Handles:
 
         :raises ClipsError: as in :meth:`get`.
         """
-        thing = self.get(address, kind, function)
-        del self._things[_number(address)]
-        return thing
+        value = self.get(address, kind, function)
+        del self._objects[_number(address)]
+        return value
 
     def of_kind(self, kind: type[T]) -> list[T]:
         """Return all objects of a kind."""
-        return [thing for thing in self._things.values() if isinstance(thing, kind)]
+        return [value for value in self._objects.values() if isinstance(value, kind)]
+
+
+def define_logged(
+    env: ClipsEnvironment,
+    name: str,
+    function: Callable[..., Value],
+    types: str,
+    failure: Value,
+    log_error: Callable[[CxbridgeError], None],
+) -> None:
+    """Define a method as a CLIPS function that never ends a right-hand side, as in Fawkes.
+
+    :param failure: the result after an error.
+    """
+
+    @wraps(function)
+    def call(*arguments: Value) -> Value:
+        try:
+            return function(*arguments)
+        except (ClipsError, RobotMemoryError) as error:
+            log_error(error)
+            return failure
+
+    env.define(name, call, function.__code__.co_argcount - 1, types=types)  # without self
 
 
 def _name(kind: type) -> str:

@@ -1,8 +1,13 @@
-"""The ``robmem-mutex-*`` functions. Variants with ``-async`` report their result as a fact in a later run."""
+"""The ``robmem-mutex-*`` functions for locks that agents share.
+
+Most functions exist twice: they wait for the database, or, with ``-async``, report their result as a fact in
+a later run.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from cxbridge.executive.features.robmem_context import FAIL, OK, RobotMemoryContext
 from cxbridge.executive.host.environment import ClipsEnvironment
@@ -14,71 +19,68 @@ _EXPIRE = "expire-locks-async"
 
 
 class MutexFunctions:
+    """Defines the functions in an environment."""
+
     def __init__(self, env: ClipsEnvironment, context: RobotMemoryContext) -> None:
         self._context = context
         memory = context.memory
         self._mutexes = mutexes = Mutexes(context.store, memory.settings.mutexes, memory.clock)
-        self._define_named(env, "create", mutexes.create)
-        self._define_named(env, "destroy", mutexes.destroy)
-        self._define_owned(env, "try-lock", mutexes.try_lock)
-        self._define_owned(env, "renew-lock", mutexes.renew)
-        self._define_owned(env, "force-lock", lambda name, owner: mutexes.try_lock(name, owner, force=True))
-        self._define_owned(env, "unlock", mutexes.unlock)
-        for name, operation in (("setup-ttl", mutexes.setup_ttl), ("expire-locks", mutexes.expire)):
-            env.define(f"robmem-mutex-{name}", self._with_age(name, operation), 1, types="*;ld")
+        self._define(env, "create", mutexes.create, 1)
+        self._define(env, "destroy", mutexes.destroy, 1)
+        self._define(env, "try-lock", mutexes.try_lock, 2)
+        self._define(env, "renew-lock", mutexes.renew, 2)
+        self._define(env, "force-lock", partial(mutexes.try_lock, force=True), 2)
+        self._define(env, "unlock", mutexes.unlock, 2)
+        self._define_waiting(env, "setup-ttl", mutexes.setup_ttl, "*;ld")
+        self._define_waiting(env, "expire-locks", mutexes.expire, "*;ld")
         env.define("robmem-mutex-expire-locks-async", self._expire_async, 1, types="*;ld")
 
-    def _define_named(self, env: ClipsEnvironment, name: str, operation: Callable[[str], bool]) -> None:
-        def at_once(mutex: str) -> Value:
-            return self._result(name, lambda: operation(mutex))
+    def _define(self, env: ClipsEnvironment, name: str, operation: Callable[..., bool], count: int) -> None:
+        """Define both variants of a function that takes a mutex, and perhaps an identity."""
+        types = ";".join(["*", *["sy"] * count])
+        self._define_waiting(env, name, operation, types)
+        function = f"robmem-mutex-{name}-async"
+        env.define(function, lambda *names: self._start(name, operation, *names), count, types=types)
 
-        def later(mutex: str) -> Value:
-            return self._later(name, mutex, lambda: operation(mutex))
+    def _define_waiting(
+        self, env: ClipsEnvironment, name: str, operation: Callable[..., bool], types: str
+    ) -> None:
+        """Define the variant of a function that waits for the database."""
+        function = f"robmem-mutex-{name}"
+        env.define(
+            function, lambda *values: self._result(name, operation, *values), types.count(";"), types=types
+        )
 
-        env.define(f"robmem-mutex-{name}", at_once, 1, types="*;sy")
-        env.define(f"robmem-mutex-{name}-async", later, 1, types="*;sy")
+    def _result(self, name: str, operation: Callable[..., bool], *arguments: Value) -> Value:
+        """Perform an operation, and return TRUE or FALSE."""
+        return TRUE if self._context.attempt(f"Mutex {name}", partial(operation, *arguments)) else FALSE
 
-    def _define_owned(self, env: ClipsEnvironment, name: str, operation: Callable[[str, str], bool]) -> None:
-        def at_once(mutex: str, identity: str) -> Value:
-            return self._result(name, lambda: operation(str(mutex), str(identity)))
-
-        def later(mutex: str, identity: str) -> Value:
-            return self._later(name, mutex, lambda: operation(str(mutex), str(identity)))
-
-        env.define(f"robmem-mutex-{name}", at_once, 2, types="*;sy;sy")
-        env.define(f"robmem-mutex-{name}-async", later, 2, types="*;sy;sy")
-
-    def _with_age(self, name: str, operation: Callable[[float], bool]) -> Callable[[float], Value]:
-        return lambda seconds: self._result(name, lambda: operation(float(seconds)))
-
-    def _result(self, name: str, operation: Callable[[], bool]) -> Value:
-        return TRUE if self._context.attempt(f"Mutex {name}", operation) else FALSE
-
-    def _later(self, name: str, mutex: str, operation: Callable[[], bool]) -> Value:
+    def _start(self, name: str, operation: Callable[..., bool], mutex: str, *identity: Value) -> Value:
         """Start an operation, unless the mutex has a running one."""
 
         def run() -> None:
-            self._report(name, mutex, done=self._context.attempt(f"Mutex {name}", operation))
+            success = self._context.attempt(f"Mutex {name}", partial(operation, mutex, *identity))
+            self._report(name, mutex, success=success)
 
         if self._context.start(f"mutex {mutex}", run):
             return (TRUE,)
-        self._report(name, mutex, done=False)
+        self._report(name, mutex, success=False)
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
-    def _report(self, name: str, mutex: str, *, done: bool) -> None:
+    def _report(self, name: str, mutex: str, *, success: bool) -> None:
         """Assert the outcomes that Fawkes reports.
 
-        The trigger on the collection reports the remaining ones.
+        The trigger on the collection of mutexes reports the remaining outcomes.
         """
-        if name == "renew-lock" or (name == "try-lock" and not done):
+        if name == "renew-lock" or (name == "try-lock" and not success):
             self._context.enqueue_fact(
-                _FEEDBACK, Symbol(f"{name}-async"), OK if done else FAIL, Symbol(mutex)
+                _FEEDBACK, Symbol(f"{name}-async"), OK if success else FAIL, Symbol(mutex)
             )
 
     def _expire_async(self, seconds: float) -> Value:
         def run() -> None:
-            done = self._context.attempt("Expiring locks", lambda: self._mutexes.expire(float(seconds)))
-            self._context.enqueue_fact(_FEEDBACK, Symbol(_EXPIRE), OK if done else FAIL)
+            success = self._context.attempt("Expiring locks", partial(self._mutexes.expire, seconds))
+            self._context.enqueue_fact(_FEEDBACK, Symbol(_EXPIRE), OK if success else FAIL)
 
         if self._context.start(_EXPIRE, run):
             return TRUE

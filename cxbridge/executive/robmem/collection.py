@@ -8,8 +8,8 @@ from datetime import datetime
 from typing import Any
 
 from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.query import compile_query, equalities, leaves, needs_mongodb, order_of
-from cxbridge.executive.robmem.values import MISSING, Document, Key, key, to_ms
+from cxbridge.executive.robmem.query import compile_query, equalities, leaves, order_of, sort_key
+from cxbridge.executive.robmem.values import Document, Key, key, to_ms
 
 # A scan of this many documents is faster than an index.
 _SCANNED = 32
@@ -57,15 +57,16 @@ class _Unique:
     paths: tuple[str, ...]
     owners: dict[Hashable, Hashable] = field(default_factory=dict)
 
-    def keys(self, document: Document) -> set[tuple[Key, ...]]:
+    def values(self, document: Document) -> tuple[Key, ...]:
         """Return a document's values in the index."""
-        return {tuple(key(_single(document, path)) for path in self.paths)}
+        return tuple(sort_key(document, path, "a unique index on") for path in self.paths)
 
 
 class Collection:
     """Documents in insertion order."""
 
-    # agents repeat the same queries, so a query for equality indexes its path automatically
+    # Agents repeat the same queries, so a query for equality indexes its path automatically. An index maps
+    # the key of a value to the identities of its documents, in dictionaries because sets have no order.
     def __init__(self) -> None:
         self._documents: dict[Hashable, Document] = {}
         self._indexes: dict[str, dict[Hashable, dict[Hashable, None]]] = {}
@@ -95,23 +96,19 @@ class Collection:
         """Return a superset of the matching documents, in insertion order."""
         if not query:
             return self._documents.values()
-        wanted = list(equalities(query))
-        for path, value in wanted:
+        required = list(equalities(query))
+        for path, value in required:
             if path == "_id":
                 document = self._documents.get(key(value))
                 return () if document is None else (document,)
         if len(self._documents) <= _SCANNED:
             return self._documents.values()
-        best: dict[Hashable, None] | None = None
-        for path, value in wanted:
-            index = self._index(path)
-            if index is not None:
-                found = index.get(key(value), {})
-                if best is None or len(found) < len(best):
-                    best = found
-        if best is None:
+        indexed = [
+            index.get(key(value), {}) for path, value in required if (index := self._index(path)) is not None
+        ]
+        if not indexed:
             return self._documents.values()
-        return (self._documents[identity] for identity in best)
+        return (self._documents[identity] for identity in min(indexed, key=len))
 
     def _index(self, path: str) -> dict[Hashable, dict[Hashable, None]] | None:
         """Return the index of a path, made if necessary; None if there are too many indexes."""
@@ -119,8 +116,8 @@ class Collection:
         if index is None and len(self._indexes) < _MOST_INDEXES:
             index = self._indexes[path] = {}
             for identity, document in self._documents.items():
-                for each in _leaf_keys(document, path):
-                    index.setdefault(each, {})[identity] = None
+                for value in _leaf_keys(document, path):
+                    index.setdefault(value, {})[identity] = None
         return index
 
     def check(self, document: Document, replaced: Document | None = None) -> None:
@@ -129,37 +126,31 @@ class Collection:
         if replaced is None and identity in self._documents:
             raise DuplicateKeyError(f"there is a document with the _id {document['_id']!r} already")
         for unique in self._unique.values():
-            for each in unique.keys(document):
-                if unique.owners.get(each, identity) != identity:
-                    raise DuplicateKeyError(f"another document has the same {', '.join(unique.paths)}")
+            if unique.owners.get(unique.values(document), identity) != identity:
+                raise DuplicateKeyError(f"another document has the same {', '.join(unique.paths)}")
 
     def put(self, document: Document, replaced: Document | None = None) -> None:
         """Add or replace a document after :meth:`check`."""
         identity = key(document["_id"])
         for path, index in self._indexes.items():
-            now = _leaf_keys(document, path)
-            if replaced is not None:
-                before = _leaf_keys(replaced, path)
-                if before == now:
-                    continue
-                _forget(index, before - now, identity)
-                now -= before
-            for each in now:
-                index.setdefault(each, {})[identity] = None
+            before = set() if replaced is None else _leaf_keys(replaced, path)
+            after = _leaf_keys(document, path)
+            _forget(index, before - after, identity)
+            for value in after - before:
+                index.setdefault(value, {})[identity] = None
         for unique in self._unique.values():
             if replaced is not None:
-                for each in unique.keys(replaced):
-                    unique.owners.pop(each, None)
-            unique.owners.update(dict.fromkeys(unique.keys(document), identity))
+                unique.owners.pop(unique.values(replaced), None)
+            unique.owners[unique.values(document)] = identity
         self._documents[identity] = document
 
     def delete(self, document: Document) -> None:
+        """Remove a stored document."""
         identity = key(document["_id"])
         for path, index in self._indexes.items():
             _forget(index, _leaf_keys(document, path), identity)
         for unique in self._unique.values():
-            for each in unique.keys(document):
-                unique.owners.pop(each, None)
+            unique.owners.pop(unique.values(document), None)
         del self._documents[identity]
 
     def add_index(self, spec: IndexSpec) -> bool:
@@ -168,49 +159,36 @@ class Collection:
         :raises DuplicateKeyError: if documents violate a unique index.
         :raises QueryError: if the keys have another index.
         """
-        if self._check_index(spec):
+        existing = self._specs.get(spec.keys)
+        if existing not in (None, spec):
+            raise QueryError(f"there is an index on {', '.join(spec.paths)} already, with other options")
+        if existing is not None:
             return False
         if spec.unique:
             unique = _Unique(spec.paths)
             for identity, document in self._documents.items():
-                for each in unique.keys(document):
-                    if unique.owners.setdefault(each, identity) != identity:
-                        raise DuplicateKeyError(f"documents have the same {', '.join(spec.paths)} already")
+                if unique.owners.setdefault(unique.values(document), identity) != identity:
+                    raise DuplicateKeyError(f"documents have the same {', '.join(spec.paths)} already")
             self._unique[spec.paths] = unique
         self._specs[spec.keys] = spec
         return True
 
-    def _check_index(self, spec: IndexSpec) -> bool:
-        """Return whether the index exists."""
-        known = self._specs.get(spec.keys)
-        if known not in (None, spec):
-            raise QueryError(f"there is an index on {', '.join(spec.paths)} already, with other options")
-        return known is not None
-
     def expired(self, now_ms: int) -> list[Document]:
         """Return the expired documents. In an array of times, the first counts."""
-        found: dict[Hashable, Document] = {}
-        for spec in self._specs.values():
-            if spec.expire_after_s is None:
-                continue
-            (times,) = map(leaves, spec.paths)
-            limit_ms = now_ms - spec.expire_after_s * 1000
-            found |= {
-                identity: document
-                for identity, document in self._documents.items()
-                if any(isinstance(time, datetime) and to_ms(time) < limit_ms for time in times(document))
-            }
-        return list(found.values())
-
-
-def _single(document: Document, path: str) -> Any:
-    """Return the value at a path."""
-    value: Any = document
-    for part in path.split("."):
-        value = value.get(part, MISSING) if isinstance(value, dict) else MISSING
-        if isinstance(value, list):
-            raise needs_mongodb(f"a unique index on '{path}', an array,")
-    return value
+        limits_ms = {
+            leaves(spec.paths[0]): now_ms - spec.expire_after_s * 1000
+            for spec in self._specs.values()
+            if spec.expire_after_s is not None
+        }
+        return [
+            document
+            for document in self._documents.values()
+            if any(
+                isinstance(time, datetime) and to_ms(time) < limit_ms
+                for times, limit_ms in limits_ms.items()
+                for time in times(document)
+            )
+        ]
 
 
 def _leaf_keys(document: Document, path: str) -> set[Hashable]:
@@ -219,8 +197,9 @@ def _leaf_keys(document: Document, path: str) -> set[Hashable]:
 
 
 def _forget(index: dict[Hashable, dict[Hashable, None]], keys: set[Hashable], identity: Hashable) -> None:
-    for each in keys:
-        known = index[each]
-        known.pop(identity, None)
-        if not known:
-            del index[each]
+    """Remove a document from an index, and values without documents: the index must not grow forever."""
+    for value in keys:
+        identities = index[value]
+        identities.pop(identity, None)
+        if not identities:
+            del index[value]

@@ -1,18 +1,19 @@
 """Queries of the embedded store, compiled to functions.
 
-Operators follow MongoDB's documentation. Unsupported operators are refused by name.
+Operators follow MongoDB's documentation. Unsupported operators, and paths with an index of an array, are
+refused by name, before any document is read.
 """
 
 from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Mapping
+from functools import lru_cache, partial
 from typing import Any
 
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.values import EMPTY_ARRAY, MISSING, NAN, Document, Key, Regex, key
+from cxbridge.executive.robmem.values import MISSING, NAN, Document, Key, Regex, key
 
 Test = Callable[[Any], bool]
 """A test of a value or a document."""
@@ -22,10 +23,6 @@ Order = list[tuple[str, int]]
 
 _COMPARISONS = {"$gt": operator.gt, "$gte": operator.ge, "$lt": operator.lt, "$lte": operator.le}
 _FLAGS = {"i": re.IGNORECASE, "m": re.MULTILINE, "s": re.DOTALL, "x": re.VERBOSE}
-# maximum number of steps of a match in the worst case; `re` takes a third of a second for them
-_MOST_STEPS = 20_000_000
-
-_TOKENS = re.compile(r"\\.|\[\^?\]?(?:\\.|[^\]\\])*\]|\)[*+{?]?|\(\?P=|\(\??|[*+{|?]")
 
 
 def needs_mongodb(name: str) -> QueryError:
@@ -37,9 +34,20 @@ def needs_mongodb(name: str) -> QueryError:
     )
 
 
-def has_operators(wanted: Any) -> bool:
+def names_of_path(path: str) -> list[str]:
+    """Return the names of the fields on a dotted path.
+
+    :raises QueryError: for an index of an array, which needs a MongoDB.
+    """
+    names = path.split(".")
+    if any(name.isdigit() for name in names[1:]):
+        raise needs_mongodb(f"the index in the path '{path}'")
+    return names
+
+
+def has_operators(operand: Any) -> bool:
     """Return whether a document consists of operators. The first field decides."""
-    return isinstance(wanted, Mapping) and next(iter(wanted), "").startswith("$")
+    return isinstance(operand, Mapping) and next(iter(operand), "").startswith("$")
 
 
 def compile_query(query: Mapping[str, Any]) -> Test:
@@ -47,22 +55,28 @@ def compile_query(query: Mapping[str, Any]) -> Test:
 
     :raises QueryError: if the query is invalid or needs a MongoDB.
     """
-    tests = [_part(name, wanted) for name, wanted in query.items()]
-    if len(tests) == 1:
-        return tests[0]
-    return lambda document: all(test(document) for test in tests)
+    return _all_of([_field_test(name, operand) for name, operand in query.items()])
 
 
-def _part(name: str, wanted: Any) -> Test:
+def _all_of(tests: list[Test]) -> Test:
+    return tests[0] if len(tests) == 1 else lambda document: all(test(document) for test in tests)
+
+
+def _field_test(name: str, operand: Any) -> Test:
     if name not in ("$and", "$or"):
         if name.startswith("$"):
             raise needs_mongodb(name)
-        return _condition(name, wanted)
-    if not isinstance(wanted, list) or not wanted or not all(isinstance(part, Mapping) for part in wanted):
+        return _condition(name, operand)
+    if (
+        not isinstance(operand, list)
+        or not operand
+        or not all(isinstance(query, Mapping) for query in operand)
+    ):
         raise QueryError(f"{name} takes an array of queries, one at least")
-    parts = [compile_query(part) for part in wanted]
-    quantifier = all if name == "$and" else any
-    return lambda document: quantifier(part(document) for part in parts)
+    tests = [compile_query(query) for query in operand]
+    if name == "$and":
+        return _all_of(tests)
+    return lambda document: any(test(document) for test in tests)
 
 
 def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -70,35 +84,37 @@ def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
     :param query: a query that has compiled before.
     """
-    for name, wanted in query.items():
-        if name == "$and" or (name == "$or" and len(wanted) == 1):
-            for part in wanted:
+    for name, operand in query.items():
+        if name == "$and":
+            for part in operand:
                 yield from equalities(part)
-        elif name.startswith("$") or isinstance(wanted, Regex):
+        elif name == "$or" or isinstance(operand, Regex):
             continue
-        elif not has_operators(wanted):
-            yield name, wanted
-        elif "$eq" in wanted:
-            yield name, wanted["$eq"]
-        elif len(wanted.get("$in", ())) == 1 and not isinstance(wanted["$in"][0], Regex):
-            yield name, wanted["$in"][0]
+        elif not has_operators(operand):
+            yield name, operand
+        elif "$eq" in operand:
+            yield name, operand["$eq"]
 
 
-def _condition(path: str, wanted: Any) -> Test:
-    if not has_operators(wanted):
-        return _any(path, compile_regex(wanted) if isinstance(wanted, Regex) else _equals(wanted))
-    for name in wanted:
+def _condition(path: str, operand: Any) -> Test:
+    """Return the test of a field: equality with a value, or operators."""
+    if not has_operators(operand):
+        return _any(path, compile_regex(operand) if isinstance(operand, Regex) else _equals(operand))
+    for name in operand:
         if not name.startswith("$"):
             raise QueryError(f"'{name}' is among operators of '{path}'")
-    parts = [
-        _operator(path, name, operand, wanted)
-        for name, operand in wanted.items()
-        if not (name == "$options" and "$regex" in wanted)
-    ]
-    return parts[0] if len(parts) == 1 else lambda document: all(part(document) for part in parts)
+    # $options belongs to $regex, which may come after it
+    return _all_of(
+        [
+            _operator(path, name, value, operand)
+            for name, value in operand.items()
+            if not (name == "$options" and "$regex" in operand)
+        ]
+    )
 
 
 def _any(path: str, test: Test) -> Test:
+    """Return whether any value at the path passes: an array fits if one of its elements fits."""
     read = leaves(path)
     return lambda document: any(map(test, read(document)))
 
@@ -107,7 +123,7 @@ def _not(condition: Test) -> Test:
     return lambda document: not condition(document)
 
 
-def _operator(path: str, name: str, operand: Any, whole: Mapping[str, Any]) -> Test:
+def _operator(path: str, name: str, operand: Any, operators: Mapping[str, Any]) -> Test:
     if name in _VALUE_TESTS:
         return _any(path, _VALUE_TESTS[name](name, operand))
     match name:
@@ -121,12 +137,12 @@ def _operator(path: str, name: str, operand: Any, whole: Mapping[str, Any]) -> T
                 raise QueryError("$not takes operators or a regular expression")
             return _not(_condition(path, operand))
         case "$regex":
-            return _any(path, compile_regex(_regex(operand, whole.get("$options", ""))))
+            return _any(path, compile_regex(_regex(operand, operators.get("$options", ""))))
     raise needs_mongodb(name)
 
 
-def _equals(wanted: Any) -> Test:
-    target = key(wanted)
+def _equals(operand: Any) -> Test:
+    target = key(operand)
     return lambda value: key(value) == target
 
 
@@ -145,9 +161,9 @@ def _compares(name: str, operand: Any) -> Test:
     """Compare with a value. Only values of the same type match."""
     _refuse_regex(name, operand)
     target, holds = key(operand), _COMPARISONS[name]
-    if target == NAN:
+    if target == NAN:  # NaN is neither less nor greater, and equal to itself here
         return _equals(operand) if name in ("$gte", "$lte") else lambda _value: False
-    return lambda value: (known := key(value))[0] == target[0] and holds(known, target)
+    return lambda value: (actual := key(value))[0] == target[0] and holds(actual, target)
 
 
 def _member_of(name: str, operand: Any) -> Test:
@@ -178,143 +194,85 @@ def _regex(operand: Any, options: Any) -> Regex:
 def compile_regex(regex: Regex) -> Test:
     """Return a test that searches a text for a match, or finds the same regular expression.
 
-    :raises QueryError: if the expression is invalid or needs a MongoDB. The test raises it for a text that is
-        too long.
+    :raises QueryError: if the expression is invalid.
     """
-    # Python's `re` has no time limit: expressions with exponential steps are refused, and texts that may
-    # cause too many steps
     unknown = regex.options.strip("imsx")
     if unknown:
         raise QueryError(f"regular expressions have no option '{unknown[0]}'", hint="known are i, m, s and x")
     flags = sum(_FLAGS[letter] for letter in set(regex.options))
     try:
-        compiled = re.compile(regex.pattern, flags)
+        search = re.compile(regex.pattern, flags).search
     except (re.error, RecursionError, OverflowError) as error:
         raise QueryError(f"not a regular expression: {regex.pattern}: {error}") from None
-    power, ways = _growth(regex)
-
-    def test(value: Any) -> bool:
-        if not isinstance(value, str):
-            return bool(value == regex)
-        if power and ways * (len(value) + 1) ** power > _MOST_STEPS:
-            raise needs_mongodb(f"regular expression '{regex.pattern}' on {len(value)} characters")
-        return compiled.search(value) is not None
-
-    return test
-
-
-def _growth(regex: Regex) -> tuple[int, int]:
-    """Return exponent and factor of a match's steps in the worst case, by the length of the text."""
-    # without an anchor, a match is attempted at each position
-    power = int(not regex.pattern.startswith("^") or "m" in regex.options or "|" in regex.pattern)
-    total, ways, depth, before = 0, 1, 0, ""
-    for token in _TOKENS.findall(regex.pattern):
-        if token[0] == ")":
-            depth -= 1
-            if token not in (")", ")?"):
-                raise needs_mongodb(f"regular expression '{regex.pattern}' with a repeated group")
-        if token == "|" and not depth:
-            total, ways = total + ways, 1
-        elif token in ("*", "+", "{", "(?P=") or re.fullmatch(r"\\[1-9]", token):
-            power += 1
-        elif token in ("|", ")?") or (token == "?" and before not in ("*", "+", "{")):
-            ways *= 2
-        depth += token[0] == "("
-        before = token
-    return power, total + ways
-
-
-def array_index(part: str) -> int | None:
-    """Return a path component as an array index; None if it is not an index."""
-    if part.isascii() and part.isdigit() and (part == "0" or part[0] != "0"):
-        return int(part)
-    return None
+    return lambda value: search(value) is not None if isinstance(value, str) else bool(value == regex)
 
 
 @lru_cache(maxsize=256)
-def leaves(path: str) -> Callable[[Any], Iterable[Any]]:
+def leaves(path: str) -> Callable[[Document], Iterator[Any]]:
     """Return a reader of the values that a query compares: an array's elements and the array itself.
 
     The reader yields :data:`MISSING` for each path that ends early. An array without documents on the path
-    yields nothing. An array named by index counts as one value.
+    yields nothing.
     """
-    if "." not in path:
-        return lambda document: _expanded(document.get(path, MISSING))
-    parts = path.split(".")
-    return lambda document: _in_document(document, parts, 0)
+    names = names_of_path(path)
+    return lambda document: _values_at(document, names)
 
 
-def _expanded(value: Any) -> Iterable[Any]:
-    return (*value, value) if isinstance(value, list) else (value,)
-
-
-def _in_document(document: Document, parts: list[str], at: int) -> Iterator[Any]:
-    value = document.get(parts[at], MISSING)
-    at += 1
-    if at == len(parts):
-        yield from _expanded(value)
+def _values_at(document: Document, names: list[str]) -> Iterator[Any]:
+    name, *remaining = names
+    value = document.get(name, MISSING)
+    if not remaining:
+        if isinstance(value, list):
+            yield from value
+        yield value
     elif isinstance(value, dict):
-        yield from _in_document(value, parts, at)
+        yield from _values_at(value, remaining)
     elif isinstance(value, list):
-        yield from _in_array(value, parts, at)
+        for item in value:
+            if isinstance(item, dict):
+                yield from _values_at(item, remaining)
     else:
         yield MISSING
 
 
-def _in_array(items: list[Any], parts: list[str], at: int) -> Iterator[Any]:
-    named = array_index(parts[at])
-    for number, item in enumerate(items):
-        if isinstance(item, dict):
-            yield from _in_document(item, parts, at)
-        if number != named:
-            continue
-        if at + 1 == len(parts):
-            yield item
-        elif isinstance(item, dict):
-            yield from _in_document(item, parts, at + 1)
-        elif isinstance(item, list):
-            yield from _in_array(item, parts, at + 1)
-
-
-def order_of(order: Mapping[str, Any], where: str = "sort") -> Order:
+def order_of(order: Mapping[str, Any], operation: str = "sort") -> Order:
     """Check a requested order.
 
-    :param where: the operation, for the error.
+    :param operation: the name of the operation, for the error.
     :raises QueryError: if the order is invalid.
     """
     if not order:
-        raise QueryError(f"{where} takes one path at least")
+        raise QueryError(f"{operation} takes one path at least")
     for path, direction in order.items():
         if path.startswith("$") or isinstance(direction, str | Mapping):
-            raise needs_mongodb(f"{where} '{path}': {direction!r}")
+            raise needs_mongodb(f"{operation} '{path}': {direction!r}")
         if type(direction) not in (int, float) or direction not in (1, -1):
-            raise QueryError(f"{where}: the direction of '{path}' is 1 or -1, not {direction!r}")
-        if not all(path.split(".")):
-            raise QueryError(f"{where}: '{path}' is not a path: a part of it is empty")
+            raise QueryError(f"{operation}: the direction of '{path}' is 1 or -1, not {direction!r}")
+        if not all(names_of_path(path)):
+            raise QueryError(f"{operation}: '{path}' is not a path: a part of it is empty")
     return [(path, int(direction)) for path, direction in order.items()]
 
 
 def sort_documents(documents: list[Document], order: Order) -> list[Document]:
-    """Return documents in a stable order. An array sorts by its first element in that order.
+    """Return documents in a stable order.
 
-    :raises QueryError: if several paths lead to arrays, which needs a MongoDB.
+    :raises QueryError: if a path leads to an array, which needs a MongoDB.
     """
     for path, direction in reversed(order):
-        first = min if direction == 1 else max
-
-        def place(document: Document, path: str = path, first: Callable[..., Key] = first) -> Key:
-            keys = _sort_keys(document, path)
-            if len(keys) > 1 and len(order) > 1:
-                raise needs_mongodb(f"sorting by '{path}', an array, and other paths")
-            return first(keys)
-
-        documents = sorted(documents, key=place, reverse=direction == -1)
+        documents = sorted(
+            documents, key=partial(sort_key, path=path, operation="sorting by"), reverse=direction == -1
+        )
     return documents
 
 
-def _sort_keys(document: Document, path: str) -> list[Key]:
-    found = [*leaves(path)(document)]
-    if found and isinstance(found[-1], list):  # the array follows its elements
-        found.pop()
-        return [*map(key, found)] or [EMPTY_ARRAY]
-    return [*map(key, found)] or [key(None)]
+def sort_key(document: Document, path: str, operation: str) -> Key:
+    """Return the key of the single value at a path, for orders and unique indexes.
+
+    :raises QueryError: if the path leads to an array, which needs a MongoDB.
+    """
+    value: Any = document
+    for name in names_of_path(path):
+        value = value.get(name, MISSING) if isinstance(value, dict) else MISSING
+        if isinstance(value, list):
+            raise needs_mongodb(f"{operation} '{path}', an array,")
+    return key(value)

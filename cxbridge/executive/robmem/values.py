@@ -128,20 +128,11 @@ NUMBERS = 10
 NAN: Key = (NUMBERS - 1, 0)
 """The key of NaN: below all numbers, equal to itself, and excluded from ``$lt`` and similar operators."""
 
-NULL: Key = (5, 0)
-"""The key of null and of a missing field."""
-
-EMPTY_ARRAY: Key = (0, 0)
-"""The sort key of an empty array, before null."""
-
 
 def _object_key(items: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
-    found = []
-    for name, item in items:
-        place = key(item)
-        # types before names; NaN counts as a number here
-        found.append((NUMBERS if place == NAN else place[0], name, place))
-    return tuple(found)
+    # types before names; NaN counts as a number here
+    keyed = [(name, key(item)) for name, item in items]
+    return tuple((NUMBERS if item == NAN else item[0], name, item) for name, item in keyed)
 
 
 _ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
@@ -163,9 +154,9 @@ _ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
 
 def key(value: Any) -> Key:
     """Return a key with MongoDB's equality and order."""
-    place, make = _ORDER[type(value)]
-    made = make(value)
-    return NAN if place == NUMBERS and made != made else (place, made)  # noqa: PLR0124  NaN is not itself
+    position, make = _ORDER[type(value)]
+    within = make(value)
+    return NAN if position == NUMBERS and within != within else (position, within)  # noqa: PLR0124  NaN
 
 
 def same(first: Any, second: Any) -> bool:

@@ -40,15 +40,7 @@ QUERY_CASES: dict[str, list[tuple[dict[str, Any], Any, bool]]] = {
         ({"a": [[]]}, {"query": {"a.b": None}}, False),
         ({"a": [{"b": 3}, {}]}, {"query": {"a.b": None}}, True),
         ({"a": [{"b": 3}]}, {"query": {"a.b": None}}, False),
-        ({"a": [1]}, {"query": {"a.5": None}}, False),
-        ({"a": [1]}, {"query": {"a.0.b": None}}, False),
-        ({"a": [5, [2, 4]]}, {"query": {"a.1": 4}}, False),
-        ({"a": [5, [2, 4]]}, {"query": {"a.1": [2, 4]}}, True),
-        ({"a": [5, {"1": 4}]}, {"query": {"a.1": 4}}, True),
-        ({"a": [5, [{"b": 4}]]}, {"query": {"a.1.b": 4}}, True),
         ({"a": [[{"b": 4}]]}, {"query": {"a.b": 4}}, False),
-        ({"a": [0, 1]}, {"query": {"a.01": 1}}, False),
-        ({"a": {"01": 1}}, {"query": {"a.01": 1}}, True),
         ({"": 1}, {"query": {"": 1}}, True),
     ],
     "$ne": [
@@ -125,7 +117,6 @@ QUERY_CASES: dict[str, list[tuple[dict[str, Any], Any, bool]]] = {
         ({}, {"$exists": 0}, True),
         ({"a": []}, {"query": {"a.b": {"$exists": False}}}, True),
         ({"a": [{}, {"b": 1}]}, {"query": {"a.b": {"$exists": True}}}, True),
-        ({"a": [1]}, {"query": {"a.1": {"$exists": False}}}, True),
     ],
     "$regex": [
         ({"a": "xaby"}, {"$regex": "ab"}, True),
@@ -161,6 +152,7 @@ BAD_QUERIES: list[tuple[Any, str]] = [
     ({"a": {"$regex": Regex("a", "i"), "$options": "m"}}, "$options"),
     ({"a": {"$options": "i"}}, "$options"),
     ({"$and": []}, "$and"),
+    ({"a.0": 1}, "the index in the path 'a.0' needs a MongoDB"),
     ({"$or": [1]}, "$or"),
 ]
 
@@ -171,19 +163,14 @@ UPDATE_CASES: dict[str, list[tuple[dict[str, Any], dict[str, Any], Any]]] = {
     "$set": [
         ({"a": 1}, {"$set": {"b": 2}}, {"a": 1, "b": 2}),
         ({}, {"$set": {"b": 2, "a": 1}}, {"a": 1, "b": 2}),
-        ({}, {"$set": {"x.10": 1, "x.9": 2}}, {"x": {"9": 2, "10": 1}}),
         ({}, {"$set": {"a.b.c": 1}}, {"a": {"b": {"c": 1}}}),
-        ({"a": [1, 2]}, {"$set": {"a.1": 5}}, {"a": [1, 5]}),
-        ({"a": [1]}, {"$set": {"a.3": 5}}, "needs a MongoDB"),
-        ({"a": [1]}, {"$set": {"a.1.b": 5}}, {"a": [1, {"b": 5}]}),
         ({"a": [1]}, {"$set": {"a.b": 5}}, "'a.b'"),
-        ({"a": [1]}, {"$set": {"a.01": 5}}, "'01'"),
         ({"a": None}, {"$set": {"a.b": 5}}, "'a.b'"),
-        ({"a": [1]}, {"$set": {"a.9999999": 5}}, "9999999"),
         ({"a": 1}, {"$set": {"_id": 2}}, "'_id'"),
         ({"a": 1}, {"$set": {"a": {"x": 1}, "a.b": 1}}, "conflict at 'a'"),
         ({"a": 1}, {"$set": {"a.b": 1}, "$unset": {"a": 1}}, "conflict at 'a'"),
         ({"a": 1}, {"$set": {"a": 1}, "$inc": {"a": 1}}, "conflict at 'a'"),
+        ({"a": [1]}, {"$set": {"a.0": 5}}, "needs a MongoDB"),
         ({"a": 1}, {"$set": {"a.b.c": 1}, "$inc": {"a.b": 1}}, "conflict at 'a.b'"),
         ({"a": {}}, {"$set": {"a.b": 1}, "$inc": {"a.bc": 1}}, {"a": {"b": 1, "bc": 1}}),
         ({"a": 1}, {"$set": {"a..b": 1}}, "'a..b'"),
@@ -193,9 +180,6 @@ UPDATE_CASES: dict[str, list[tuple[dict[str, Any], dict[str, Any], Any]]] = {
     "$unset": [
         ({"a": 1, "b": 2}, {"$unset": {"a": ""}}, {"b": 2}),
         ({"a": {"b": 1, "c": 2}}, {"$unset": {"a.b": 1}}, {"a": {"c": 2}}),
-        ({"a": [1, 2, 3]}, {"$unset": {"a.1": 1}}, {"a": [1, None, 3]}),
-        ({"a": [1, {"b": 2}]}, {"$unset": {"a.1.b": 1}}, {"a": [1, {}]}),
-        ({"a": [1]}, {"$unset": {"a.5": 1}}, {"a": [1]}),
         ({"a": [1]}, {"$unset": {"a.b": 1}}, {"a": [1]}),
         ({"a": 1}, {"$unset": {"a.b": 1}}, {"a": 1}),
         ({"a": 1}, {"$unset": {"_id": 1}}, "'_id'"),
@@ -212,29 +196,19 @@ UPDATE_CASES: dict[str, list[tuple[dict[str, Any], dict[str, Any], Any]]] = {
         ({"a": True}, {"$inc": {"a": 1}}, "'a'"),
         ({"b": 1}, {"$inc": {"a": "1"}}, "$inc"),
         ({"b": 1}, {"$inc": {"a": True}}, "$inc"),
-        ({"a": [1, 2]}, {"$inc": {"a.1": 1}}, {"a": [1, 3]}),
     ],
     "$currentDate": [
         ({}, {"$currentDate": {"a": True}}, {"a": NOW}),
         ({}, {"$currentDate": {"a": 1}}, "$currentDate"),
-    ],
-    "$push": [
-        ({"a": [1]}, {"$push": {"a": 2}}, {"a": [1, 2]}),
-        ({}, {"$push": {"a": 2}}, {"a": [2]}),
-        ({"a": [1]}, {"$push": {"a": [2, 3]}}, {"a": [1, [2, 3]]}),
-        ({"a": [1]}, {"$push": {"a": {"b": 1}}}, {"a": [1, {"b": 1}]}),
-        ({"a": 1}, {"$push": {"a": 2}}, "$push"),
     ],
 }
 
 UPSERTS: list[tuple[dict[str, Any], dict[str, Any], Any]] = [
     # query, update, the document without its _id; a text is what the refusal names
     ({"x": 1}, {"$set": {"a": 1}}, {"x": 1, "a": 1}),
-    ({"x": {"$in": [1]}}, {"$set": {"a": 1}}, {"x": 1, "a": 1}),
     ({"x": {"$in": [1, 2]}}, {"$set": {"a": 1}}, {"a": 1}),
     ({"$and": [{"x": 1}, {"y": 2}]}, {"$set": {"a": 1}}, {"x": 1, "y": 2, "a": 1}),
     ({"$and": [{"x": 1}, {"x": 2}]}, {"$set": {"a": 1}}, "'x'"),
-    ({"$or": [{"x": 1}]}, {"$set": {"a": 1}}, {"x": 1, "a": 1}),
     ({"$or": [{"x": 1}, {"y": 2}]}, {"$set": {"a": 1}}, {"a": 1}),
     ({"x": {"$gt": 1}, "y": {"$ne": 1}}, {"$set": {"a": 1}}, {"a": 1}),
     ({"x": Regex("x")}, {"$set": {"a": 1}}, {"a": 1}),
