@@ -1,4 +1,8 @@
-"""The store in this process: documents in memory, optionally persistent in a file."""
+"""The store in this process: documents in memory, optionally persistent in a file.
+
+Each write has the same order: check the document, write the file, change the memory, report the change. An
+error of the first two steps leaves the memory as it was.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +53,8 @@ class EmbeddedStore(Store):
         self._lock = threading.RLock()
         self._collections: dict[str, Collection] = {}
         self._watches: dict[str, list[_LocalWatch]] = {}
-        self._machine = (bytes(5) if clock.is_virtual else os.urandom(5)).hex()
+        # an ObjectId has 4 bytes of time, 5 of the process, 3 of a counter; runs on a virtual clock repeat
+        self._process = (bytes(5) if clock.is_virtual else os.urandom(5)).hex()
         self._ids = 0
         self._last_stamp = Timestamp(0, 0)
         self._next_sweep_us = 0
@@ -73,14 +78,14 @@ class EmbeddedStore(Store):
             raise QueryError("a limit is 0, for all documents, or more")
         order = order_of(sort) if sort else None
         with self._lock:
-            found = list(self._of(collection).find(copy(query or {})))
+            documents = list(self._of(collection).find(copy(query or {})))
             if order is not None:
-                found = sort_documents(found, order)
-            return [copy(document) for document in (found[:limit] if limit else found)]
+                documents = sort_documents(documents, order)
+            return [copy(document) for document in documents[: limit or None]]
 
     def collections(self) -> list[str]:
         with self._lock:
-            return sorted(name for name, known in self._collections.items() if len(known))
+            return sorted(name for name, collection in self._collections.items() if len(collection))
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
         with self._lock:
@@ -89,33 +94,33 @@ class EmbeddedStore(Store):
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        wanted, todo = copy(query), Update(copy(changes))
+        criteria, update = copy(query), Update(copy(changes))
         with self._lock:
-            found = list(self._of(collection).find(wanted))
-            for document in found:
-                self._change(collection, document, todo)
-            if not found and upsert:
-                self._upsert(collection, wanted, todo)
+            documents = list(self._of(collection).find(criteria))
+            for document in documents:
+                self._change(collection, document, update)
+            if not documents and upsert:
+                self._upsert(collection, criteria, update)
                 return 1
-            return len(found)
+            return len(documents)
 
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        wanted, todo = copy(query), Update(copy(changes))
+        criteria, update = copy(query), Update(copy(changes))
         with self._lock:
-            found = next(self._of(collection).find(wanted), None)
-            if found is not None:
-                return copy(self._change(collection, found, todo))
-            return copy(self._upsert(collection, wanted, todo)) if upsert else None
+            document = next(self._of(collection).find(criteria), None)
+            if document is not None:
+                return copy(self._change(collection, document, update))
+            return copy(self._upsert(collection, criteria, update)) if upsert else None
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        wanted = copy(query)
+        criteria = copy(query)
         with self._lock:
-            found = list(self._of(collection).find(wanted))
-            for document in found:
+            documents = list(self._of(collection).find(criteria))
+            for document in documents:
                 self._delete(collection, document)
-            return len(found)
+            return len(documents)
 
     def drop(self, collection: str) -> None:
         with self._lock:
@@ -149,7 +154,7 @@ class EmbeddedStore(Store):
         return watch
 
     def _end_watch(self, collection: str, watch: _LocalWatch) -> None:
-        with self._lock, suppress(ValueError):  # the watch may have ended already
+        with self._lock, suppress(KeyError, ValueError):  # watch or store may have ended already
             self._watches[collection].remove(watch)
 
     def attend(self) -> None:
@@ -159,8 +164,8 @@ class EmbeddedStore(Store):
             return
         self._next_sweep_us = now_us + _SWEEP_US
         with self._lock:
-            for name, known in self._collections.items():
-                for document in known.expired(now_us // 1000):
+            for name, collection in self._collections.items():
+                for document in collection.expired(now_us // 1000):
                     self._delete(name, document)
 
     def close(self) -> None:
@@ -173,25 +178,29 @@ class EmbeddedStore(Store):
     # methods below require the lock
 
     def _of(self, collection: str) -> Collection:
-        known = self._collections.get(collection)
-        if known is None:
-            split_name(collection)
-            known = self._collections[collection] = Collection()
-        return known
+        if collection not in self._collections:
+            split_name(collection)  # refuses an invalid name
+            self._collections[collection] = Collection()
+        return self._collections[collection]
 
     def _insert(self, collection: str, document: Document) -> Document:
-        known = self._of(collection)
-        made = self._new_id()
-        document = {"_id": document.pop("_id", made), **document}
+        # an id is also drawn for a document that has one: later ids do not depend on it
+        new_id = self._new_id()
+        document = {"_id": document.pop("_id", new_id), **document}
         if isinstance(document["_id"], list | Regex):
             raise QueryError("the '_id' of a document is neither an array nor a regular expression")
-        _refuse_dollars(document)
-        known.check(document)
-        if self._journal is not None:
-            self._journal.put(collection, document)
-        known.put(document)
+        self._put(collection, document)
         self._notify(collection, "insert", document)
         return document
+
+    def _put(self, collection: str, document: Document, replaced: Document | None = None) -> None:
+        """Check and store a document."""
+        documents = self._of(collection)
+        _refuse_dollars(document)
+        documents.check(document, replaced)
+        if self._journal is not None:
+            self._journal.put(collection, document)
+        documents.put(document, replaced)
 
     def _upsert(self, collection: str, query: Document, changes: Update) -> Document:
         return self._insert(collection, changes.new_document(query, self._now()))
@@ -200,12 +209,7 @@ class EmbeddedStore(Store):
         changed = changes.apply(document, self._now())
         if not changed.anything:
             return document
-        known = self._of(collection)
-        _refuse_dollars(changed.fields)
-        known.check(changed.document, document)
-        if self._journal is not None:
-            self._journal.put(collection, changed.document)
-        known.put(changed.document, document)
+        self._put(collection, changed.document, document)
         self._notify(collection, "update", changed.document, changed)
         return changed.document
 
@@ -218,7 +222,7 @@ class EmbeddedStore(Store):
     def _new_id(self) -> ObjectId:
         self._ids = (self._ids + 1) % (1 << 24)
         seconds = self._clock.now_us() // 1_000_000 & 0xFFFFFFFF
-        return ObjectId(f"{seconds:08x}{self._machine}{self._ids:06x}")
+        return ObjectId(f"{seconds:08x}{self._process}{self._ids:06x}")
 
     def _now(self) -> datetime:
         return from_ms(self._clock.now_us() // 1000)
@@ -236,6 +240,7 @@ class EmbeddedStore(Store):
         watches = self._watches.get(collection)
         if not watches:
             return
+        # the fields of MongoDB's change events, in its order
         database, name = split_name(collection)
         change: Change = {
             "_id": {"_data": f"{stamp.time:08x}{stamp.inc:08x}"},
@@ -253,7 +258,7 @@ class EmbeddedStore(Store):
                 "removedFields": changed.removed,
                 "truncatedArrays": [],
             }
-        for watch in tuple(watches):
+        for watch in tuple(watches):  # a callback may end its watch
             if watch.fits(change):
                 watch.on_change(copy(change))
 

@@ -46,6 +46,7 @@ class Journal:
         except (OSError, sqlite3.Error) as error:
             raise self._refused(error) from None
         try:
+            # with an exclusive lock from the first access, WAL needs no shared memory file
             self._db.execute("PRAGMA locking_mode = EXCLUSIVE")
             self._db.execute("PRAGMA journal_mode = WAL")
             # a change survives a crash of the process; after a power failure the file is consistent, but
@@ -87,7 +88,7 @@ class Journal:
         :raises RobotMemoryError: if the file is damaged.
         """
         query = "SELECT collection, id, document FROM documents ORDER BY rowid"
-        for collection, identity, data in self._select(query):
+        for collection, identity, data in self._db.execute(query):
             document = _decode(data)
             split_name(collection)
             if _id(document["_id"]) != identity:
@@ -99,7 +100,7 @@ class Journal:
 
         :raises RobotMemoryError: if the file is damaged.
         """
-        for collection, data in self._select("SELECT collection, spec FROM indexes ORDER BY rowid"):
+        for collection, data in self._db.execute("SELECT collection, spec FROM indexes ORDER BY rowid"):
             spec = _decode(data)
             yield (
                 collection,
@@ -110,18 +111,15 @@ class Journal:
     def reading(self) -> Iterator[None]:
         """Convert all signs of a damaged file to one error, and close the file."""
         try:
-            (found,) = self._db.execute("PRAGMA quick_check(1)").fetchone()
-            if found != "ok":
-                raise self._damaged(found)
+            (result,) = self._db.execute("PRAGMA quick_check(1)").fetchone()
+            if result != "ok":
+                raise self._damaged(result)
             yield
         except (sqlite3.Error, RobotMemoryError, UnicodeError, KeyError, TypeError, AttributeError) as error:
             self._db.close()
             if isinstance(error, RobotMemoryError) and error.file == str(self._file):
                 raise
             raise self._damaged(error) from None
-
-    def _select(self, query: str) -> sqlite3.Cursor:
-        return self._db.execute(query)
 
     def _damaged(self, why: object) -> RobotMemoryError:
         return RobotMemoryError(
@@ -135,8 +133,8 @@ class Journal:
 
         :raises RobotMemoryError: as in :meth:`put`.
         """
-        kept = {"key": dict(spec.keys), "unique": spec.unique, "expireAfterSeconds": spec.expire_after_s}
-        self._write("INSERT INTO indexes (collection, spec) VALUES (?, ?)", (collection, _encode(kept)))
+        fields = {"key": dict(spec.keys), "unique": spec.unique, "expireAfterSeconds": spec.expire_after_s}
+        self._write("INSERT INTO indexes (collection, spec) VALUES (?, ?)", (collection, _encode(fields)))
 
     def put(self, collection: str, document: Document) -> None:
         """Store or replace a document.

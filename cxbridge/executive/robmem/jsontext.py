@@ -40,6 +40,7 @@ def parse(text: str) -> Document:
 
 def _value(fields: dict[str, Any]) -> Any:
     """Return the value of an extended JSON object, or the object itself."""
+    # the first field decides, as in MongoDB's shell
     name = next(iter(fields), "")
     if not name.startswith("$"):
         return fields

@@ -17,7 +17,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, Logger
 from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.settings import Settings
-from cxbridge.executive.robmem.status_writer import SetKeeper
+from cxbridge.executive.robmem.status_writer import StatusWriter
 from cxbridge.extras import install_command
 
 if TYPE_CHECKING:
@@ -30,8 +30,7 @@ class RobotMemory:
     """The robot memory of one application, opened on first use.
 
     :param board: receives the interfaces about replica sets.
-    :param store: a store shared with other applications, which close it; None: a new store.
-    :param embedded: makes the embedded store; None: an unshared one.
+    :param embedded: makes the embedded store, of which a team shares parts; None: an unshared one.
     """
 
     def __init__(
@@ -41,7 +40,6 @@ class RobotMemory:
         bus: EventBus,
         board: BlackBoard,
         *,
-        store: Store | None = None,
         embedded: Callable[[Settings], Store] | None = None,
     ) -> None:
         self._config = config
@@ -49,10 +47,9 @@ class RobotMemory:
         self._board = board
         self._lock = threading.RLock()
         self._settings: Settings | None = None
-        self._shared = store
         self._embedded = embedded
         self._store: Store | None = None
-        self._sets: list[SetKeeper] = []
+        self._status_writers: list[StatusWriter] = []
         self.bus = bus
         self.log: Logger = bus.logger("RobotMemory")
 
@@ -94,11 +91,11 @@ class RobotMemory:
         with self._lock:
             if self._store is not None:
                 return
-            self._store = self._shared or self._open_store()
-            self.log.info(f"Robot memory: {'shared' if self._shared else self.settings.place}")
+            self._store = self._open_store()
+            self.log.info(f"Robot memory: {self.settings.place}")
             for name in self.settings.sets:
                 interface = self._board.open_for_writing(INTERFACE, name, owner="RobotMemory")
-                self._sets.append(SetKeeper(interface, self._store))
+                self._status_writers.append(StatusWriter(interface, self._store))
 
     def _open_store(self) -> Store:
         # imported on use: pymongo takes a second
@@ -131,15 +128,15 @@ class RobotMemory:
                 self._store.attend()
             except RobotMemoryError as error:
                 self.log.error(str(error))
-        for keeper in self._sets:
-            keeper.write()
+        for writer in self._status_writers:
+            writer.write()
 
     def close(self) -> None:
         """Close store and interfaces. Further calls do nothing."""
         with self._lock:
-            for keeper in self._sets:
-                keeper.close()
-            self._sets.clear()
-            if self._store is not None and self._shared is None:
+            for writer in self._status_writers:
+                writer.close()
+            self._status_writers.clear()
+            if self._store is not None:
                 self._store.close()
             self._store = None

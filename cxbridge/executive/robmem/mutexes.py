@@ -53,21 +53,21 @@ class Mutexes:
         query: dict[str, object] = {"_id": name} if force else {"_id": name, "locked": False}
         changes = {"$set": {"locked": True, "locked-by": owner}, "$currentDate": {"lock-time": True}}
         try:
-            found = self._store.find_one_and_update(self._collection, query, changes, upsert=True)
+            mutex = self._store.find_one_and_update(self._collection, query, changes, upsert=True)
         except DuplicateKeyError:
-            return False  # another owner has the mutex
-        return found is not None and found.get("locked-by") == owner
+            return False  # the query does not fit a locked mutex, and the upsert finds its _id
+        return mutex is not None and mutex.get("locked-by") == owner
 
     def renew(self, name: str, identity: str) -> bool:
         """Renew the time of a lock; return whether ``identity`` owns the mutex."""
         owner = identity or socket.gethostname()
-        found = self._store.find_one_and_update(
+        mutex = self._store.find_one_and_update(
             self._collection,
             {"_id": name, "locked": True, "locked-by": owner},
             # change all fields, so that the event contains a complete description of the mutex
             {"$set": {"locked": True, "locked-by": owner}, "$currentDate": {"lock-time": True}},
         )
-        return found is not None
+        return mutex is not None
 
     def unlock(self, name: str, identity: str) -> bool:
         """Unlock a mutex; return whether ``identity`` owned it, while Fawkes always returns FALSE."""

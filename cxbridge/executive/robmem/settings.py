@@ -44,10 +44,10 @@ class Settings(Struct, frozen=True):
         if self.backend == "embedded":
             return f"in this process and in {self.file}" if self.file else "in this process only"
         # leave out the user and password before the @
-        places = [
+        hosts = [
             uri.rpartition("@")[2].removeprefix("mongodb://") for uri in (self.uri, self.distributed_uri)
         ]
-        return f"MongoDB {' and '.join(filter(None, places))}"
+        return f"MongoDB {' and '.join(filter(None, hosts))}"
 
     @classmethod
     def read(cls, config: Configuration) -> Settings:
@@ -59,13 +59,13 @@ class Settings(Struct, frozen=True):
         if backend not in BACKENDS:
             message = f"{_OURS}/backend cannot be '{backend}'"
             raise config.error(f"{_OURS}/backend", message, f"use one of: {', '.join(BACKENDS)}")
-        known = cls()
+        standard = cls()
         uri = config.get_str(f"{_OURS}/uri", default="")
         shared = config.get_bool(f"{_CLIENTS}/robot-memory-distributed/enabled", default=False)
         coordination = f"{_FAWKES}/coordination"
         database = config.get_str(f"{coordination}/database", default="robmem_coordination")
         mutexes = config.get_str(f"{coordination}/mutex-collection", default="mutex")
-        distributed = config.get_strings(f"{_FAWKES}/distributed-db-names", default=[*known.distributed])
+        distributed = config.get_strings(f"{_FAWKES}/distributed-db-names", default=[*standard.distributed])
         sets = [
             name for name in config.keys(_SETS) if config.get_bool(f"{_SETS}/{name}/enabled", default=False)
         ]
@@ -73,8 +73,9 @@ class Settings(Struct, frozen=True):
             backend=backend,
             file=config.get_file(f"{_OURS}/file"),
             uri=uri or client_uri(config, "robot-memory-local"),
+            # one URI of cxbridge's stands for both of Fawkes' clients
             distributed_uri="" if uri or not shared else client_uri(config, "robot-memory-distributed"),
-            database=config.get_str(f"{_FAWKES}/database", default=known.database),
+            database=config.get_str(f"{_FAWKES}/database", default=standard.database),
             distributed=tuple(distributed),
             mutexes=f"{database}.{mutexes}",
             sets=tuple(sorted(sets)) or _DEFAULT_SETS,

@@ -1,4 +1,7 @@
-"""A store in two parts: databases of one agent, and databases shared by all agents of the process."""
+"""A store in two parts: databases of one agent, and databases shared by all agents of the process.
+
+Fawkes' robots have a local replica set and a distributed one, and so do the agents of a team in one process.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes the status of a replica set to its interface."""
+"""The status of a replica set in its interface, which agents wait for before they use the robot memory."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PERIOD_S = 1.0
 _LONGEST_TEXT = 1023  # characters of the interface's field without its NUL
 
 
-class SetKeeper:
+class StatusWriter:
     """Polls the status of a replica set. The owner calls :meth:`write`.
 
     :param interface: a MongoDBManagedReplicaSetInterface for writing; its id is the set's name.
@@ -55,7 +55,7 @@ class SetKeeper:
     def _set(self, name: str, item: str) -> None:
         (enum,) = (field.enum for field in self._interface.SCHEMA.fields if field.name == name)
         assert enum is not None
-        self._interface.set(name, next(each.value for each in enum.items if each.name == item))
+        self._interface.set(name, {entry.name: entry.value for entry in enum.items}[item])
 
     def close(self) -> None:
         """Stop polling and close the interface."""

@@ -83,7 +83,9 @@ class Robot:
         self.log = Log(self.bus)
         self.board = LocalBlackBoard(InterfaceRegistry(), world.clock, self.bus)
         config = Configuration.from_text("a: b", "test.yaml")
-        self.memory = RobotMemory(config, world.clock, self.bus, self.board, store=world.store)
+        self.memory = RobotMemory(
+            config, world.clock, self.bus, self.board, embedded=lambda _settings: world.store
+        )
         self.memory.open()
         features = (BlackBoardFeature(self.board), RobotMemoryFeature(self.memory, robmem))
         self.manager = EnvironmentManager(self.bus, features, library)

@@ -134,7 +134,7 @@ class World:
         self.folder = folder
         self.board = LocalBlackBoard(InterfaceRegistry([folder / "interfaces"]), bus.clock, bus)
         self.store = MoodyStore(bus.clock)
-        self.memory = RobotMemory(config, bus.clock, bus, self.board, store=self.store)
+        self.memory = RobotMemory(config, bus.clock, bus, self.board, embedded=lambda _settings: self.store)
         graph = NavGraph("House")
         for name in ("hall", "kitchen"):
             graph.add_node(NavGraphNode(name, 0, 0))

@@ -421,7 +421,9 @@ class SlowStore(EmbeddedStore):
 
 
 def robot_on(store, bus, board):
-    memory = RobotMemory(Configuration.from_text("a: b", "test.yaml"), bus.clock, bus, board, store=store)
+    memory = RobotMemory(
+        Configuration.from_text("a: b", "test.yaml"), bus.clock, bus, board, embedded=lambda _settings: store
+    )
     manager = EnvironmentManager(bus, [RobotMemoryFeature(memory)])
     env = manager.create("executive")
     manager.request("executive", "robot_memory")

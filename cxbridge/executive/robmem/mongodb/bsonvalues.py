@@ -40,7 +40,7 @@ def from_bson(value: Any) -> Any:  # noqa: PLR0911 - a type a line
             return {name: from_bson(item) for name, item in value.items()}
         case list():
             return [from_bson(item) for item in value]
-        case bson.Int64():
+        case bson.Int64():  # a subclass of int, which compares and pickles differently
             return int(value)
         case bson.ObjectId():
             return ObjectId(str(value))

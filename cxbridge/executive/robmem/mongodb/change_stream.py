@@ -1,4 +1,8 @@
-"""Change streams that survive disconnections."""
+"""Change streams that survive disconnections.
+
+A lost stream is opened again after the token of the last reported event, so that no event is missed as long
+as the oplog has it.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from cxbridge.executive.robmem.values import Document
 
 _AWAIT_MS = 200  # milliseconds of one wait, between checks for the end of the watch
 _RETRY_S = 0.5  # seconds before a lost stream is opened again
-_TOLD = {"insert", "update", "replace", "delete"}
+_REPORTED = {"insert", "update", "replace", "delete"}
 
 
 class MongoWatch(Watch):
@@ -51,7 +55,7 @@ class MongoWatch(Watch):
 
     def close(self) -> None:
         self._end.set()
-        if self._thread is not threading.current_thread():
+        if self._thread is not threading.current_thread():  # a callback may close its own watch
             self._thread.join()
         self._closed(self)
 
@@ -96,5 +100,5 @@ class MongoWatch(Watch):
                 if not stream.alive:
                     return
                 continue
-            if change.get("operationType") in _TOLD:
+            if change.get("operationType") in _REPORTED:
                 self._on_change(from_bson(change))

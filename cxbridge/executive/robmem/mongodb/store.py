@@ -35,6 +35,7 @@ _SOCKET_MS = 10_000
 # Seconds in which calls fail immediately after a failure, so that rules do not wait at every call.
 _PAUSE_S = 1.0
 
+_DUPLICATE_KEY = 11000  # MongoDB's code of the error
 _SYSTEM = {"admin", "local", "config"}
 
 
@@ -88,27 +89,27 @@ class MongoStore(Store):
         self._lock = threading.Lock()
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
-        fresh = to_bson(document)
-        with self._use(collection) as known:
-            return from_bson(known.insert_one(fresh).inserted_id)
+        new = to_bson(document)  # pymongo adds the _id to its argument
+        with self._use(collection) as mongo_collection:
+            return from_bson(mongo_collection.insert_one(new).inserted_id)
 
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        wanted, todo = to_bson(query), to_bson(as_operators(changes))
-        with self._use(collection) as known:
-            result = known.update_many(wanted, todo, upsert=upsert)
+        criteria, operators = to_bson(query), to_bson(as_operators(changes))
+        with self._use(collection) as mongo_collection:
+            result = mongo_collection.update_many(criteria, operators, upsert=upsert)
             return result.matched_count or int(result.upserted_id is not None)
 
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        wanted, todo = to_bson(query), to_bson(as_operators(changes))
-        with self._use(collection) as known:
-            found: Document | None = known.find_one_and_update(
-                wanted, todo, upsert=upsert, return_document=ReturnDocument.AFTER
+        criteria, operators = to_bson(query), to_bson(as_operators(changes))
+        with self._use(collection) as mongo_collection:
+            document: Document | None = mongo_collection.find_one_and_update(
+                criteria, operators, upsert=upsert, return_document=ReturnDocument.AFTER
             )
-            return None if found is None else from_bson(found)
+            return None if document is None else from_bson(document)
 
     def find(
         self,
@@ -119,12 +120,13 @@ class MongoStore(Store):
         limit: int = 0,
     ) -> list[Document]:
         order = list(sort.items()) if sort else None
-        with self._use(collection) as known:
-            return [from_bson(each) for each in known.find(to_bson(query or {}), sort=order, limit=limit)]
+        with self._use(collection) as mongo_collection:
+            documents = mongo_collection.find(to_bson(query or {}), sort=order, limit=limit)
+            return [from_bson(document) for document in documents]
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        with self._use(collection) as known:
-            return known.delete_many(to_bson(query)).deleted_count
+        with self._use(collection) as mongo_collection:
+            return mongo_collection.delete_many(to_bson(query)).deleted_count
 
     def create_index(
         self,
@@ -139,12 +141,12 @@ class MongoStore(Store):
             options["expireAfterSeconds"] = int(expire_after_s)
         if not keys:
             raise QueryError("an index needs a key")
-        with self._use(collection) as known:
-            known.create_index(list(keys.items()), **options)
+        with self._use(collection) as mongo_collection:
+            mongo_collection.create_index(list(keys.items()), **options)
 
     def drop(self, collection: str) -> None:
-        with self._use(collection) as known:
-            known.drop()
+        with self._use(collection) as mongo_collection:
+            mongo_collection.drop()
 
     def collections(self) -> list[str]:
         names: set[str] = set()
@@ -157,8 +159,8 @@ class MongoStore(Store):
 
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
         pipeline = [{"$match": to_bson(query)}] if query else []
-        with self._use(collection) as known:
-            watch = MongoWatch(known, pipeline, on_change, self._warn, self._watches.discard)
+        with self._use(collection) as mongo_collection:
+            watch = MongoWatch(mongo_collection, pipeline, on_change, self._warn, self._watches.discard)
         self._watches.add(watch)
         return watch
 
@@ -172,14 +174,8 @@ class MongoStore(Store):
         if "setName" not in hello:
             text = f"{name}: this MongoDB is not a replica set, so it reports no changes"
             return SetStatus("NOT_INITIALIZED", "NO_PRIMARY", text)
-        member = "INITIALIZING"
-        for field, status in (
-            ("isWritablePrimary", "PRIMARY"),
-            ("secondary", "SECONDARY"),
-            ("arbiterOnly", "ARBITER"),
-        ):
-            if hello.get(field):
-                member = status
+        roles = {"isWritablePrimary": "PRIMARY", "secondary": "SECONDARY", "arbiterOnly": "ARBITER"}
+        member = next((role for field, role in roles.items() if hello.get(field)), "INITIALIZING")
         return SetStatus(member, "HAVE_PRIMARY" if hello.get("primary") else "NO_PRIMARY", "")
 
     def close(self) -> None:
@@ -216,9 +212,8 @@ class MongoStore(Store):
 
 def _translate(error: pymongo.errors.PyMongoError) -> RobotMemoryError:
     """Convert an error of the driver."""
-    if isinstance(error, mongo_errors.DuplicateKeyError):
-        return DuplicateKeyError(str(error))
-    if isinstance(error, mongo_errors.OperationFailure) and error.code == 11000:  # noqa: PLR2004
+    # pymongo has no class for the duplicate key of a find_one_and_update
+    if isinstance(error, mongo_errors.OperationFailure) and error.code == _DUPLICATE_KEY:
         return DuplicateKeyError(str(error))
     if isinstance(error, mongo_errors.ConnectionFailure | mongo_errors.ExecutionTimeout):
         return AwayError(f"the database cannot be reached: {error}".split(", Timeout:")[0])
