@@ -2,7 +2,7 @@
 
 For each path from line to line, and for each number of times that it was gone (one, two, up to four, ...),
 the shortest input that goes it is kept. What is in TO already is considered, too, and goes when it is not
-needed. As for the fuzzer, PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION=python lets it see into protobuf.
+needed.
 """
 
 from __future__ import annotations
@@ -15,12 +15,10 @@ from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any, Final
 
-import google.protobuf
-
 import cxbridge
 from fuzz.targets import TARGETS
 
-_LOOKED_INTO: Final = tuple(str(Path(file).parent) for file in (cxbridge.__file__, google.protobuf.__file__))
+_LOOKED_INTO: Final = str(Path(cxbridge.__file__).parent)
 
 Feature = tuple[CodeType, int, int, int]
 """A piece of code, two lines that follow each other in it, and about how often."""

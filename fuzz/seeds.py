@@ -5,64 +5,51 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, Envelope
-from cxbridge.blackboard.zmq.wire.dataframes import (
-    VERSION,
-    AnswerBody,
-    CreditBody,
-    DeliverBody,
-    DeliveredBody,
-    SendBody,
-    UpdateBody,
-    WriteBody,
-    ZmqFrame,
-)
+from cxbridge.blackboard.info import InterfaceInfo
+from cxbridge.blackboard.listeners import EventKind
+from cxbridge.blackboard.zmq.wire import frames
+from cxbridge.blackboard.zmq.wire.frames import SERIAL_SIZE, Frame, ResultCode
 from fuzz.sessions import SCRIPTS
 from fuzz.skills import SKILL_STRINGS
-from fuzz.targets import join_message, repack
 
-_SCALARS: dict[str, Any] = {"int": 7, "bool": True, "bytes": bytes(range(SESSION_SIZE)), "str": "Type"}
+_SERIAL: Final = bytes(range(SERIAL_SIZE))
+_BLOCK: Final = bytes(24)
+_INFO: Final = InterfaceInfo("Type", "id", _SERIAL, 1, True, "writer", ("reader",), 7)
+
+ZMQ_FRAMES: Final[tuple[Frame, ...]] = (
+    frames.Hello(_SERIAL, name="client", heartbeat_ms=50),
+    frames.Open("Type", "id", _SERIAL, 24, "owner", True, request=1, number=1),
+    frames.Close(_SERIAL, request=1),
+    frames.List("*", "[a"),
+    frames.Watch(request=2**64 - 1),
+    frames.Sync(),
+    frames.Send(_SERIAL, _SERIAL, "Type", 7, "thread", 2**32 - 1, _BLOCK),
+    frames.Write(_SERIAL, None, True, _BLOCK),
+    frames.Credit(64),
+    frames.Delivered(1, ResultCode.QUEUE_FULL, 1024),
+    frames.Beat(),
+    frames.Bye(),
+    frames.Welcome(_SERIAL, 50, 1024),
+    frames.Reply(ResultCode.VERSION_MISMATCH, 1, "text", _SERIAL, request=1),
+    frames.Opened(_SERIAL, 1, 2, True, False, [frames.Member(_SERIAL, "owner", True)], None, request=1),
+    frames.Listed([_INFO], request=1),
+    frames.Update(1, 2, True, False, 3, _BLOCK),
+    frames.Change(1, EventKind.READER_ADDED, _SERIAL, "owner"),
+    frames.Deliver(_SERIAL, _SERIAL, _SERIAL, "Type", 7, "thread", 1, _BLOCK),
+    frames.Existence(True, "Type", "id"),
+    frames.Gone(ResultCode.SHUTDOWN, "text"),
+)
+"""A frame of each kind."""
 
 
 def zmq_seeds() -> Iterator[bytes]:
-    """Yield each kind of envelope, empty and with all its fields, without and with a block; data frames."""
-    for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields:
-        for full in (False, True):
-            filled = Envelope(version=VERSION, number=1)
-            body = getattr(filled, field.name)
-            body.SetInParent()
-            if full:
-                _fill(body)
-            data = filled.SerializeToString()
-            yield join_message([data])
-            yield join_message([data, bytes(24)])
-    serial = bytes(range(SESSION_SIZE))
-    for body in (
-        WriteBody(serial, 2, True),
-        UpdateBody(1, 2, True, False, 3),
-        CreditBody(64),
-        SendBody(1, serial, serial, "Type", 7, "thread", 1),
-        DeliverBody(1, serial, serial, serial, "Type", 7, "thread", 1),
-        DeliveredBody(1, 7, 1024),
-        AnswerBody(1, 18, 0, "text"),
-    ):
-        frame = repack(ZmqFrame("", body, 1, bytes(24)))
-        yield join_message([frame])
-        yield join_message([frame[:-25]])
-
-
-def _fill(message: Any) -> None:
-    """Give each field of a message a value."""
-    for field in message.DESCRIPTOR.fields:
-        if field.message_type is not None:
-            value = getattr(message, field.name)
-            _fill(value.add() if hasattr(value, "add") else value)
-        elif hasattr(getattr(message, field.name), "append"):
-            getattr(message, field.name).append("reader")
-        else:
-            setattr(message, field.name, _SCALARS.get(type(getattr(message, field.name)).__name__, 1))
+    """Yield each kind of frame, whole and cut."""
+    for frame in ZMQ_FRAMES:
+        data = frames.encode(frame)
+        yield data
+        yield data[:-1]
 
 
 def fawkesnet_seeds() -> Iterator[bytes]:

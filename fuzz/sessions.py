@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import threading
 import time
+from collections.abc import Callable
 from typing import Any, Final, cast
 from unittest.mock import patch
 from uuid import UUID
@@ -19,15 +20,30 @@ from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.blackboard.zmq.server import sessions
-from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, ZmqSession
-from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, SESSION_SIZE, ResultCode, decode, encode
-from cxbridge.blackboard.zmq.wire.dataframes import (
-    DeliveredBody,
-    SendBody,
-    pack_credit,
-    pack_delivered,
-    pack_send,
-    pack_write,
+from cxbridge.blackboard.zmq.server.sessions import ZmqSession
+from cxbridge.blackboard.zmq.wire.frames import (
+    COMMANDS,
+    EVENTS,
+    SERIAL_SIZE,
+    Beat,
+    Bye,
+    Close,
+    Credit,
+    Delivered,
+    Frame,
+    Gone,
+    Hello,
+    List,
+    Open,
+    Reply,
+    ResultCode,
+    Send,
+    Sync,
+    Watch,
+    Welcome,
+    Write,
+    decode_server_frame,
+    encode,
 )
 from cxbridge.clock import VirtualClock
 from cxbridge.interfaces import InterfaceRegistry
@@ -38,15 +54,15 @@ _WINDOW: Final = 2
 _TYPES: Final = ("SkillerInterface", "Position3DInterface", "NoInterface", "")
 _IDS: Final = ("a", "b", "\0", "x" * 65)
 _REGISTRY: Final = InterfaceRegistry()
-_REQUESTS: Final[tuple[tuple[str, dict[str, Any]], ...]] = (
-    ("sync", {"request": 1}),
-    ("watch", {"request": 1}),
-    ("beat", {}),
-    ("bye", {}),
-    ("list", {"request": 1, "type_glob": "*", "id_glob": "[a"}),
-    ("welcome", {"epoch": bytes(SESSION_SIZE)}),
-    ("reply", {"request": 1}),
-    ("gone", {}),
+_REQUESTS: Final[tuple[Callable[[], Frame], ...]] = (
+    lambda: Sync(request=1),
+    lambda: Watch(request=1),
+    Beat,
+    Bye,
+    lambda: List("*", "[a", request=1),
+    lambda: Welcome(bytes(SERIAL_SIZE), 0, 0),
+    lambda: Reply(request=1),
+    lambda: Gone(ResultCode.OK, ""),
 )
 
 
@@ -103,7 +119,7 @@ class Fuzzed:
         numbers = itertools.count(1)
         self.board = LocalBlackBoard(_REGISTRY, VirtualClock(), serials=lambda: UUID(int=next(numbers)))
         self.server: Any = ZmqBlackBoardServer(self.board, ["ipc:///nowhere"], window=_WINDOW, max_sessions=4)
-        self.server._epoch = bytes(SESSION_SIZE)  # noqa: SLF001 - what start() does, without sockets
+        self.server._epoch = bytes(SERIAL_SIZE)  # noqa: SLF001 - what start() does, without sockets
         self.server._wakeup = cast("Any", _Wakeup())  # noqa: SLF001
         self.server._ident = threading.get_ident()  # noqa: SLF001
         self.board.register_observer(self.server)
@@ -132,7 +148,7 @@ class Fuzzed:
 
     def name(self, client: int) -> bytes:
         """Return the session of a client: another one after each Hello that says so."""
-        return bytes([client, self.generation[client]]).ljust(SESSION_SIZE, b"s")
+        return bytes([client, self.generation[client]]).ljust(SERIAL_SIZE, b"s")
 
     # -- steps
 
@@ -152,29 +168,27 @@ class Fuzzed:
         """Let a client send what clients send."""
         session = self.server._sessions.get(self.name(client))  # noqa: SLF001
         number = 1 if session is None else session.numbers_in + 1
+        frame: Frame
         match what % 8:
             case 0 | 1:
-                frame = self.open_frame(number, script)
+                frame = self.open_frame(script)
             case 2:
-                frame = encode("close", number, {"request": 1, "instance": self.serial(session, script)})
+                frame = Close(self.serial(session, script), request=1)
             case 3:
-                serial, block, stamp = (
-                    self.serial(session, script),
-                    self.block(session, script),
-                    script.byte(),
-                )
-                frame = pack_write(number, serial, stamp, bool(stamp & 1), block)
+                serial, block = self.serial(session, script), self.block(session, script)
+                stamp = script.byte()
+                frame = Write(serial, (None, False, True)[stamp % 3], bool(stamp & 1), block)
             case 4:
-                frame = self.send_frame(number, session, script)
+                frame = self.send_frame(session, script)
             case 5:
-                frame = pack_credit(number, script.byte())
+                frame = Credit(script.byte())
             case 6:
-                outcome = DeliveredBody(script.byte(), script.byte() % 20, script.byte())
-                frame = pack_delivered(number, outcome)
+                number_of_delivery, code = script.byte(), script.byte() % len(ResultCode)
+                frame = Delivered(number_of_delivery, ResultCode(code), script.byte())
             case _:
-                kind, body = _REQUESTS[script.byte() % len(_REQUESTS)]
-                frame = encode(kind, number, body)
-        self.take(COMMANDS + self.name(client), [frame])
+                frame = _REQUESTS[script.byte() % len(_REQUESTS)]()
+        frame.number = number
+        self.take(COMMANDS + self.name(client), [encode(frame)])
 
     def disturb(self, what: int, who: int, script: _Script) -> None:
         """Send raw bytes, let the server's process do something, or let time pass."""
@@ -187,7 +201,7 @@ class Fuzzed:
                 session = self.server._sessions.get(name)  # noqa: SLF001
                 number = 1 if session is None else session.numbers_in + 1
                 data = script.take()
-                self.take(COMMANDS + name, [data[:8] + number.to_bytes(8, "little") + data[16:]])
+                self.take(COMMANDS + name, [data + bytes([number & 127])])
             case 2:
                 self.act_here(script)
             case _:
@@ -198,26 +212,19 @@ class Fuzzed:
         """Let a client begin a session, the same one again or another one."""
         before = self.name(client) if replaces else b""
         self.generation[client] = generation
-        body = {"session": self.name(client), "replaces": before, "name": f"client {client}"}
-        self.take(EVENTS + self.name(client), [encode("hello", 0, body)])
+        hello = Hello(self.name(client), replaces=before, name=f"client {client}")
+        self.take(EVENTS + self.name(client), [encode(hello)])
 
-    def open_frame(self, number: int, script: _Script) -> bytes:
+    def open_frame(self, script: _Script) -> Open:
         """Return an Open of something that may be there or not."""
         how = script.byte()
         type_ = _TYPES[how % len(_TYPES)]
         schema: Any = _REGISTRY.get(type_).SCHEMA if how % len(_TYPES) < 2 else None  # noqa: PLR2004
-        body = {
-            "request": 1,
-            "type": type_,
-            "id": _IDS[how // 4 % len(_IDS)],
-            "hash": bytes(16) if schema is None or how & 128 else schema.hash,
-            "size": 0 if schema is None else schema.datasize,
-            "owner": "somebody",
-            "writer": bool(how & 64),
-        }
-        return encode("open", number, body)
+        hash_ = bytes(16) if schema is None or how & 128 else schema.hash
+        size = 0 if schema is None else schema.datasize
+        return Open(type_, _IDS[how // 4 % len(_IDS)], hash_, size, "somebody", bool(how & 64), request=1)
 
-    def send_frame(self, number: int, session: ZmqSession | None, script: _Script) -> bytes:
+    def send_frame(self, session: ZmqSession | None, script: _Script) -> Send:
         """Return a Send that fits an instance, or does not."""
         serial = self.serial(session, script)
         instance: Any = None if session is None else session.instances.get(serial)
@@ -228,7 +235,7 @@ class Fuzzed:
         else:
             type_, block = "NoMessage", script.take()
         hops = (1 << 32) - 1 if script.byte() & 1 else 0
-        return pack_send(number, SendBody(1, serial, serial, type_, 7, "thread", hops), block)
+        return Send(serial, serial, type_, 7, "thread", hops, block, request=1)
 
     def serial(self, session: ZmqSession | None, script: _Script) -> bytes:
         """Return the serial of an instance of a session, or of somebody else."""
@@ -310,7 +317,7 @@ class Fuzzed:
         for route, frames in self.wire.sent.items():
             assert route[:1] == EVENTS
             for frame in frames:
-                decode([frame], max_envelope=MAX_REPLY)
+                decode_server_frame(frame)
         self.wire.sent.clear()
 
 

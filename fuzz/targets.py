@@ -15,72 +15,22 @@ from cxbridge.blackboard.fawkesnet.messages.codec import Message, limit_to_clien
 from cxbridge.blackboard.fawkesnet.messages.configuration import ConfigList, ConfigMessage
 from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
 from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.zmq.wire import codec as envelope
-from cxbridge.blackboard.zmq.wire import dataframes
+from cxbridge.blackboard.zmq.wire import frames
 from fuzz.sessions import zmq_sessions
 from fuzz.skills import skill_strings
 
 _BLOCK: Final = 4096  # bytes of the largest block that the fuzzed server's client may send
-_MAX_FRAMES: Final = 4
 
 
-def zmq_envelope(data: bytes) -> None:
-    """Decode the frames of one message; what is accepted must survive another trip.
-
-    :param data: see :func:`split_message`.
-    """
-    try:
-        frame = envelope.decode(split_message(data))
-    except ProtocolError:
-        return
-    if isinstance(frame.body, tuple):
-        again = envelope.decode([repack(frame)])
+def zmq_frame(data: bytes) -> None:
+    """Decode a frame; what is accepted must survive another trip."""
+    for decode in (frames.decode_client_frame, frames.decode_server_frame):
+        try:
+            frame = decode(data)
+        except ProtocolError:
+            continue
+        again = decode(frames.encode(frame))
         assert again == frame, f"{frame} became {again}"
-        return
-    frame.body.DiscardUnknownFields()
-    fields = {field.name: value for field, value in frame.body.ListFields()}
-    frames = [envelope.encode(frame.kind, frame.number, fields)]
-    again = envelope.decode(frames if frame.block is None else [*frames, frame.block])
-    assert again == frame, f"{frame} became {again}"
-
-
-def repack(frame: dataframes.ZmqFrame) -> bytes:
-    """Return the bytes of a data frame."""
-    body, number, block = frame.body, frame.number, frame.block or b""
-    match body:
-        case dataframes.WriteBody():
-            data = dataframes.pack_write(number, body.instance, body.stamp, body.changed, block)
-        case dataframes.UpdateBody():
-            data = dataframes.pack_update(*body, block)
-        case dataframes.CreditBody():
-            data = dataframes.pack_credit(number, body.updates)
-        case dataframes.SendBody():
-            data = dataframes.pack_send(number, body, block)
-        case dataframes.DeliverBody():
-            data = dataframes.pack_deliver(number, body, block)
-        case dataframes.DeliveredBody():
-            data = dataframes.pack_delivered(number, body)
-        case _:
-            data = dataframes.pack_answer(number, body)
-    return data
-
-
-def split_message(data: bytes) -> list[bytes]:
-    """Return frames: the first byte says how many, two before each but the last say how long it is."""
-    if not data:
-        return []
-    frames, rest = [], data[1:]
-    for _ in range(data[0] % _MAX_FRAMES):
-        size = int.from_bytes(rest[:2], "big")
-        frames.append(rest[2 : 2 + size])
-        rest = rest[2 + size :]
-    return [*frames, rest]
-
-
-def join_message(frames: list[bytes]) -> bytes:
-    """Return the input from which :func:`split_message` makes ``frames``."""
-    *before, last = frames
-    return bytes([len(before)]) + b"".join(len(frame).to_bytes(2, "big") + frame for frame in before) + last
 
 
 def fawkes_stream(data: bytes) -> None:
@@ -152,7 +102,7 @@ def _has_nan(message: Message) -> bool:
 
 
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
-    "zmq": zmq_envelope,
+    "zmq": zmq_frame,
     "zmq-sessions": zmq_sessions,
     "fawkesnet": fawkes_stream,
     "skill-strings": skill_strings,

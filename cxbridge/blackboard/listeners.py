@@ -131,6 +131,43 @@ class Listener:
         """Handle the closing of the writing instance; its data remain."""
 
 
+class MembershipListener(Listener):
+    """Base of listeners that handle the openings and closings of instances in one method."""
+
+    def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:
+        """Handle the opening or closing of an instance.
+
+        :param kind: ``READER_ADDED`` to ``WRITER_REMOVED``.
+        :param serial: the opened or closed instance.
+        """
+
+    def reader_added(self, interface: Interface, serial: UUID) -> None:
+        self.membership_changed(interface, EventKind.READER_ADDED, serial)
+
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:
+        self.membership_changed(interface, EventKind.READER_REMOVED, serial)
+
+    def writer_added(self, interface: Interface, serial: UUID) -> None:
+        self.membership_changed(interface, EventKind.WRITER_ADDED, serial)
+
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:
+        self.membership_changed(interface, EventKind.WRITER_REMOVED, serial)
+
+
+MEMBERSHIP_KINDS: Final = (
+    EventKind.READER_ADDED,
+    EventKind.READER_REMOVED,
+    EventKind.WRITER_ADDED,
+    EventKind.WRITER_REMOVED,
+)
+"""The events of openings and closings."""
+
+
+def membership_kind(*, writer: bool, added: bool) -> EventKind:
+    """Return the event of an opened (``added``) or closed instance."""
+    return MEMBERSHIP_KINDS[2 * writer + (not added)]
+
+
 class _Registration(Struct, eq=False):
     listener: Listener
     instance: Interface

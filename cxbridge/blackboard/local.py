@@ -20,7 +20,7 @@ from cxbridge.blackboard.errors import (
 from cxbridge.blackboard.exclusive_control import write_farewell
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.transport import BadUrlError, Transport
-from cxbridge.blackboard.listeners import EventKind, ListenerTable
+from cxbridge.blackboard.listeners import ListenerTable, membership_kind
 from cxbridge.blackboard.names import is_plain, matches
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.publications import REFUSED, emit_message, emit_write
@@ -33,7 +33,8 @@ from cxbridge.interfaces.message import OpenedBlock
 class InterfaceMemory(BoardPort):
     """One interface of a local blackboard; the port of all its instances.
 
-    Its lock guards the block and the lists of instances, and is released before foreign code runs.
+    Its lock guards the lists of instances and orders the writes. It is released before foreign code runs, so
+    that a listener may open, write and close.
 
     :param serial: unique on the blackboard.
     """
@@ -43,8 +44,6 @@ class InterfaceMemory(BoardPort):
     ) -> None:
         super().__init__(board, interface_class, interface_id, serial)
         self._bus = board.bus
-        self._data = bytearray(self.size)
-        self._version = self._stamped = self._changed = 0
         self._writer: Interface | None = None
         self._readers: dict[UUID, Interface] = {}
 
@@ -95,7 +94,7 @@ class InterfaceMemory(BoardPort):
     def info(self) -> InterfaceInfo:
         """Return the present description of the interface."""
         with self._lock:
-            seconds, microseconds = STAMP.unpack_from(self._data)
+            seconds, microseconds = STAMP.unpack_from(self._snapshot.block)
             return InterfaceInfo(
                 type=self.type,
                 id=self.id,
@@ -109,19 +108,8 @@ class InterfaceMemory(BoardPort):
 
     def values(self) -> dict[str, Any]:
         """Return the present values of the fields by name."""
-        with self._lock:
-            view = self.interface_class.VIEW.from_buffer_copy(self._data)
+        view = self.interface_class.VIEW.from_buffer_copy(self._snapshot.block)
         return dict(zip(self.interface_class.ACCESSORS, self.interface_class.READ(view), strict=False))
-
-    @property
-    def version(self) -> int:
-        """The number of writes."""
-        return self._version
-
-    def versions(self) -> tuple[int, int, int]:
-        """Return the versions as `fetch` does, for listeners of a write."""
-        # no lock: no other write happens while listeners are notified
-        return self._version, self._stamped, self._changed
 
     def has_writer(self) -> bool:
         return self._writer is not None
@@ -138,41 +126,22 @@ class InterfaceMemory(BoardPort):
         readers = tuple(self._readers.values())
         return next((reader.owner for reader in readers if str(reader.serial) == serial), "")
 
-    def fetch(self, into: bytearray) -> tuple[int, int, int]:
-        self._lock.acquire()  # a with statement takes twice as long, and every read passes here
-        try:
-            into[:] = self._data
-            return self._version, self._stamped, self._changed
-        finally:
-            self._lock.release()
-
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Take over the writer's block and notify the listeners.
 
         :raises InvalidInstanceError: if the writer was closed.
         """
-        self._lock.acquire()  # see fetch
-        try:
+        with self._lock:
             if writer is not self._writer:
                 raise InvalidInstanceError(writer.uid, writer.serial, "write()")
-            self._version = version = self._version + 1
-            if stamped or (stamped is None and self._data[: STAMP.size] != block[: STAMP.size]):
-                self._stamped = version
-            if changed:
-                self._changed = version
-            self._data[:] = block
+            version = self._store(bytes(block), stamped, changed).version
             # listeners that register later read the data and are not notified
             audience = self.listeners.data_audience
-        finally:
-            self._lock.release()
         if self._bus is not None and self._bus.wants(Publication):
             emit_write(self._bus, self.now_us(), self.uid, self.hash, block, writer.as_dict)
         if audience is not None:
             self.listeners.notify_data(audience, changed)
         return version
-
-    def next_id(self, last: int) -> int:
-        return self._unshown_id(last, self._data)
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Ask the message listeners and append the message to the writer's queue.
@@ -196,7 +165,8 @@ class InterfaceMemory(BoardPort):
         if writer is not None:
             if not self.listeners.accept(message):
                 return
-            with self._lock:  # the writer may have been closed while the listeners were called
+            # under the lock, because the writer may have been closed while the listeners were called
+            with self._lock:
                 if writer is self._writer:
                     writer.msgq_append(message)
                     return
@@ -239,8 +209,7 @@ class LocalBlackBoard(BlackBoard):
             self._memories[key] = memory
         if known is None:
             self._observers.created(*key)
-        event = EventKind.WRITER_ADDED if request.writer else EventKind.READER_ADDED
-        memory.listeners.notify(event, instance.serial)
+        memory.listeners.notify(membership_kind(writer=request.writer, added=True), instance.serial)
         return instance
 
     def close(self, instance: Interface) -> None:
@@ -256,8 +225,7 @@ class LocalBlackBoard(BlackBoard):
             destroyed = memory.unused
             if destroyed:
                 del self._memories[key]
-        event = EventKind.WRITER_REMOVED if instance.is_writer else EventKind.READER_REMOVED
-        memory.listeners.notify(event, instance.serial)
+        memory.listeners.notify(membership_kind(writer=instance.is_writer, added=False), instance.serial)
         memory.listeners.unregister(None, instance)
         if destroyed:
             self._observers.destroyed(*key)

@@ -1,17 +1,38 @@
+"""The base of ports: the data, the message ids and the listeners of one interface, for its instances."""
+
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
 from typing import Final
 
+from msgspec import Struct
+
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.listeners import ListenerTable
-from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.message_ids import id_in, id_offset, next_id
 
 
+class Snapshot(Struct, frozen=True, gc=False):
+    """The data of an interface after a write.
+
+    :param version: the number of the write.
+    :param stamped: the number of the last write with a new time stamp.
+    :param changed: the number of the last write with changed values.
+    """
+
+    version: int
+    stamped: int
+    changed: int
+    block: bytes
+
+
 class BoardPort:
-    """An interface on a blackboard; the transport adds the block and the access to it.
+    """An interface on a blackboard; the transport adds the access to it.
+
+    A write replaces the whole snapshot, so a reader in another thread needs no lock to get all parts of the
+    same write. The lock orders the writes.
 
     :param interface_class: the class of the first instance.
     :param mem_serial: the number of the interface on the blackboard.
@@ -35,10 +56,51 @@ class BoardPort:
         self.now_us: Final[Callable[[], int]] = board.clock.now_us
         self._lock: Final = threading.Lock()
         self._id_at: Final = id_offset(schema)
+        self._snapshot = Snapshot(0, 0, 0, bytes(self.size))
 
-    def _unshown_id(self, last: int, block: bytes | bytearray) -> int:
-        """Return the id after ``last`` that the interface does not show in ``block``."""
-        return next_id(last) if self._id_at is None else next_id(last, id_in(block, self._id_at))
+    @property
+    def version(self) -> int:
+        """The number of writes."""
+        return self._snapshot.version
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The present data."""
+        return self._snapshot
+
+    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+        """Copy the block, see :class:`~cxbridge.interfaces.message.Port`."""
+        snapshot = self._snapshot
+        into[:] = snapshot.block
+        return snapshot.version, snapshot.stamped, snapshot.changed
+
+    def _store(self, block: bytes, stamped: bool | None, changed: bool) -> Snapshot:
+        """Replace the data by those of a write; the caller holds the lock.
+
+        :param stamped: whether the time stamp is new; None: to be found by comparison.
+        """
+        last = self._snapshot
+        version = last.version + 1
+        if stamped is None:
+            stamped = block[: STAMP.size] != last.block[: STAMP.size]
+        self._snapshot = Snapshot(
+            version, version if stamped else last.stamped, version if changed else last.changed, block
+        )
+        return self._snapshot
+
+    def deliver(self, writer: Interface, message: Message) -> bool:
+        """Append a message to the writer's queue unless a listener handles it; return whether it is queued.
+
+        :raises BlackBoardError: if the queue is full, or a listener has closed the writer.
+        """
+        if not self.listeners.accept(message):
+            return False
+        writer.msgq_append(message)
+        return True
+
+    def next_id(self, last: int) -> int:
+        """Return the id after ``last`` that the interface does not show at present."""
+        return next_id(last, id_in(self._snapshot.block, self._id_at))
 
     def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - subclasses of Fawkes need it
         """Return False: the ids that this port gives are never stale."""

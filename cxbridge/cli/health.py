@@ -19,7 +19,6 @@ _PACKAGES = (
     "clipspy",
     "lupa",
     "msgspec",
-    "protobuf",
     "pyperplan",
     "pyttsx3",
     "pyyaml",

@@ -6,11 +6,11 @@ import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TypeVar, overload
+from typing import TypeVar
 
 from cxbridge.config.documents import MAX_DEPTH, Mark
 from cxbridge.config.loader import ConfigLoader, files_of
-from cxbridge.config.scalars import UINT_MAX, to_bool, to_float, to_int, to_uint
+from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint32
 from cxbridge.config.secrets import mask
 from cxbridge.config.tree import ConfigNode, NodeKind, overlay, split_path
 from cxbridge.config.values import ConfigValue
@@ -31,16 +31,11 @@ class ConfigTypeError(ConfigError):
 
 
 class _Missing:
-    """The type of a missing default."""
+    """The type of a missing default: None is a default that callers use."""
 
 
 _MISSING = _Missing()
 _LIKE_PATHS = 0.75  # the minimal similarity for a suggestion; high, because many paths begin equally
-
-
-def _small_uint(text: str) -> int | None:
-    value = to_uint(text)
-    return value if value is not None and value <= UINT_MAX else None
 
 
 class Configuration:
@@ -54,8 +49,9 @@ class Configuration:
 
     def __init__(self) -> None:
         self._root = ConfigNode(NodeKind.MAP, Mark())
-        self._before: dict[tuple[str, ...], ConfigNode | None] = {}  # the nodes that run-time values replace
-        self._host_includes: tuple[Path, ...] = ()
+        # the nodes of files that values of this run replace, for `erase`; None where the files have no value
+        self._replaced: dict[tuple[str, ...], ConfigNode | None] = {}
+        self._host_includes: tuple[Path, ...] = ()  # with $host in the name, for hints
         self.files: tuple[Path, ...] = ()
         """The files in the order in which they are laid over each other."""
         self.warnings: tuple[str, ...] = ()
@@ -83,10 +79,10 @@ class Configuration:
                 raise ConfigError(f"cannot read the folder: {error.strerror}", file=path) from None
             if not loader.files:
                 raise ConfigError("there is no configuration (*.yaml) in this folder", file=path)
-            return cls._of(loader)
+            return cls._from_loader(loader)
         loader = ConfigLoader(Path(confdir or main.parent), host)
         loader.load_file(main)
-        return cls._of(loader)
+        return cls._from_loader(loader)
 
     @classmethod
     def from_text(
@@ -95,10 +91,10 @@ class Configuration:
         """Read a configuration from a text; ``name`` replaces its file in errors."""
         loader = ConfigLoader(Path(confdir), host)
         loader.load_text(text, name)
-        return cls._of(loader)
+        return cls._from_loader(loader)
 
     @classmethod
-    def _of(cls, loader: ConfigLoader) -> Configuration:
+    def _from_loader(cls, loader: ConfigLoader) -> Configuration:
         config = cls()
         config._root = loader.root
         config.files = tuple(loader.files)
@@ -142,8 +138,8 @@ class Configuration:
 
     def error(self, path: str, message: str, hint: str | None = None) -> ConfigError:
         """Return an error with the place of the value at a path, or of the first value below it."""
-        place = self.get(path) if self.exists(path) else next(self.search(path), None)
-        return ConfigError(message, hint=hint) if place is None else place.error(message, hint)
+        value = self.get(path) if self.exists(path) else next(self.search(path), None)
+        return ConfigError(message, hint=hint) if value is None else value.error(message, hint)
 
     def keys(self, path: str = "/") -> list[str]:
         """Return the path elements directly below a path, sorted, but in order for a list of maps."""
@@ -157,11 +153,7 @@ class Configuration:
 
         The paths start with the prefix. A value at the prefix itself is not included.
         """
-        prefix = prefix.removesuffix("/")
-        node = self._root.find(prefix)
-        if node is not None:
-            for path, leaf in sorted(node.leaves(prefix), key=lambda pair: pair[0]):
-                yield _value(path, leaf)
+        yield from sorted(self.walk(prefix), key=lambda value: value.path)
 
     def walk(self, prefix: str = "/") -> Iterator[ConfigValue]:
         """Yield all values below a path in the order of the file."""
@@ -171,117 +163,85 @@ class Configuration:
             for path, leaf in node.leaves(prefix):
                 yield _value(path, leaf)
 
-    @overload
-    def get_str(self, path: str) -> str: ...
-    @overload
-    def get_str(self, path: str, *, default: D) -> str | D: ...
-    def get_str(self, path: str, *, default: object = _MISSING) -> object:
+    def get_str(self, path: str, *, default: D | _Missing = _MISSING) -> str | D:
         """Return the text of a single value, empty for null."""
         return self._scalar(path, str, "a single value", default)
 
-    @overload
-    def get_uint(self, path: str) -> int: ...
-    @overload
-    def get_uint(self, path: str, *, default: D) -> int | D: ...
-    def get_uint(self, path: str, *, default: object = _MISSING) -> object:
+    def get_uint(self, path: str, *, default: D | _Missing = _MISSING) -> int | D:
         """Return a 32 bit unsigned integer, which may be hexadecimal (0x10) or octal (010)."""
-        return self._scalar(path, _small_uint, "an unsigned integer", default)
+        return self._scalar(path, to_uint32, "an unsigned integer", default)
 
-    @overload
-    def get_int(self, path: str) -> int: ...
-    @overload
-    def get_int(self, path: str, *, default: D) -> int | D: ...
-    def get_int(self, path: str, *, default: object = _MISSING) -> object:
+    def get_int(self, path: str, *, default: D | _Missing = _MISSING) -> int | D:
         """Return a 32 bit integer."""
         return self._scalar(path, to_int, "an integer", default)
 
-    @overload
-    def get_float(self, path: str) -> float: ...
-    @overload
-    def get_float(self, path: str, *, default: D) -> float | D: ...
-    def get_float(self, path: str, *, default: object = _MISSING) -> object:
+    def get_float(self, path: str, *, default: D | _Missing = _MISSING) -> float | D:
         """Return a number."""
         return self._scalar(path, to_float, "a number", default)
 
-    @overload
-    def get_bool(self, path: str) -> bool: ...
-    @overload
-    def get_bool(self, path: str, *, default: D) -> bool | D: ...
-    def get_bool(self, path: str, *, default: object = _MISSING) -> object:
+    def get_bool(self, path: str, *, default: D | _Missing = _MISSING) -> bool | D:
         """Return a truth value: true, yes, on, y or their opposites."""
         return self._scalar(path, to_bool, "true or false", default)
 
-    @overload
-    def get_strings(self, path: str) -> list[str]: ...
-    @overload
-    def get_strings(self, path: str, *, default: D) -> list[str] | D: ...
-    def get_strings(self, path: str, *, default: object = _MISSING) -> object:
+    def get_strings(self, path: str, *, default: D | _Missing = _MISSING) -> list[str] | D:
         """Return a list of texts."""
         return self._list(path, str, "a text", default)
 
-    @overload
-    def get_uints(self, path: str) -> list[int]: ...
-    @overload
-    def get_uints(self, path: str, *, default: D) -> list[int] | D: ...
-    def get_uints(self, path: str, *, default: object = _MISSING) -> object:
+    def get_uints(self, path: str, *, default: D | _Missing = _MISSING) -> list[int] | D:
         """Return a list of 32 bit unsigned integers."""
-        return self._list(path, _small_uint, "an unsigned integer", default)
+        return self._list(path, to_uint32, "an unsigned integer", default)
 
-    @overload
-    def get_ints(self, path: str) -> list[int]: ...
-    @overload
-    def get_ints(self, path: str, *, default: D) -> list[int] | D: ...
-    def get_ints(self, path: str, *, default: object = _MISSING) -> object:
+    def get_ints(self, path: str, *, default: D | _Missing = _MISSING) -> list[int] | D:
         """Return a list of 32 bit integers."""
         return self._list(path, to_int, "an integer", default)
 
-    @overload
-    def get_floats(self, path: str) -> list[float]: ...
-    @overload
-    def get_floats(self, path: str, *, default: D) -> list[float] | D: ...
-    def get_floats(self, path: str, *, default: object = _MISSING) -> object:
+    def get_floats(self, path: str, *, default: D | _Missing = _MISSING) -> list[float] | D:
         """Return a list of numbers."""
         return self._list(path, to_float, "a number", default)
 
-    @overload
-    def get_bools(self, path: str) -> list[bool]: ...
-    @overload
-    def get_bools(self, path: str, *, default: D) -> list[bool] | D: ...
-    def get_bools(self, path: str, *, default: object = _MISSING) -> object:
+    def get_bools(self, path: str, *, default: D | _Missing = _MISSING) -> list[bool] | D:
         """Return a list of truth values."""
         return self._list(path, to_bool, "true or false", default)
 
-    def _scalar(self, path: str, convert: Callable[[str], T | None], wanted: str, default: object) -> object:
-        node = self._root.find(path)
-        if node is None and default is not _MISSING:
+    def _scalar(
+        self, path: str, convert: Callable[[str], T | None], expected: str, default: D | _Missing
+    ) -> T | D:
+        """Return the converted text of a single value, or the default.
+
+        :param convert: returns None for a text of another type.
+        :param expected: the type for errors.
+        """
+        if not isinstance(default, _Missing) and self._root.find(path) is None:
             return default
         value = self.get(path)
         if value.is_list:
-            raise _wrong_type(value, f"must be {wanted}, but is a list")
-        result = convert(value.text)
-        if result is None:
-            raise _wrong_type(value, f"must be {wanted}, but is {_quoted(value)}")
-        return result
+            raise _wrong_type(value, f"must be {expected}, but is a list")
+        scalar = convert(value.text)
+        if scalar is None:
+            raise _wrong_type(value, f"must be {expected}, but is {_quoted(value)}")
+        return scalar
 
-    def _list(self, path: str, convert: Callable[[str], T | None], wanted: str, default: object) -> object:
-        node = self._root.find(path)
-        if node is None and default is not _MISSING:
+    def _list(
+        self, path: str, convert: Callable[[str], T | None], expected: str, default: D | _Missing
+    ) -> list[T] | D:
+        """Return the converted elements of a list, or the default; the parameters are those of `_scalar`."""
+        if not isinstance(default, _Missing) and self._root.find(path) is None:
             return default
         value = self.get(path)
         if not value.is_list:
             raise _wrong_type(
                 value, f"must be a list, but is {_quoted(value)}", f"write [{mask(path, value.text)}]"
             )
-        results: list[T] = []
+        elements: list[T] = []
         for index, text in enumerate(value.items):
-            result = convert(text)
-            if result is None:
+            element = convert(text)
+            if element is None:
                 raise _wrong_type(
                     value,
-                    f"must be a list, each element {wanted}, but element {index} is '{mask(path, text)}'",
+                    f"must be a list, each element {expected}, but element {index} is '{mask(path, text)}'",
                 )
-            results.append(result)
-        return results
+            elements.append(element)
+        return elements
 
     def _missing(self, path: str, node: ConfigNode | None) -> ConfigMissingError:
         path = "/" + "/".join(split_path(path))
@@ -290,8 +250,8 @@ class Configuration:
                 f"{path} holds {node.kind.value}, not a value", file=node.mark.file or None,
                 line=node.mark.line or None, hint=f"below it are: {', '.join(list(node.children)[:8])}",
             )  # fmt: skip
-        known = [leaf for leaf, _ in self._root.leaves("")]
-        hint = self._hint_of_hosts(path) or did_you_mean(path, known, cutoff=_LIKE_PATHS) or None
+        paths = [leaf for leaf, _ in self._root.leaves("")]
+        hint = self._hint_of_hosts(path) or did_you_mean(path, paths, cutoff=_LIKE_PATHS) or None
         mark = self._nearest(path)
         return ConfigMissingError(
             f"there is no configuration value {path}",
@@ -311,18 +271,19 @@ class Configuration:
 
     def _hint_of_hosts(self, path: str) -> str:
         """Return a hint if files of other hosts have a value, otherwise empty."""
-        having = []
+        files = []
         for file in self._host_files():
             # the file of another host may be invalid; it is only searched for a hint
             with suppress(ConfigError):
                 if Configuration.load(file).exists(path):
-                    having.append(str(file))
-        if not having:
+                    files.append(str(file))
+        if not files:
             return ""
-        more = f" ({len(having)} files have it)" if len(having) > 1 else ""
-        return f"{having[0]} has it, for another host{more}: --config {shlex.quote(having[0])}"
+        count = f" ({len(files)} files have it)" if len(files) > 1 else ""
+        return f"{files[0]} has it, for another host{count}: --config {shlex.quote(files[0])}"
 
     def _host_files(self) -> Iterator[Path]:
+        """Yield the files that the includes with ``$host`` name on other machines."""
         for include in self._host_includes:
             for path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
                 for file in files_of(path) if path.is_dir() else [path]:
@@ -363,7 +324,8 @@ class Configuration:
             node = node.children.setdefault(element, ConfigNode(NodeKind.NULL, Mark()))
         if node.children or not elements:
             raise node.mark.error(f"cannot set {path}: it holds {node.kind.value}", "set the values below it")
-        self._before.setdefault(tuple(elements), node.copy() if node.mark.file else None)
+        # only the first value of this run: a second one replaces no value of a file
+        self._replaced.setdefault(tuple(elements), node.copy() if node.mark.file else None)
         node.mark = Mark()
         if isinstance(value, bool | int | float | str):
             node.kind, node.text, node.items = NodeKind.SCALAR, _text(value), ()
@@ -376,19 +338,20 @@ class Configuration:
         :raises ConfigError: if the value was not set in this run.
         """
         elements = tuple(split_path(path))
-        if elements not in self._before:
+        if elements not in self._replaced:
             raise ConfigError(
                 f"cannot erase {path}: it was not set in this run",
                 hint="values of a file cannot be erased here: edit the file",
             )
-        above = [self._root]
+        nodes = [self._root]  # from the root to the value
         for element in elements:
-            above.append(above[-1].children[element])
-        before = self._before.pop(elements)
-        if before is not None:
-            above[-2].children[elements[-1]] = before
+            nodes.append(nodes[-1].children[element])
+        replaced = self._replaced.pop(elements)
+        if replaced is not None:
+            nodes[-2].children[elements[-1]] = replaced
             return
-        for node, element in zip(reversed(above[:-1]), reversed(elements), strict=True):
+        # the maps that `set` has made for the value go with it
+        for node, element in zip(reversed(nodes[:-1]), reversed(elements), strict=True):
             del node.children[element]
             if node.children or node is self._root:
                 return

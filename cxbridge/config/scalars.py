@@ -70,6 +70,15 @@ def to_uint(text: str) -> int | None:
     return value if 0 <= value <= LONG_MAX else None
 
 
+def to_uint32(text: str) -> int | None:
+    """Return ``text`` as an unsigned integer of 32 bits, or None.
+
+    Values of the type UINT have up to 63 bits, as in Fawkes; its getter and its network protocol have 32.
+    """
+    value = to_uint(text)
+    return value if value is not None and value <= UINT_MAX else None
+
+
 def to_int(text: str) -> int | None:
     """Return ``text`` as a 32 bit integer, or None."""
     match = _STREAM_INT.fullmatch(text)

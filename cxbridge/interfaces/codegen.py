@@ -1,20 +1,14 @@
 """Source of typed Python modules and stubs for interface types.
 
-A module needs no XML at run time: it holds the schema as a literal and declares classes with typed
-attributes.
-
-:func:`cxbridge.interfaces.classes.define` adds the properties.
+A module needs no XML at run time: it holds the schema as JSON and declares classes with typed attributes.
+:func:`cxbridge.interfaces.classes.define` adds the properties. A stub has the declarations alone.
 """
 
 from __future__ import annotations
 
+import json
 import textwrap
-from collections.abc import Iterable, Iterator
-from typing import Any
-
-from msgspec import Struct
-from msgspec.structs import astuple
-from msgspec.structs import fields as struct_fields
+from collections.abc import Iterator
 
 from cxbridge.interfaces.classes import attribute_name, enum_member_name
 from cxbridge.interfaces.instance import Interface, Message
@@ -23,6 +17,7 @@ from cxbridge.interfaces.schema import (
     FieldSchema,
     InterfaceSchema,
     MessageSchema,
+    schema_to_json,
 )
 
 _WIDTH = 88  # columns of the written module, as in ruff's default
@@ -78,12 +73,14 @@ class _Writer:
         if schema.pseudomaps:
             yield "from cxbridge.interfaces.pseudomap import PseudoMap"
         if not self._stub:
-            yield from _import("cxbridge.interfaces.schema", sorted(_struct_names(schema)))
+            yield "from cxbridge.interfaces.schema import schema_from_json"
             yield ""
-            for enum in schema.enums:
-                yield from _literal(f"_{enum.name} = ", enum, "", "", named=False)
-                yield ""
-            yield from _literal("SCHEMA = ", schema, "", "")
+            # no text of a definition can end this literal: JSON escapes quotes, and has no three in a row
+            yield '_DEFINITION = r"""'
+            yield schema_to_json(schema)
+            yield '"""'
+            yield ""
+            yield "SCHEMA = schema_from_json(_DEFINITION)"
             yield ""
         yield ""
 
@@ -162,7 +159,7 @@ class _Writer:
         for constant in self._schema.constants:
             python = type(constant.value).__name__
             yield ""
-            value = "" if self._stub else f" = {_scalar(constant.value)}"
+            value = "" if self._stub else f" = {_literal(constant.value)}"
             yield f"{_INDENT}{attribute_name(constant.name, Interface)}: ClassVar[{python}]{value}"
             yield from _docstring(constant.comment, _INDENT)
 
@@ -246,18 +243,6 @@ def _wrap(text: str, indent: str) -> list[str]:
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
 
 
-def _import(module: str, names: Iterable[str]) -> Iterator[str]:
-    """Yield an import, with one name per line if it is long."""
-    names = list(names)
-    line = f"from {module} import {', '.join(names)}"
-    if len(line) <= _WIDTH:
-        yield line
-        return
-    yield f"from {module} import ("
-    yield from (f"{_INDENT}{name}," for name in names)
-    yield ")"
-
-
 def _call(head: str, arguments: list[str], indent: str) -> Iterator[str]:
     """Yield a call, with one argument per line if it is long."""
     line = f"{head}({', '.join(arguments)})"
@@ -269,58 +254,9 @@ def _call(head: str, arguments: list[str], indent: str) -> Iterator[str]:
     yield f"{indent})"
 
 
-def _struct_names(value: object) -> set[str]:
-    if isinstance(value, tuple):
-        return set().union(*map(_struct_names, value))
-    if isinstance(value, Struct):
-        inner = astuple(value)
-        return {type(value).__name__}.union(*map(_struct_names, inner))
-    return set()
-
-
-def _scalar(value: object) -> str:
-    """Return the literal of a simple value or of a tuple with one, preferring double quotes."""
-    if isinstance(value, str):
-        text = repr("'" + value)[2:-1]  # repr() uses double quotes if the text has a single one
-        return repr(value) if '"' in value else f'"{text}"'
-    if isinstance(value, tuple):
-        return f"({_scalar(value[0])},)" if value else "()"
-    if isinstance(value, bytes):
-        return f'bytes.fromhex("{value.hex()}")'
+def _literal(value: bool | float | str) -> str:
+    """Return the Python literal of a constant."""
+    if isinstance(value, str) and '"' not in value:
+        # a string of JSON is one of Python, too, and has the double quotes that formatters want
+        return json.dumps(value, ensure_ascii=False)
     return repr(value)
-
-
-def _literal(prefix: str, value: Any, indent: str, suffix: str, *, named: bool = True) -> Iterator[str]:
-    """Yield the literal of a value; structs with one argument per line.
-
-    :param named: write an enum as the variable that the module has for it.
-    """
-    if isinstance(value, EnumSchema) and named:
-        yield f"{indent}{prefix}_{value.name}{suffix}"
-    elif isinstance(value, Struct):
-        yield f"{indent}{prefix}{type(value).__name__}("
-        for field in struct_fields(value):
-            part = getattr(value, field.name)
-            if field.name != "source" and part != field.default:
-                yield from _literal(f"{field.name}=", part, indent + _INDENT, ",")
-        yield f"{indent}){suffix}"
-    elif isinstance(value, tuple) and (len(value) > 1 or isinstance(next(iter(value), None), Struct)):
-        yield f"{indent}{prefix}("
-        for part in value:
-            yield from _literal("", part, indent + _INDENT, ",")
-        yield f"{indent}){suffix}"
-    else:
-        yield from _simple(prefix, value, indent, suffix)
-
-
-def _simple(prefix: str, value: object, indent: str, suffix: str) -> Iterator[str]:
-    """Yield a simple value; a long text is split."""
-    line = f"{indent}{prefix}{_scalar(value)}{suffix}"
-    if len(line) <= _WIDTH or not isinstance(value, str):
-        yield line
-        return
-    width = _WIDTH - len(indent) - len(_INDENT) - len("''")
-    parts = textwrap.wrap(value, width, break_on_hyphens=False, drop_whitespace=False)
-    yield f"{indent}{prefix}("
-    yield from (f"{indent}{_INDENT}{_scalar(part)}" for part in parts)
-    yield f"{indent}){suffix}"

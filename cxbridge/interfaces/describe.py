@@ -47,7 +47,7 @@ def _field_row(field: FieldSchema) -> dict[str, Any]:
 def _data_field_row(field: FieldSchema) -> dict[str, Any]:
     """Return a data field with the results of Fawkes' introspection."""
     return _field_row(field) | {
-        "rt_type": field.runtime_type,
+        "rt_type": field.type,
         "rt_length": field.runtime_length,
         "rt_is_enum": field.is_enum,
     }

@@ -1,5 +1,5 @@
 """Messages of interfaces, their queues, and the port of instances to a blackboard."""
-# ruff: noqa: ARG002, SLF001 - ClosedPort repeats the signatures of Port; a message sets attributes of its copy
+# ruff: noqa: SLF001 - a message sets attributes of its copy
 
 from __future__ import annotations
 
@@ -97,10 +97,23 @@ class Port(Protocol[InstanceT_contra]):
         """Close the instance."""
 
 
-class ClosedPort:
-    """The port of a closed instance, which refuses everything except closing."""
+_OPERATIONS: Final = {
+    "now_us": "write()",
+    "fetch": "read()",
+    "publish": "write()",
+    "next_id": "msgq_enqueue()",
+    "next_id_is_stale": "msgq_enqueue()",
+    "transmit": "msgq_enqueue()",
+    "writer_owner": "writer()",
+    "has_writer": "has_writer()",
+    "reader_owners": "readers()",
+    "reader_owner": "reader_owner()",
+}
+"""The operation of an instance, as in Fawkes' errors, by the method of the port that it calls."""
 
-    __slots__ = ("_serial", "_uid")
+
+class ClosedPort:
+    """The port of a closed instance, which refuses every operation except closing."""
 
     version = -3  # differs from the versions of all instances, so that read() calls fetch()
     mem_serial = 0
@@ -109,41 +122,14 @@ class ClosedPort:
         self._uid = uid
         self._serial = serial
 
-    def _refuse(self, operation: str) -> InvalidInstanceError:
-        return InvalidInstanceError(self._uid, self._serial, operation)
-
-    def now_us(self) -> int:
-        raise self._refuse("write()")
-
-    def fetch(self, into: bytearray) -> tuple[int, int, int]:
-        raise self._refuse("read()")
-
-    def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
-        raise self._refuse("write()")
-
-    def next_id(self, last: int) -> int:
-        raise self._refuse("msgq_enqueue()")
-
-    def next_id_is_stale(self, last: int) -> bool:
-        raise self._refuse("msgq_enqueue()")
-
-    def transmit(self, sender: object, message: Message) -> None:
-        raise self._refuse("msgq_enqueue()")
-
-    def writer_owner(self) -> str:
-        raise self._refuse("writer()")
-
-    def has_writer(self) -> bool:
-        raise self._refuse("has_writer()")
-
-    def reader_owners(self) -> tuple[str, ...]:
-        raise self._refuse("readers()")
-
-    def reader_owner(self, serial: str) -> str:
-        raise self._refuse("reader_owner()")
+    def __getattr__(self, method: str) -> Any:
+        """Refuse a method of :class:`Port`."""
+        if method in _OPERATIONS:
+            raise InvalidInstanceError(self._uid, self._serial, _OPERATIONS[method])
+        raise AttributeError(method)
 
     def close(self, instance: object) -> None:
-        pass
+        """Do nothing: closing twice is permitted."""
 
 
 STAMP: Final = struct.Struct("=qq")

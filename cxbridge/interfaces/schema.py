@@ -1,15 +1,16 @@
-"""Schemas of interfaces as immutable values, independent of XML and Python classes."""
+"""Schemas of interfaces as immutable values, independent of XML and Python classes; their form in JSON."""
 
 from __future__ import annotations
 
 from functools import cached_property
 
-from msgspec import Struct
+from msgspec import Struct, json
+from msgspec.structs import replace
 
 from cxbridge.interfaces.fieldtypes import FieldType, storage_type
 
 
-class EnumItem(Struct, frozen=True):
+class EnumItem(Struct, frozen=True, omit_defaults=True):
     """A named number of an enum."""
 
     name: str
@@ -17,7 +18,7 @@ class EnumItem(Struct, frozen=True):
     comment: str = ""
 
 
-class EnumSchema(Struct, frozen=True):
+class EnumSchema(Struct, frozen=True, omit_defaults=True):
     """An enum of a definition, stored as a 32 bit signed integer."""
 
     name: str
@@ -25,7 +26,7 @@ class EnumSchema(Struct, frozen=True):
     comment: str = ""
 
 
-class ConstantSchema(Struct, frozen=True):
+class ConstantSchema(Struct, frozen=True, omit_defaults=True):
     """A constant of an interface; ``float`` values are rounded to 32 bits."""
 
     name: str
@@ -34,7 +35,7 @@ class ConstantSchema(Struct, frozen=True):
     comment: str = ""
 
 
-class FieldSchema(Struct, frozen=True):
+class FieldSchema(Struct, frozen=True, omit_defaults=True):
     """A field with its position in the block.
 
     :param type: a built-in type or the name of an enum, as in XML.
@@ -84,9 +85,7 @@ class FieldSchema(Struct, frozen=True):
         """Whether the field has a length and is not a string, so that its value is a tuple.
 
         A ``length="1"`` makes an array of one element, as in Fawkes' C struct. Fawkes' introspection (CLIPS,
-        Lua, loggers)
-
-        reports a single value, see `runtime_length`.
+        Lua, loggers) reports a single value, see `runtime_length`.
         """
         return self.length is not None and not self.is_string
 
@@ -94,11 +93,6 @@ class FieldSchema(Struct, frozen=True):
     def runtime_length(self) -> int:
         """The length that Fawkes' introspection reports, 1 for a single value."""
         return 1 if self.length is None else self.length
-
-    @property
-    def runtime_type(self) -> str:
-        """The type that Fawkes' introspection reports."""
-        return self.type
 
 
 class MapRef(Struct, frozen=True):
@@ -108,7 +102,7 @@ class MapRef(Struct, frozen=True):
     key: str
 
 
-class PseudoMapSchema(Struct, frozen=True):
+class PseudoMapSchema(Struct, frozen=True, omit_defaults=True):
     """A mapping from numbers to fields, without data of itself."""
 
     name: str
@@ -118,7 +112,7 @@ class PseudoMapSchema(Struct, frozen=True):
     comment: str = ""
 
 
-class MessageSchema(Struct, frozen=True):
+class MessageSchema(Struct, frozen=True, omit_defaults=True):
     """A message of an interface; its name has the suffix ``Message``."""
 
     name: str
@@ -131,7 +125,7 @@ class MessageSchema(Struct, frozen=True):
         return next((field for field in self.fields if field.name == name), None)
 
 
-class InterfaceSchema(Struct, frozen=True, dict=True):
+class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
     """An interface definition with its layout.
 
     :param name: the type's name with the suffix ``Interface``.
@@ -170,3 +164,13 @@ class InterfaceSchema(Struct, frozen=True, dict=True):
     def message(self, name: str) -> MessageSchema | None:
         """Return a message by its name with suffix, or None."""
         return next((message for message in self.messages if message.name == name), None)
+
+
+def schema_to_json(schema: InterfaceSchema) -> str:
+    """Return a schema as indented JSON, without the file from which it was read."""
+    return json.format(json.encode(replace(schema, source=""))).decode()
+
+
+def schema_from_json(text: str) -> InterfaceSchema:
+    """Return the schema of a text by :func:`schema_to_json`."""
+    return json.decode(text, type=InterfaceSchema)

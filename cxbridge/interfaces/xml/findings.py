@@ -1,7 +1,13 @@
-"""The errors and warnings of a definition, collected during one reading."""
+"""The errors and warnings of a definition, collected during one reading.
+
+A mistake that prevents the reading of an element is raised, and collected where the element is left out, so
+that each element reports at most one such mistake. Other mistakes are reported, and the reading continues.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final
 
 from msgspec import Struct, field
@@ -11,6 +17,7 @@ from cxbridge.interfaces.names import is_identifier, is_reserved
 from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
+# a file of a mebibyte may have 100,000 mistakes, and similar names are searched for each
 MAX_FINDINGS: Final = 100
 """The maximal number of reported errors of a file."""
 
@@ -31,56 +38,74 @@ class Findings(Struct):
     errors: list[InterfaceDefinitionError] = field(default_factory=list)
     warnings: list[InterfaceDefinitionError] = field(default_factory=list)
 
-    def error(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
-        """Report an error at an element or one of its attributes.
+    def mistake(
+        self, element: Element, message: str, hint: str, attribute: str | None = None
+    ) -> InterfaceDefinitionError:
+        """Return an error at an element or one of its attributes, to be raised."""
+        line, column = element.place_of(attribute) if attribute else (element.line, element.column)
+        return InterfaceDefinitionError(message, file=self.file, line=line, column=column, hint=hint)
+
+    @contextmanager
+    def collect(self) -> Iterator[None]:
+        """Collect a mistake that is raised in this block.
 
         :raises TooManyFindings: if there are too many.
         """
+        try:
+            yield
+        except InterfaceDefinitionError as error:
+            self._add(error)
+
+    def error(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
+        """Report a mistake that does not prevent the reading of an element.
+
+        :raises TooManyFindings: if there are too many.
+        """
+        self._add(self.mistake(element, message, hint, attribute))
+
+    def _add(self, error: InterfaceDefinitionError) -> None:
         if len(self.errors) >= MAX_FINDINGS:
             raise TooManyFindings
-        self.errors.append(self._make(element, message, hint, attribute))
+        self.errors.append(error)
 
     def warn(self, element: Element, message: str, hint: str, attribute: str | None = None) -> None:
         """Report a construct that Fawkes accepts but that is probably a mistake."""
         if len(self.warnings) < MAX_FINDINGS:
-            self.warnings.append(self._make(element, message, hint, attribute))
+            self.warnings.append(self.mistake(element, message, hint, attribute))
 
-    def _make(
-        self, element: Element, message: str, hint: str, attribute: str | None
-    ) -> InterfaceDefinitionError:
-        line, column = element.place_of(attribute) if attribute else (element.line, element.column)
-        return InterfaceDefinitionError(message, file=self.file, line=line, column=column, hint=hint)
+    def attribute(self, element: Element, name: str, example: str) -> str:
+        """Return a required attribute.
 
-    def attribute(self, element: Element, name: str, example: str) -> str | None:
-        """Return a required attribute; report it if it is missing or empty."""
+        :raises InterfaceDefinitionError: if it is missing or empty.
+        """
         value = element.attributes.get(name)
+        hint = f'write {name}="{example}"'
         if value is None:
-            self.error(element, f"<{element.name}> has no attribute '{name}'", f'write {name}="{example}"')
-        elif not value:
-            self.error(element, f"attribute '{name}' is empty", f'write {name}="{example}"', name)
-        return value or None
+            raise self.mistake(element, f"<{element.name}> has no attribute '{name}'", hint)
+        if not value:
+            raise self.mistake(element, f"attribute '{name}' is empty", hint, name)
+        return value
 
-    def name(self, element: Element, subject: str, reserved: frozenset[str], example: str) -> str | None:
-        """Return the attribute ``name``, or None after an error."""
+    def name(self, element: Element, subject: str, reserved: frozenset[str], example: str) -> str:
+        """Return the attribute ``name``.
+
+        :raises InterfaceDefinitionError: if it is missing, no identifier, or reserved.
+        """
         name = self.attribute(element, "name", example)
-        if name is None:
-            return None
         if not is_identifier(name):
-            self.error(
+            raise self.mistake(
                 element,
                 f"'{name}' cannot be the name of {subject}",
                 "a name has letters, digits and underscores, and does not begin with a digit",
                 "name",
             )
-            return None
         if is_reserved(name, reserved):
-            self.error(
+            raise self.mistake(
                 element,
                 f"'{name}' cannot be the name of {subject}: the name is reserved",
                 f"take another name, e.g. my_{name}",
                 "name",
             )
-            return None
         return name
 
     def comment(self, element: Element, subject: str) -> str:
@@ -93,68 +118,64 @@ class Findings(Struct):
             )
         return " ".join(element.text.split())
 
-    def comment_child(self, element: Element, subject: str) -> str:
-        """Return the text of the ``comment`` child, which is required."""
+    def comment_child(self, element: Element, subject: str, *, loose: bool = False) -> str:
+        """Return the text of the ``comment`` child, which is required.
+
+        :param loose: text outside a ``comment`` is enough, with a warning, as in Fawkes.
+        """
         comments = element.find_all("comment")
         if not comments or not comments[0].text:
-            place = comments[0] if comments else element
-            self.error(place, f"{subject} has no comment", _COMMENT_HINT)
+            report = self.warn if loose and element.text else self.error
+            report(comments[0] if comments else element, f"{subject} has no comment", _COMMENT_HINT)
             return ""
         return " ".join(comments[0].text.split())
 
-    def loose_comment(self, element: Element, subject: str) -> str:
-        """Return the text of the ``comment`` child; warn if there is only other text, as Fawkes accepts."""
-        comments = element.find_all("comment")
-        if element.text and not (comments and comments[0].text):
-            self.warn(comments[0] if comments else element, f"{subject} has no comment", _COMMENT_HINT)
-            return ""
-        return self.comment_child(element, subject)
+    def check_form(
+        self, element: Element, attributes: tuple[str, ...], children: tuple[str, ...] = ()
+    ) -> None:
+        """Report attributes and children that an element cannot have.
 
-    def only(self, element: Element, allowed: tuple[str, ...]) -> None:
-        """Report children that an element cannot have.
-
-        Fawkes ignores them. A name similar to an allowed one is an error, because the interface would lack
-        that part; other names cause a warning.
+        Fawkes ignores them. A child with a name similar to an allowed one is an error, because the interface
+        would lack that part; all others cause a warning.
         """
-        strangers = [child for child in element.children if child.name not in allowed]
-        for child in strangers[:MAX_FINDINGS]:
-            rest = f"<{element.name}> may hold " + (", ".join(f"<{name}>" for name in allowed) or "text only")
-            hint = did_you_mean(child.name, allowed, rest)
-            misspelt = did_you_mean(child.name, [name for name in allowed if name != "comment"])
-            note = self.error if misspelt else self.warn
-            note(child, f"<{child.name}> does not belong into <{element.name}>", hint)
-
-    def known_attributes(self, element: Element, known: tuple[str, ...]) -> None:
-        """Warn of attributes that Fawkes ignores."""
         for name in element.attributes:
-            if name not in known:
+            if name not in attributes:
                 self.warn(
                     element,
                     f"attribute '{name}' of <{element.name}> is ignored",
-                    did_you_mean(name, known, f"it knows {', '.join(known)}"),
+                    did_you_mean(name, attributes, f"it knows {', '.join(attributes) or 'none'}"),
                     name,
                 )
+        unknown = [child for child in element.children if child.name not in children]
+        for child in unknown[:MAX_FINDINGS]:
+            contents = ", ".join(f"<{name}>" for name in children) or "text only"
+            hint = did_you_mean(child.name, children, f"<{element.name}> may hold {contents}")
+            misspelt = did_you_mean(child.name, [name for name in children if name != "comment"])
+            report = self.error if misspelt else self.warn
+            report(child, f"<{child.name}> does not belong into <{element.name}>", hint)
 
 
 class NameScope(Struct):
     """Names that must be unique.
 
-    :param findings: gets the errors of duplicate names.
+    :param findings: makes the errors of duplicate names.
     """
 
     findings: Findings
-    _seen: dict[str, tuple[str, int]] = field(default_factory=dict)
+    _owners: dict[str, tuple[str, int]] = field(default_factory=dict)  # kind and line by name
 
-    def add(self, element: Element, subject: str, name: str, shown: str | None = None) -> bool:
-        """Add a name; report a duplicate and return False."""
-        if name in self._seen:
-            other, line = self._seen[name]
-            self.findings.error(
+    def add(self, element: Element, subject: str, name: str, label: str | None = None) -> None:
+        """Add a name.
+
+        :param label: the name for the error, if the definition spells it differently.
+        :raises InterfaceDefinitionError: if the name exists.
+        """
+        if name in self._owners:
+            owner, line = self._owners[name]
+            raise self.findings.mistake(
                 element,
-                f"{subject} '{shown or name}' has the name of {other} in line {line}",
+                f"{subject} '{label or name}' has the name of {owner} in line {line}",
                 "every name may be used once: rename or remove one",
                 "name",
             )
-            return False
-        self._seen[name] = (subject, element.line)
-        return True
+        self._owners[name] = (subject, element.line)

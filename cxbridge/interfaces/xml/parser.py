@@ -29,6 +29,7 @@ from cxbridge.interfaces.names import (
 from cxbridge.interfaces.schema import (
     ConstantSchema,
     EnumSchema,
+    FieldSchema,
     InterfaceSchema,
     MessageSchema,
     PseudoMapSchema,
@@ -117,10 +118,10 @@ def _schema_of(result: CheckResult) -> InterfaceSchema:
     """Return the schema, or raise the first error."""
     if result.schema is not None:
         return result.schema
-    first, more = result.errors[0], len(result.errors) - 1
-    if more:
+    first, further = result.errors[0], len(result.errors) - 1
+    if further:
         first = InterfaceDefinitionError(
-            f"{first.message} (and {more} more: see 'cxbridge interface check')",
+            f"{first.message} (and {further} more: see 'cxbridge interface check')",
             file=first.file,
             line=first.line,
             column=first.column,
@@ -152,12 +153,16 @@ class _Definition:
                 'begin with <interface name="...">',
             )
             return None
-        findings.only(root, ("constants", "data", "message"))
-        findings.known_attributes(root, ("name", "author", "year", "created"))
-        name = self._read_name()
+        findings.check_form(root, ("name", "author", "year", "created"), ("constants", "data", "message"))
+        name = ""
+        with findings.collect():
+            name = self._read_name()
         self._read_constants()
         self._read_data()
-        messages = self._read_messages()
+        messages: list[MessageSchema] = []
+        for element in root.find_all("message"):
+            with findings.collect():
+                messages.append(self._read_message(element))
         fields, datasize = place_fields(field for field in self._fields.values() if field is not None)
         if datasize > MAX_DATASIZE:
             findings.error(
@@ -168,7 +173,7 @@ class _Definition:
             hash=digest,
             datasize=datasize,
             fields=fields,
-            messages=messages,
+            messages=tuple(messages),
             enums=tuple(self._enums.values()),
             constants=tuple(self._constants),
             pseudomaps=tuple(self._pseudomaps),
@@ -181,62 +186,54 @@ class _Definition:
 
     def _read_name(self) -> str:
         """Return the name of the type with suffix."""
-        name = self._findings.attribute(self._root, "name", "MyInterface") or ""
+        root, findings = self._root, self._findings
+        name = findings.attribute(root, "name", "MyInterface")
         type_name = interface_type_name(name)
-        if name and not is_identifier(name):
-            self._findings.error(
-                self._root,
-                f"'{name}' cannot be the name of an interface",
-                "a name has letters and digits, and begins with a letter",
-                "name",
+        if not is_identifier(name):
+            hint = "a name has letters and digits, and begins with a letter"
+            raise findings.mistake(root, f"'{name}' cannot be the name of an interface", hint, "name")
+        if len(type_name) > MAX_TYPE_LENGTH:
+            message = (
+                f"the type '{type_name}' has {len(type_name)} characters, the limit is {MAX_TYPE_LENGTH}"
             )
-        elif len(type_name) > MAX_TYPE_LENGTH:
-            self._findings.error(
-                self._root,
-                f"the type '{type_name}' has {len(type_name)} characters, the limit is {MAX_TYPE_LENGTH}",
-                "shorten the name",
-                "name",
-            )
+            raise findings.mistake(root, message, "shorten the name", "name")
         return type_name
 
-    def _single_child(self, name: str, *, required: bool) -> Element | None:
-        """Return the single child of the root with a name."""
-        found = self._root.find_all(name)
-        for extra in found[1:]:
-            self._findings.error(
-                extra, f"a second <{name}>", f"put everything into the <{name}> of line {found[0].line}"
-            )
-        if not found and required:
-            self._findings.error(
-                self._root,
-                f"the interface has no <{name}>",
-                f"add <{name}> with a <comment> and at least one <field>",
-            )
-        return found[0] if found else None
+    def _single_child(self, name: str) -> Element | None:
+        """Return the single child of the root with a name, or None."""
+        children = self._root.find_all(name)
+        for surplus in children[1:]:
+            hint = f"put everything into the <{name}> of line {children[0].line}"
+            self._findings.error(surplus, f"a second <{name}>", hint)
+        return children[0] if children else None
 
     def _read_constants(self) -> None:
         """Read the optional block of constants and enums."""
-        block = self._single_child("constants", required=False)
+        block = self._single_child("constants")
         if block is None:
             return
-        self._findings.only(block, ("constant", "enum"))
+        findings = self._findings
+        findings.check_form(block, (), ("constant", "enum"))
         for element in block.children:
-            if element.name == "constant":
-                constant = read_constant(element, self._scope, self._findings)
-                if constant is not None:
-                    self._constants.append(constant)
-            elif element.name == "enum":
-                enum = read_enum(element, self._scope, self._findings)
-                if enum is not None:
+            with findings.collect():
+                if element.name == "constant":
+                    self._constants.append(read_constant(element, self._scope, findings))
+                elif element.name == "enum":
+                    enum = read_enum(element, self._scope, findings)
                     self._enums[enum.name] = enum
 
     def _read_data(self) -> None:
-        # fields first, because pseudo maps may refer to any of them
+        """Read the required block of data fields and pseudo maps."""
         findings = self._findings
-        block = self._single_child("data", required=True)
+        block = self._single_child("data")
         if block is None:
+            findings.error(
+                self._root,
+                "the interface has no <data>",
+                "add <data> with a <comment> and at least one <field>",
+            )
             return
-        findings.only(block, ("comment", "field", "pseudomap"))
+        findings.check_form(block, (), ("comment", "field", "pseudomap"))
         self._data_comment = findings.comment_child(block, "the data block")
         elements = block.find_all("field")
         if not elements:
@@ -244,52 +241,47 @@ class _Definition:
                 block, "the data block has no field", 'add at least one <field type="..." name="...">'
             )
         for element in elements:
-            field = read_field(element, self._enums, RESERVED_IN_INTERFACES, self._scope, findings)
-            self._fields.setdefault(element.attributes.get("name", ""), field)
+            self._fields.setdefault(element.attributes.get("name", ""), None)
+            with findings.collect():
+                field = read_field(element, self._enums, RESERVED_IN_INTERFACES, self._scope, findings)
+                self._fields[field.name] = field
+        # after the fields, because pseudo maps may refer to any of them
         for element in block.find_all("pseudomap"):
-            pseudomap = read_pseudomap(element, self._fields, self._enums, self._scope, findings)
-            if pseudomap is not None:
-                self._pseudomaps.append(pseudomap)
+            with findings.collect():
+                self._pseudomaps.append(
+                    read_pseudomap(element, self._fields, self._enums, self._scope, findings)
+                )
 
-    def _read_messages(self) -> tuple[MessageSchema, ...]:
-        messages = []
-        for element in self._root.find_all("message"):
-            message = self._read_message(element)
-            if message is not None:
-                messages.append(message)
-        return tuple(messages)
-
-    def _read_message(self, element: Element) -> MessageSchema | None:
-        # fields first, then references, in the order in which Fawkes lays them out
+    def _read_message(self, element: Element) -> MessageSchema:
         findings = self._findings
-        findings.only(element, ("comment", "field", "ref"))
-        findings.known_attributes(element, ("name",))
+        findings.check_form(element, ("name",), ("comment", "field", "ref"))
         name = findings.name(element, "a message", frozenset(), "DoSomething")
-        comment = findings.loose_comment(element, f"message '{name}'" if name else "a message")
+        self._add_message_name(element, name)
+        comment = findings.comment_child(element, f"message '{name}'", loose=True)
         scope = NameScope(findings)
-        fields = [
-            read_field(child, self._enums, RESERVED_IN_MESSAGES, scope, findings)
-            for child in element.find_all("field")
-        ]
+        fields: list[FieldSchema] = []
+        # fields first, then references, in the order in which Fawkes lays them out
+        for child in element.find_all("field"):
+            with findings.collect():
+                fields.append(read_field(child, self._enums, RESERVED_IN_MESSAGES, scope, findings))
         for child in element.find_all("ref"):
-            findings.only(child, ())
-            field = find_field(child, self._fields, findings)
-            if field is not None and scope.add(child, "field", field.name):
-                fields.append(field)
-        if name is None or not self._fits(element, name):
-            return None
-        placed, datasize = place_fields(field for field in fields if field is not None)
+            with findings.collect():
+                findings.check_form(child, ())
+                field = find_field(child, self._fields, findings)
+                if field is not None:
+                    scope.add(child, "field", field.name)
+                    fields.append(field)
+        placed, datasize = place_fields(fields)
         return MessageSchema(message_type_name(name), datasize, placed, comment)
 
-    def _fits(self, element: Element, name: str) -> bool:
-        """Return whether a message's name is short enough and unique."""
+    def _add_message_name(self, element: Element, name: str) -> None:
+        """Check that a message's name is short enough and unique."""
         longest = MAX_MESSAGE_LENGTH - len(MESSAGE_SUFFIX)
         if len(name) > longest:
-            self._findings.error(
+            raise self._findings.mistake(
                 element,
                 f"the message name '{name}' has {len(name)} characters, the limit is {longest}",
                 f"shorten it: with the suffix {MESSAGE_SUFFIX} it must fit into {MAX_MESSAGE_LENGTH}",
                 "name",
             )
-            return False
-        return self._scope.add(element, "message", message_type_name(name), name)
+        self._scope.add(element, "message", message_type_name(name), name)

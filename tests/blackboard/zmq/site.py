@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.zmq.wire.frames import Beat
 from tests.blackboard.samples import SampleRegistry
 from tests.blackboard.sites import Site
 from tests.blackboard.zmq.support import Bench, eventually
@@ -56,7 +57,7 @@ class ZmqSite(Site):
     def _beat(self) -> None:
         """Send heartbeats now, not when they are due: that is how a dead connection is noticed."""
         for session in tuple(self.server._sessions.values()):
-            session.send("beat", {})
+            session.send(Beat())
 
     def stop(self) -> None:
         self.server.stop()

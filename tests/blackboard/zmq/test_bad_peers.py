@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 import pytest
 import zmq
 
-from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, encode
+from cxbridge.blackboard.zmq.wire.frames import MAX_FRAME, Hello, List, Open, encode
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
 from tests.blackboard.zmq.test_hostile import serves
@@ -25,8 +25,7 @@ HEARTBEAT = 0.2
 
 
 def open_sample(number: int) -> bytes:
-    body = {"type": SCHEMA.name, "id": "a", "hash": SCHEMA.hash, "size": SCHEMA.datasize}
-    return encode("open", number, {"request": number, **body})
+    return encode(Open(SCHEMA.name, "a", SCHEMA.hash, SCHEMA.datasize, number=number, request=number))
 
 
 def memory() -> int:
@@ -55,8 +54,7 @@ def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
             one.linger, one.rcvhwm, one.rcvbuf, one.routing_id = 0, 1, 4096, route + session
             one.connect(made.url)
         try:
-            hello = {"session": session, "name": "deaf", "heartbeat_ms": 3_600_000}
-            events.send(encode("hello", 0, hello))
+            events.send(encode(Hello(session, name="deaf", heartbeat_ms=3_600_000)))
             eventually(lambda: made.server.sessions == 1)
             commands.send(open_sample(1))
             writer = made.board.open_for_writing(SampleInterface, "a")
@@ -71,7 +69,7 @@ def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
             for number in range(2, 30_000):  # answers cannot be conflated
                 if made.server.sessions == 1:
                     break
-                commands.send(encode("list", number, {"request": number, "type_glob": "*", "id_glob": "*"}))
+                commands.send(encode(List("*", "*", number=number, request=number)))
             eventually(lambda: made.server.sessions == 1)
             assert memory() - before < 50e6
         finally:
@@ -230,7 +228,7 @@ def test_a_thousand_clients_that_say_hello_and_nothing_more(tmp_path):
             stack.callback(one.close, linger=0)
             one.routing_id = b"e" + session
             one.connect(made.url)
-            one.send(encode("hello", 0, {"session": session, "name": f"number {number}"}))
+            one.send(encode(Hello(session, name=f"number {number}")))
         eventually(lambda: any("given up" in line.text for line in lines))
         assert serves(made)
         eventually(lambda: made.server.sessions <= len(made.clients), timeout=60)

@@ -12,19 +12,28 @@ from urllib.parse import urlsplit
 import pytest
 import zmq
 
-from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, Envelope, ResultCode, decode, encode
-from cxbridge.blackboard.zmq.wire.dataframes import (
-    AnswerBody,
-    SendBody,
-    pack_answer,
-    pack_send,
-    pack_write,
+from cxbridge.blackboard.zmq.wire.frames import (
+    MAX_FRAME,
+    Beat,
+    Close,
+    Gone,
+    Hello,
+    Open,
+    Reply,
+    ResultCode,
+    Send,
+    Sync,
+    Welcome,
+    Write,
+    decode_server_frame,
+    encode,
 )
 from cxbridge.events import LogLine
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
 
 SESSION = b"0123456789abcdef"
+WRITE = encode(Write(SESSION, True, False, b"", number=1))
 
 
 @pytest.fixture(params=["ipc", "tcp"])
@@ -51,14 +60,14 @@ class Stranger:
             one.connect(made.url)
 
     def hello(self, **fields):
-        self.events.send(encode("hello", 0, {"session": self.session, **fields}))
+        self.events.send(encode(Hello(self.session, **fields)))
         return self.hear()
 
     def hear(self):
         while True:
             assert self.events.poll(LONG * 1000), "no answer"
-            frame = decode(self.events.recv_multipart())
-            if frame.kind != "beat":
+            frame = decode_server_frame(self.events.recv())
+            if not isinstance(frame, Beat):
                 return frame
 
     def __enter__(self):
@@ -98,7 +107,7 @@ def test_strange_frames_of_a_zeromq_peer(made):
                 [rng.randbytes(rng.randrange(64)) for _ in range(rng.randrange(1, 5))]
             )
             stranger.commands.send(rng.randbytes(20))
-        assert stranger.hear().body.code == ResultCode.PROTOCOL
+        assert stranger.hear().code == ResultCode.PROTOCOL
         # libzmq hangs up on this one: an answer may or may not get through
         stranger.events.send(bytes(MAX_FRAME + 1))
         assert serves(made)
@@ -108,61 +117,51 @@ def test_strange_frames_of_a_zeromq_peer(made):
 @pytest.mark.parametrize(
     ("frames", "code"),
     [
-        ([encode("sync", 2, {"request": 1})], ResultCode.FRAME_LOST),
-        ([encode("welcome", 1, {"epoch": SESSION})], ResultCode.PROTOCOL),
-        ([encode("hello", 1, {"session": SESSION})], ResultCode.PROTOCOL),
-        ([encode("sync", 1, {"request": 1}), b"block"], ResultCode.PROTOCOL),
-        ([pack_write(2, SESSION, 0, False, b"")], ResultCode.FRAME_LOST),
-        ([pack_write(1, SESSION, 0, False, b"")[:-1]], ResultCode.PROTOCOL),
-        ([pack_write(1, SESSION, 0, False, b""), b"c" + SESSION, b"x"], ResultCode.PROTOCOL),
-        ([pack_answer(1, AnswerBody(1, 0, 0, ""))], ResultCode.PROTOCOL),
+        ([encode(Sync(number=2, request=1))], ResultCode.FRAME_LOST),
+        ([encode(Welcome(SESSION, 0, 0, number=1))], ResultCode.PROTOCOL),
+        ([encode(Hello(SESSION, number=1))], ResultCode.PROTOCOL),
+        ([encode(Sync(number=1, request=1)), b"block"], ResultCode.PROTOCOL),
+        ([WRITE[:-1]], ResultCode.PROTOCOL),
+        ([WRITE, b"c" + SESSION, b"x"], ResultCode.PROTOCOL),
+        ([encode(Reply(number=1, request=1))], ResultCode.PROTOCOL),
     ],
 )
 def test_a_session_that_breaks_the_rules_is_ended(made, frames, code):
     with Stranger(made) as stranger:
-        assert stranger.hello().kind == "welcome"
+        assert isinstance(stranger.hello(), Welcome)
         stranger.commands.send_multipart(frames)
         frame = stranger.hear()
-        assert (frame.kind, frame.body.code) == ("gone", code)
+        assert isinstance(frame, Gone)
+        assert frame.code == code
         eventually(lambda: made.server.sessions == 0)
 
 
 def test_another_version_is_told_so(made):
     with Stranger(made) as stranger:
-        stranger.events.send(Envelope(version=9, hello={"session": SESSION}).SerializeToString())
-        frame = stranger.hear()
-        assert frame.body.code == ResultCode.PROTOCOL
-        assert "version 9" in frame.body.text
+        frame = stranger.hello(version=9)
+        assert frame.code == ResultCode.PROTOCOL
+        assert "version 9" in frame.text
 
 
 @pytest.mark.parametrize(
-    ("kind", "body", "code"),
+    ("question", "code"),
     [
-        ("close", {"instance": SESSION}, ResultCode.INVALID_INSTANCE),
-        ("open", {"type": "X", "id": "a", "hash": SESSION}, ResultCode.UNKNOWN_TYPE),
-        ("open", {"type": "", "id": "a", "hash": SESSION}, ResultCode.INVALID_NAME),
-        ("open", {"type": "SampleInterface", "id": "\0", "hash": SESSION}, ResultCode.INVALID_NAME),
-        (
-            "open",
-            {"type": "SampleInterface", "id": "a", "hash": SESSION, "size": 2**32 - 1},
-            ResultCode.VERSION_MISMATCH,
-        ),
+        (Close(SESSION), ResultCode.INVALID_INSTANCE),
+        (Open("X", "a", SESSION, 0), ResultCode.UNKNOWN_TYPE),
+        (Open("", "a", SESSION, 0), ResultCode.INVALID_NAME),
+        (Open("SampleInterface", "\0", SESSION, 0), ResultCode.INVALID_NAME),
+        (Open("SampleInterface", "a", SESSION, 2**32 - 1), ResultCode.VERSION_MISMATCH),
+        (Send(SESSION, SESSION, "X", 1, "t", 0, b""), ResultCode.INVALID_INSTANCE),
     ],
 )
-def test_requests_without_sense_are_refused(made, kind, body, code):
+def test_requests_without_sense_are_refused(made, question, code):
     with Stranger(made) as stranger:
         stranger.hello()
-        stranger.commands.send(encode(kind, 1, {"request": 5, **body}))
+        question.number, question.request = 1, 5
+        stranger.commands.send(encode(question))
         frame = stranger.hear()
-        assert (frame.kind, frame.body.request, frame.body.code) == ("reply", 5, code)
-
-
-def test_a_message_of_nobody_is_refused(made):
-    with Stranger(made) as stranger:
-        stranger.hello()
-        stranger.commands.send(pack_send(1, SendBody(5, SESSION, SESSION, "X", 1, "t", 0), b""))
-        frame = stranger.hear()
-        assert (frame.kind, frame.body.request, frame.body.code) == ("answer", 5, ResultCode.INVALID_INSTANCE)
+        assert isinstance(frame, Reply)
+        assert (frame.request, frame.code) == (5, code)
 
 
 def test_frames_behind_a_write_are_no_messages_of_others(made):
@@ -172,8 +171,8 @@ def test_frames_behind_a_write_are_no_messages_of_others(made):
     reader = other.open_for_reading(SampleInterface, "a")
     with Stranger(made) as stranger:
         stranger.hello()
-        stranger.commands.send_multipart([pack_write(1, SESSION, 0, False, b""), b"x"])
-        assert stranger.hear().body.code == ResultCode.PROTOCOL
+        stranger.commands.send_multipart([WRITE, b"x"])
+        assert stranger.hear().code == ResultCode.PROTOCOL
     writer.count = 3
     writer.write()
     made.settle()
@@ -184,15 +183,15 @@ def test_a_duplicate_is_dropped(made):
     with Stranger(made) as stranger:
         stranger.hello()
         for number in (1, 1, 2):
-            stranger.commands.send(encode("sync", number, {"request": number}))
-        assert [stranger.hear().body.request for _ in range(2)] == [1, 2]
+            stranger.commands.send(encode(Sync(number=number, request=number)))
+        assert [stranger.hear().request for _ in range(2)] == [1, 2]
 
 
 def test_more_sessions_than_are_served(made):
     with ExitStack() as stack:
         answers = [stack.enter_context(Stranger(made, os.urandom(16))).hello() for _ in range(10)]
-    assert [answer.kind for answer in answers] == ["welcome"] * 8 + ["gone"] * 2
-    assert answers[-1].body.code == ResultCode.TOO_MANY
+    assert [type(answer) for answer in answers] == [Welcome] * 8 + [Gone] * 2
+    assert answers[-1].code == ResultCode.TOO_MANY
 
 
 def test_a_thousand_connections_that_say_nothing(made):
@@ -209,9 +208,9 @@ def test_a_thousand_connections_that_say_nothing(made):
 
 def test_a_session_that_falls_silent_is_ended(made):
     with Stranger(made) as stranger:
-        assert stranger.hello(heartbeat_ms=1).body.heartbeat_ms == 50
+        assert stranger.hello(heartbeat_ms=1).heartbeat_ms == 50
         eventually(lambda: made.server.sessions == 0)
-        assert stranger.hear().body.code == ResultCode.SILENT
+        assert stranger.hear().code == ResultCode.SILENT
 
 
 def test_a_write_to_what_is_not_ones_own_changes_nothing(made):
@@ -225,9 +224,9 @@ def test_a_write_to_what_is_not_ones_own_changes_nothing(made):
         stranger.hello()
         block = bytes(SampleInterface.SCHEMA.datasize)
         for number, instance in enumerate((writer.serial, reader.serial), start=1):
-            stranger.commands.send(pack_write(number, instance.bytes, 2, True, block))
-        stranger.commands.send(encode("sync", 3, {"request": 1}))
-        assert stranger.hear().kind == "reply"
+            stranger.commands.send(encode(Write(instance.bytes, True, True, block, number=number)))
+        stranger.commands.send(encode(Sync(number=3, request=1)))
+        assert isinstance(stranger.hear(), Reply)
     made.settle()
     assert reader.read()
     assert reader.count == 1

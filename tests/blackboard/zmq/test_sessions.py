@@ -17,7 +17,7 @@ from cxbridge.blackboard.kit.errors import (
     RequestTimeoutError,
 )
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
-from cxbridge.blackboard.zmq.wire.codec import ResultCode
+from cxbridge.blackboard.zmq.wire.frames import Existence, ResultCode, Sync
 from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
@@ -121,7 +121,7 @@ def test_what_cannot_be_sent_takes_no_number(made):
     client = made.client()
     (session,) = made.server._sessions.values()
     with pytest.raises(ProtocolError):
-        session.send("existence", {"type": "\udc80"})
+        session.send(Existence(True, "\udc80", ""))
     client.flush()
     assert made.server._sessions == {session.id: session}
 
@@ -186,12 +186,12 @@ def test_a_message_to_a_writer_that_dies_is_an_error_in_time(tmp_path):
         victim.open_for_writing(SampleInterface, "a")
         entered, leave = threading.Event(), threading.Event()
 
-        def hang(body: Any, block: bytes) -> tuple[ResultCode, int]:
+        def hang(writer: Any, frame: Any) -> tuple[ResultCode, int]:
             entered.set()
             leave.wait(LONG)
             return ResultCode.NO_WRITER, 0
 
-        cast("Any", victim._interfaces)._queue_message = hang
+        cast("Any", victim._interfaces._copies["SampleInterface", "a"]).queue_message = hang
         freeze(victim)
         started = time.monotonic()
         with pytest.raises((errors.NoWriterError, RequestTimeoutError)):
@@ -259,7 +259,7 @@ def test_writes_without_a_server_are_kept_and_the_last_one_published(made):
         writer.count = count
         writer.write()
     with pytest.raises(DisconnectedError, match="no connection"):
-        near._sender.request("sync", {}, timeout=0.05)
+        near._sender.request(Sync(), timeout=0.05)
     made.server = ZmqBlackBoardServer(made.board, endpoints, context=made.context)
     with made.server:
         eventually(reader.read)
@@ -431,7 +431,7 @@ def test_a_slow_listener_is_told_of_the_newest_and_what_it_missed_is_counted(mad
         writer.count = count
         writer.write()
     made.clients[1].flush()
-    client._sender.request("sync", {}, timeout=LONG)
+    client._sender.request(Sync(), timeout=LONG)
     assert client._dispatcher._queue.qsize() <= 1025
     go_on.set()
     eventually(lambda: seen and seen[-1] == 3000)
@@ -476,7 +476,7 @@ def test_a_listener_never_reads_older_data_than_were_read_before(made):
         writer.count = count
         writer.write()
     made.clients[1].flush()
-    client._sender.request("sync", {}, timeout=LONG)
+    client._sender.request(Sync(), timeout=LONG)
     assert entered.wait(LONG)
     assert reader.read()
     assert reader.count == 3
@@ -500,7 +500,7 @@ def test_who_comes_later_does_not_hear_of_what_it_has_read_already(made):
         writer.count = count
         writer.write()
     made.clients[1].flush()
-    client._sender.request("sync", {}, timeout=LONG)
+    client._sender.request(Sync(), timeout=LONG)
     assert entered.wait(LONG)
     late = client.open_for_reading(SampleInterface, "a")
     assert late.read()

@@ -15,181 +15,215 @@ from cxbridge.interfaces.accessors import Array
 from cxbridge.interfaces.classes import define, enum_value_name
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.pseudomap import PseudoMap
-from cxbridge.interfaces.schema import (
-    ConstantSchema,
-    EnumItem,
-    EnumSchema,
-    FieldSchema,
-    InterfaceSchema,
-    MapRef,
-    MessageSchema,
-    PseudoMapSchema,
-)
+from cxbridge.interfaces.schema import schema_from_json
 
-_Mode = EnumSchema(
-    name="Mode",
-    items=(
-        EnumItem(
-            name="SLOW",
-            value=0,
-            comment="Not fast.",
-        ),
-        EnumItem(
-            name="FAST",
-            value=3,
-            comment=(
-                "Not slow; a comment that is long enough to be broken into several "
-                "lines, twice as long as one of them."
-            ),
-        ),
-    ),
-    comment="How fast.",
-)
+_DEFINITION = r"""
+{
+  "name": "CompiledInterface",
+  "hash": "EstS1/zbtkUwXqk/00boOw==",
+  "datasize": 88,
+  "fields": [
+    {
+      "name": "mode",
+      "type": "Mode",
+      "length": null,
+      "offset": 16,
+      "size": 4,
+      "elem_size": 4,
+      "comment": "An enum.",
+      "enum": {
+        "name": "Mode",
+        "items": [
+          {
+            "name": "SLOW",
+            "value": 0,
+            "comment": "Not fast."
+          },
+          {
+            "name": "FAST",
+            "value": 3,
+            "comment": "Not slow; a comment that is long enough to be broken into several lines, twice as long as one of them."
+          }
+        ],
+        "comment": "How fast."
+      }
+    },
+    {
+      "name": "text",
+      "type": "string",
+      "length": 32,
+      "offset": 20,
+      "size": 32,
+      "elem_size": 1,
+      "comment": "A text, with a \"quoted\" word and a \\ backslash."
+    },
+    {
+      "name": "values",
+      "type": "double",
+      "length": 3,
+      "offset": 56,
+      "size": 24,
+      "elem_size": 8,
+      "comment": "An array."
+    },
+    {
+      "name": "class",
+      "type": "uint8",
+      "length": null,
+      "offset": 80,
+      "size": 1,
+      "elem_size": 1,
+      "comment": "A name that Python has taken."
+    },
+    {
+      "name": "on",
+      "type": "bool",
+      "length": null,
+      "offset": 81,
+      "size": 1,
+      "elem_size": 1,
+      "comment": "A bool.",
+      "validfor": "3",
+      "default": "true",
+      "flags": [
+        "changed_indicator"
+      ]
+    }
+  ],
+  "messages": [
+    {
+      "name": "MoveMessage",
+      "datasize": 32,
+      "fields": [
+        {
+          "name": "speed",
+          "type": "float",
+          "length": null,
+          "offset": 16,
+          "size": 4,
+          "elem_size": 4,
+          "comment": "A float."
+        },
+        {
+          "name": "modes",
+          "type": "Mode",
+          "length": 2,
+          "offset": 20,
+          "size": 8,
+          "elem_size": 4,
+          "comment": "An array of enums.",
+          "enum": {
+            "name": "Mode",
+            "items": [
+              {
+                "name": "SLOW",
+                "value": 0,
+                "comment": "Not fast."
+              },
+              {
+                "name": "FAST",
+                "value": 3,
+                "comment": "Not slow; a comment that is long enough to be broken into several lines, twice as long as one of them."
+              }
+            ],
+            "comment": "How fast."
+          }
+        },
+        {
+          "name": "mode",
+          "type": "Mode",
+          "length": null,
+          "offset": 28,
+          "size": 4,
+          "elem_size": 4,
+          "comment": "An enum.",
+          "enum": {
+            "name": "Mode",
+            "items": [
+              {
+                "name": "SLOW",
+                "value": 0,
+                "comment": "Not fast."
+              },
+              {
+                "name": "FAST",
+                "value": 3,
+                "comment": "Not slow; a comment that is long enough to be broken into several lines, twice as long as one of them."
+              }
+            ],
+            "comment": "How fast."
+          }
+        }
+      ],
+      "comment": "A message with fields of its own and a reference."
+    },
+    {
+      "name": "HaltMessage",
+      "datasize": 16,
+      "fields": [],
+      "comment": "A message without fields."
+    }
+  ],
+  "enums": [
+    {
+      "name": "Mode",
+      "items": [
+        {
+          "name": "SLOW",
+          "value": 0,
+          "comment": "Not fast."
+        },
+        {
+          "name": "FAST",
+          "value": 3,
+          "comment": "Not slow; a comment that is long enough to be broken into several lines, twice as long as one of them."
+        }
+      ],
+      "comment": "How fast."
+    }
+  ],
+  "constants": [
+    {
+      "name": "LIMIT",
+      "type": "uint32",
+      "value": 7,
+      "comment": "A number."
+    },
+    {
+      "name": "SCALE",
+      "type": "float",
+      "value": 0.10000000149011612,
+      "comment": "A float."
+    },
+    {
+      "name": "GREETING",
+      "type": "string",
+      "value": "say \"hello\"",
+      "comment": "A text."
+    }
+  ],
+  "pseudomaps": [
+    {
+      "name": "by_number",
+      "type": "uint8",
+      "keytype": "uint32",
+      "refs": [
+        {
+          "field": "class",
+          "key": "2"
+        }
+      ],
+      "comment": "A pseudo map."
+    }
+  ],
+  "comment": "Has one of everything, with a comment of more than one line, so that the writer of modules has to break it somewhere.",
+  "author": "The cxbridge developers",
+  "year": "2026",
+  "created": "2026-11-21"
+}
+"""
 
-SCHEMA = InterfaceSchema(
-    name="CompiledInterface",
-    hash=bytes.fromhex("12cb52d7fcdbb645305ea93fd346e83b"),
-    datasize=88,
-    fields=(
-        FieldSchema(
-            name="mode",
-            type="Mode",
-            length=None,
-            offset=16,
-            size=4,
-            elem_size=4,
-            comment="An enum.",
-            enum=_Mode,
-        ),
-        FieldSchema(
-            name="text",
-            type="string",
-            length=32,
-            offset=20,
-            size=32,
-            elem_size=1,
-            comment='A text, with a "quoted" word and a \\ backslash.',
-        ),
-        FieldSchema(
-            name="values",
-            type="double",
-            length=3,
-            offset=56,
-            size=24,
-            elem_size=8,
-            comment="An array.",
-        ),
-        FieldSchema(
-            name="class",
-            type="uint8",
-            length=None,
-            offset=80,
-            size=1,
-            elem_size=1,
-            comment="A name that Python has taken.",
-        ),
-        FieldSchema(
-            name="on",
-            type="bool",
-            length=None,
-            offset=81,
-            size=1,
-            elem_size=1,
-            comment="A bool.",
-            validfor="3",
-            default="true",
-            flags=("changed_indicator",),
-        ),
-    ),
-    messages=(
-        MessageSchema(
-            name="MoveMessage",
-            datasize=32,
-            fields=(
-                FieldSchema(
-                    name="speed",
-                    type="float",
-                    length=None,
-                    offset=16,
-                    size=4,
-                    elem_size=4,
-                    comment="A float.",
-                ),
-                FieldSchema(
-                    name="modes",
-                    type="Mode",
-                    length=2,
-                    offset=20,
-                    size=8,
-                    elem_size=4,
-                    comment="An array of enums.",
-                    enum=_Mode,
-                ),
-                FieldSchema(
-                    name="mode",
-                    type="Mode",
-                    length=None,
-                    offset=28,
-                    size=4,
-                    elem_size=4,
-                    comment="An enum.",
-                    enum=_Mode,
-                ),
-            ),
-            comment="A message with fields of its own and a reference.",
-        ),
-        MessageSchema(
-            name="HaltMessage",
-            datasize=16,
-            fields=(),
-            comment="A message without fields.",
-        ),
-    ),
-    enums=(
-        _Mode,
-    ),
-    constants=(
-        ConstantSchema(
-            name="LIMIT",
-            type="uint32",
-            value=7,
-            comment="A number.",
-        ),
-        ConstantSchema(
-            name="SCALE",
-            type="float",
-            value=0.10000000149011612,
-            comment="A float.",
-        ),
-        ConstantSchema(
-            name="GREETING",
-            type="string",
-            value='say "hello"',
-            comment="A text.",
-        ),
-    ),
-    pseudomaps=(
-        PseudoMapSchema(
-            name="by_number",
-            type="uint8",
-            keytype="uint32",
-            refs=(
-                MapRef(
-                    field="class",
-                    key="2",
-                ),
-            ),
-            comment="A pseudo map.",
-        ),
-    ),
-    comment=(
-        "Has one of everything, with a comment of more than one line, so that the "
-        "writer of modules has to break it somewhere."
-    ),
-    author="The cxbridge developers",
-    year="2026",
-    created="2026-11-21",
-)
+SCHEMA = schema_from_json(_DEFINITION)
 
 
 @define(SCHEMA)
@@ -230,7 +264,7 @@ class CompiledInterface(Interface):
     SCALE: ClassVar[float] = 0.10000000149011612
     """A float."""
 
-    GREETING: ClassVar[str] = 'say "hello"'
+    GREETING: ClassVar[str] = "say \"hello\""
     """A text."""
 
     class MoveMessage(Message):

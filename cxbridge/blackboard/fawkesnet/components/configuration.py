@@ -22,7 +22,7 @@ from cxbridge.blackboard.fawkesnet.messages.fields import MAX_ELEMENT
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.config import Configuration, ConfigValue
-from cxbridge.config.scalars import UINT_MAX, ConfigType, to_bool, to_float, to_int, to_uint
+from cxbridge.config.scalars import ConfigType, to_bool, to_float, to_int, to_uint32
 from cxbridge.config.secrets import masked
 from cxbridge.errors import BlackBoardError, ConfigError
 
@@ -141,13 +141,8 @@ def _to_message(path: str, value: ConfigValue) -> ConfigMessage:
     return ConfigMessage(VALUE_KINDS[value_type], path, values, is_list=value.is_list)
 
 
-def _uint32(text: str) -> int | None:
-    number = to_uint(text)
-    return number if number is not None and number <= UINT_MAX else None
-
-
 _TO_VALUE: Final[dict[ConfigType, Callable[[str], Scalar | None]]] = {
-    ConfigType.UINT: _uint32,
+    ConfigType.UINT: to_uint32,
     ConfigType.INT: to_int,
     ConfigType.FLOAT: to_float,
     ConfigType.BOOL: to_bool,

@@ -2,13 +2,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.blackboard.base import OpenRequest, Registry
 from cxbridge.blackboard.errors import ForeignInstanceError
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
-from cxbridge.blackboard.kit.errors import DisconnectedError, TransportError
+from cxbridge.blackboard.kit.errors import DisconnectedError, RemoteRefusalError, TransportError
 from cxbridge.blackboard.kit.wakeup import SocketWakeup
 from cxbridge.blackboard.listeners import ListenerTable, Observer
 from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
@@ -16,7 +16,7 @@ from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender
 from cxbridge.blackboard.zmq.client.session import SessionThread
 from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint
-from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
+from cxbridge.blackboard.zmq.wire.frames import Close, List, Listed, Reply, Response, Sync, Watch
 from cxbridge.blackboard.zmq.wire.sockets import context_for
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
@@ -109,13 +109,13 @@ class ZmqBlackBoard(RemoteBlackBoard):
             raise ForeignInstanceError(instance.uid)
         port = self._interfaces.start_closing(instance)
 
-        def on_reply(frame: ZmqFrame) -> None:
-            self._interfaces.finish_closing(port, instance, frame.body.detail)
+        def on_reply(reply: Response) -> None:
+            if isinstance(reply, Reply):
+                self._interfaces.finish_closing(port, instance, reply.detail)
 
         try:
             self._sender.request(
-                "close",
-                {"instance": instance.serial.bytes},
+                Close(instance.serial.bytes),
                 timeout=self.timeout if self._sender.ready else 0.0,
                 repeat=False,
                 on_reply=on_reply,
@@ -134,21 +134,11 @@ class ZmqBlackBoard(RemoteBlackBoard):
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
         self._check_here()
-        body: dict[str, Any] = {"type_glob": type_glob, "id_glob": id_glob}
-        reply = self._sender.request("list", body, timeout=self.timeout)
-        return [
-            InterfaceInfo(
-                type=info.type,
-                id=info.id,
-                hash=info.hash,
-                serial=info.serial,
-                has_writer=info.has_writer,
-                writer=info.writer,
-                readers=tuple(info.readers),
-                timestamp_us=info.timestamp_us,
-            )
-            for info in reply.body.interfaces
-        ]
+        reply = self._sender.request(List(type_glob, id_glob), timeout=self.timeout)
+        if isinstance(reply, Reply):
+            raise RemoteRefusalError(reply.text)
+        assert isinstance(reply, Listed)
+        return reply.interfaces
 
     @property
     def connected(self) -> bool:
@@ -169,7 +159,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._check_here()
         seconds = self.timeout if timeout is None else timeout
         self._interfaces.wait_written(seconds)
-        self._sender.request("sync", {}, timeout=seconds)
+        self._sender.request(Sync(), timeout=seconds)
         self._dispatcher.drain(seconds)
 
     def _listeners_of(self, instance: Interface) -> ListenerTable:
@@ -181,9 +171,8 @@ class ZmqBlackBoard(RemoteBlackBoard):
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
         self._check_here()
         super().register_observer(observer, type_glob, id_glob)
-        existence = self._interfaces.existence
-        if not existence.on:
-            self._sender.request("watch", {}, timeout=self.timeout, on_reply=existence.began)
+        if not self._interfaces.watching:
+            self._sender.request(Watch(), timeout=self.timeout, on_reply=self._interfaces.watched)
 
 
 def _why_nobody_answers(reason: str, url: str, keys: CurveClient | None) -> str:

@@ -9,33 +9,39 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Final
 from uuid import UUID
 
 from cxbridge.blackboard.base import OpenRequest
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.errors import ProtocolError, RequestTimeoutError
 from cxbridge.blackboard.listeners import ObserverTable
-from cxbridge.blackboard.zmq.client.existence import ExistenceWatch
 from cxbridge.blackboard.zmq.client.port import InterfaceCopy
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender, PendingRequest
-from cxbridge.blackboard.zmq.wire.codec import ChangeKind, ResultCode, Stamp
-from cxbridge.blackboard.zmq.wire.dataframes import (
-    UPDATE_HEADER,
-    VERSION,
-    DeliverBody,
-    DeliveredBody,
-    ZmqFrame,
-    other_version,
+from cxbridge.blackboard.zmq.wire.frames import (
+    MAX_TEXT,
+    Change,
+    Close,
+    Deliver,
+    Delivered,
+    Existence,
+    Listed,
+    Open,
+    Opened,
+    Reply,
+    Request,
+    Response,
+    ResultCode,
+    Send,
+    ServerFrame,
+    Update,
+    Watch,
+    Write,
 )
-from cxbridge.blackboard.zmq.wire.messages import open_body, send_body
 from cxbridge.blackboard.zmq.wire.refusals import raise_refusal
 from cxbridge.interfaces.instance import Interface, Message
-
-_HEADER: Final = UPDATE_HEADER.size
-_CHANGES: Final = frozenset(ChangeKind) - {ChangeKind.NONE}
-_STAMPS: Final = {None: Stamp.COMPARE, False: Stamp.OLD, True: Stamp.NEW}
+from cxbridge.interfaces.schema import InterfaceSchema
 
 
 class OpenInterfaces:
@@ -73,7 +79,10 @@ class OpenInterfaces:
         self._same_epoch = False
         self._reopening = 0
         self._loss_announced = False
-        self.existence: Final = ExistenceWatch(observers, dispatcher)
+        self._observers: Final = observers
+        self._existing: set[tuple[str, str]] = set()  # the interfaces that the observers know
+        self.watching = False
+        """Whether the server reports created and destroyed interfaces."""
         self.reason = ""
         """The reason for the end of the last session."""
         self.skipped = 0
@@ -88,20 +97,19 @@ class OpenInterfaces:
         """
         opened: list[Interface] = []
 
-        def on_reply(frame: ZmqFrame) -> None:
-            if frame.body.code == ResultCode.OK:
-                opened.append(self._enter(request, frame))
+        def on_reply(reply: Response) -> None:
+            if isinstance(reply, Opened):
+                opened.append(self._enter(request, reply))
 
         schema = request.interface_class.SCHEMA
-        body = open_body(schema, request.id, request.owner, request.writer)
-        reply = self._sender.request("open", body, timeout=self._timeout, on_reply=on_reply)
-        if not opened:
+        frame = _open_frame(schema, request.id, request.owner, request.writer)
+        reply = self._sender.request(frame, timeout=self._timeout, on_reply=on_reply)
+        if isinstance(reply, Reply):
             raise_refusal(reply, uid=request.uid, hash_=schema.hash)
         return opened[0]
 
-    def _enter(self, request: OpenRequest, frame: ZmqFrame) -> Interface:
+    def _enter(self, request: OpenRequest, opened: Opened) -> Interface:
         """Make the instance that the server has opened."""
-        opened = frame.body.opened
         with self._lock:
             copy = self._copies.get(request.key)
             if copy is None:
@@ -109,20 +117,20 @@ class OpenInterfaces:
                     self._board, request.interface_class, request.id, self, self._dispatcher
                 )
                 copy.set_members(opened.members, quietly=True)
-            self._connect(copy, frame)
-            if frame.block is not None and opened.seq > copy.seq:
+            self._connect(copy, opened.channel)
+            if opened.block is not None and opened.seq > copy.seq:
                 if copy.instances:  # without earlier instances no update was missed
                     self.skipped += opened.seq - copy.seq - 1
-                copy.update(opened.seq, frame.block, opened.stamped, opened.changed)
+                copy.update(opened.seq, opened.block, opened.stamped, opened.changed)
             copy.seq = opened.seq
             instance = request.make_instance(copy, UUID(bytes=opened.instance))
             copy.instances.append(instance)
             self._instances[opened.instance] = instance
             return instance
 
-    def _connect(self, copy: InterfaceCopy, frame: ZmqFrame) -> None:
-        copy.mem_serial = frame.body.opened.channel
-        self._channels[copy.mem_serial] = copy
+    def _connect(self, copy: InterfaceCopy, channel: int) -> None:
+        copy.mem_serial = channel
+        self._channels[channel] = copy
 
     def owns(self, instance: Interface) -> bool:
         """Return whether an instance is open at this client."""
@@ -175,7 +183,7 @@ class OpenInterfaces:
         """Send a write; without room or session, keep the last block."""
         with self._sender.lock:
             waits = port in self._unsent
-            sent = self._sender.write(serial.bytes, _STAMPS[stamped], changed, block, wait=not waits)
+            sent = self._sender.write(Write(serial.bytes, stamped, changed, block), wait=not waits)
             self.skipped += waits  # the waiting block is replaced and never sent
             if sent:
                 port.seq += 1
@@ -193,9 +201,11 @@ class OpenInterfaces:
             for port, block in tuple(self._unsent.items()):
                 writer = next((i for i in port.instances if i.is_writer and i.valid), None)
                 if writer is not None:
-                    if not self._sender.write(writer.serial.bytes, Stamp.NEW, True, block, wait=False):
+                    # one frame stands for several writes, of which any may have changed the data
+                    frame = Write(writer.serial.bytes, stamped=True, changed=True, block=block)
+                    if not self._sender.write(frame, wait=False):
                         self.flushing = True
-                        return  # one Write stands for several
+                        return
                     port.seq += 1
                 self._unsent.pop(port, None)
             self.flushing = False
@@ -212,9 +222,18 @@ class OpenInterfaces:
         :raises RequestTimeoutError: if the writer or the server does not answer in time.
         :raises DisconnectedError: if there is no session; the message may have been delivered.
         """
-        body, block = send_body(sender, message), message.to_bytes()
-        reply = self._sender.request("send", body, block, timeout=self._timeout, repeat=False)
-        match reply.body.code:
+        frame = Send(
+            sender.serial.bytes,
+            (message.source_id or sender.serial).bytes,
+            message.type,
+            message.id,
+            message.sender_thread_name[:MAX_TEXT],
+            message.hops,
+            message.to_bytes(),
+        )
+        reply = self._sender.request(frame, timeout=self._timeout, repeat=False)
+        assert isinstance(reply, Reply)
+        match reply.code:
             case ResultCode.OK:
                 message.mark_enqueued(self._board.clock.now_us())
             case ResultCode.DECLINED:
@@ -249,43 +268,45 @@ class OpenInterfaces:
             self._reopening = 1
             for instance in instances:
                 self._reopen(instance)
-            if self.existence.on:
-                self._request("watch", {}, self.existence.began)
+            if self.watching:
+                self._request(Watch(), self.watched)
         self._count_reply()
 
-    def _request(self, kind: str, body: dict[str, Any], on_reply: Callable[[ZmqFrame], None]) -> None:
-        def done(frame: ZmqFrame) -> None:
-            on_reply(frame)
+    def _request(self, frame: Request, on_reply: Callable[[Response], None]) -> None:
+        def done(reply: Response) -> None:
+            on_reply(reply)
             self._count_reply()
 
         self._reopening += 1
-        self._sender.start(kind, body, b"", PendingRequest(done))
+        self._sender.start(frame, PendingRequest(done))
 
     def _reopen(self, instance: Interface) -> None:
-        body = open_body(instance.SCHEMA, instance.id, instance.owner, instance.is_writer)
-        self._request("open", body, lambda frame: self._reopened(instance, frame))
+        frame = _open_frame(instance.SCHEMA, instance.id, instance.owner, instance.is_writer)
+        self._request(frame, lambda reply: self._reopened(instance, reply))
 
-    def _reopened(self, instance: Interface, frame: ZmqFrame) -> None:
-        opened = frame.body.opened
+    def _reopened(self, instance: Interface, reply: Response) -> None:
         with self._lock:
             copy = self._copies.get((instance.type, instance.id))
             open_here = self._instances.pop(instance.serial.bytes, None) is instance
-            if frame.body.code != ResultCode.OK:
-                self._abandon(copy, instance, frame)
-            elif copy is None or not open_here:  # closed during the request
-                self._close_late(opened.instance)
+            if isinstance(reply, Reply):
+                self._abandon(copy, instance, reply.code)
+                return
+            assert isinstance(reply, Opened)
+            opened = reply
+            if copy is None or not open_here:  # closed during the request
+                self._close_late(opened)
             else:
                 instance.adopt_serial(UUID(bytes=opened.instance))
                 self._instances[opened.instance] = instance
-                self._connect(copy, frame)
-                if frame.block is not None:
-                    self._take_over(copy, opened, frame.block)
+                self._connect(copy, opened.channel)
+                if opened.block is not None:
+                    self._take_over(copy, opened, opened.block)
                 if instance.is_writer and copy.written and self._was_lost(copy, opened.seq):
-                    self._unsent[copy] = copy.snapshot()
+                    self._unsent[copy] = copy.snapshot.block
                 copy.seq = opened.seq
                 copy.set_members(opened.members, quietly=False)
 
-    def _take_over(self, copy: InterfaceCopy, opened: Any, block: bytes) -> None:
+    def _take_over(self, copy: InterfaceCopy, opened: Opened, block: bytes) -> None:
         """Update a copy with the data of a new session, unless the copy is newer."""
         seen = opened.seq <= copy.expected if self._same_epoch else opened.seq == 0
         if not seen and copy not in self._unsent:
@@ -295,10 +316,9 @@ class OpenInterfaces:
         """Return whether the last write of this client was lost with the session."""
         return seq < copy.expected if self._same_epoch else seq == 0
 
-    def _abandon(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
-        code = ResultCode(frame.body.code).name
+    def _abandon(self, copy: InterfaceCopy | None, instance: Interface, code: ResultCode) -> None:
         self._board.warn(
-            f"{instance.uid} of {instance.owner or 'no owner'} could not be opened again: {code}"
+            f"{instance.uid} of {instance.owner or 'no owner'} could not be opened again: {code.name}"
         )
         instance.invalidate()
         if copy is not None:
@@ -309,9 +329,10 @@ class OpenInterfaces:
             copy.listeners.unregister(None, instance)
             self._drop_if_unused(copy)
 
-    def _close_late(self, serial: bytes) -> None:
+    def _close_late(self, opened: Opened) -> None:
+        """Close an instance at the server that this client has given up meanwhile."""
         with self._sender.lock:
-            self._sender.start("close", {"instance": serial}, b"", PendingRequest())
+            self._sender.start(Close(opened.instance), PendingRequest())
 
     def _count_reply(self) -> None:
         """Count a reply; after the last one, release the sender for all threads."""
@@ -336,51 +357,67 @@ class OpenInterfaces:
             for copy in self._copies.values():
                 copy.forget_others()
 
-    def updated(self, data: bytes) -> None:
+    def updated(self, update: Update) -> None:
         """Handle an Update.
 
-        :raises ProtocolError: if the frame is invalid.
+        :raises ProtocolError: if an earlier update is missing, or the size of the block is wrong.
         """
-        if len(data) < _HEADER or data[1] != VERSION:
-            raise other_version(data[1]) if len(data) > 1 else ProtocolError("an update without its header")
-        _, _, stamped, changed, channel, seq, skipped = UPDATE_HEADER.unpack_from(data)
         with self._lock:
-            copy = self._channels.get(channel)
-            if copy is None or seq <= copy.seq:
+            copy = self._channels.get(update.channel)
+            if copy is None or update.seq <= copy.seq:
                 return
-            if seq != copy.seq + 1 + skipped:
+            if update.seq != copy.seq + 1 + update.skipped:
                 raise ProtocolError("updates were lost")
-            self.skipped += skipped
-            copy.update(seq, data[_HEADER:], stamped, changed)
+            self.skipped += update.skipped
+            copy.update(update.seq, update.block, update.stamped, update.changed)
 
-    def received(self, frame: ZmqFrame) -> None:
+    def received(self, frame: ServerFrame) -> None:
         """Handle a frame other than an Update."""
-        body = frame.body
-        match frame.kind:
-            case "answer":
-                self._sender.answer(frame)
-            case "reply":
-                if not self._sender.answer(frame) and body.HasField("opened"):
-                    self._close_late(body.opened.instance)  # the request was given up
-            case "change":
-                copy = self._channels.get(body.channel)
-                if copy is not None and body.kind in _CHANGES:
-                    copy.change(ChangeKind(body.kind), UUID(bytes=body.instance), body.owner)
-            case "deliver":
-                self._dispatcher.put(self._deliver, body, frame.block, urgent=True)
-            case "existence":
-                self.existence.existence(body)
+        match frame:
+            case Response():
+                if not self._sender.answer(frame) and isinstance(frame, Opened):
+                    self._close_late(frame)  # the request was given up
+            case Change():
+                copy = self._channels.get(frame.channel)
+                if copy is not None:
+                    copy.change(frame.kind, UUID(bytes=frame.serial), frame.owner)
+            case Deliver():
+                self._dispatcher.put(self._deliver, frame, urgent=True)
+            case Existence():
+                if self.watching:
+                    self._note_existence((frame.type, frame.id), frame.created)
             case _:
-                pass  # a heartbeat, or an event of a later version
+                pass  # a heartbeat
 
-    def _deliver(self, body: DeliverBody, block: bytes) -> None:
-        """Queue a message for a writer and acknowledge it; in the dispatcher's thread."""
-        code, detail = self._queue_message(body, block)
-        self._sender.send_delivered(DeliveredBody(body.delivery, code, detail))
+    def watched(self, reply: Response) -> None:
+        """Compare the interfaces in the reply to Watch with the known ones, and notify the observers."""
+        assert isinstance(reply, Listed)
+        keys = [(info.type, info.id) for info in reply.interfaces]
+        if not self.watching:  # observers hear only of changes since their registration
+            self._existing.update(keys)
+            self.watching = True
+        for key in self._existing.difference(keys):
+            self._note_existence(key, created=False)
+        for key in keys:
+            self._note_existence(key, created=True)
 
-    def _queue_message(self, body: DeliverBody, block: bytes) -> tuple[ResultCode, int]:
-        instance = self._instances.get(body.instance)
-        port = None if instance is None else self.copy_of(instance)
-        if instance is None or port is None or not instance.is_writer:
-            return ResultCode.NO_WRITER, 0
-        return port.queue_message(instance, body, block)
+    def _note_existence(self, key: tuple[str, str], created: bool) -> None:
+        if created and key not in self._existing:
+            self._existing.add(key)
+            self._dispatcher.put(self._observers.created, *key)
+        elif not created and key in self._existing:
+            self._existing.discard(key)
+            self._dispatcher.put(self._observers.destroyed, *key)
+
+    def _deliver(self, frame: Deliver) -> None:
+        """Queue a message for a writer and report the outcome; in the dispatcher's thread."""
+        instance = self._instances.get(frame.instance)
+        copy = None if instance is None else self.copy_of(instance)
+        code, detail = ResultCode.NO_WRITER, 0
+        if instance is not None and copy is not None and instance.is_writer:
+            code, detail = copy.queue_message(instance, frame)
+        self._sender.send(Delivered(frame.delivery, code, detail))
+
+
+def _open_frame(schema: InterfaceSchema, interface_id: str, owner: str, writer: bool) -> Open:
+    return Open(schema.name, interface_id, schema.hash, schema.datasize, owner[:MAX_TEXT], writer)

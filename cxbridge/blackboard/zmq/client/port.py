@@ -6,30 +6,23 @@ listeners. The lock guards the copy.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterable
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
-from typing import Any, Final, Protocol
+from typing import Final, Protocol
 from uuid import UUID
 
 from cxbridge.blackboard.base import BlackBoard
-from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError
+from cxbridge.blackboard.errors import InvalidInstanceError, QueueFullError, UnknownMessageTypeError
 from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.listeners import DataAudience, EventKind
-from cxbridge.blackboard.port import BoardPort
+from cxbridge.blackboard.kit.messages import receive_message
+from cxbridge.blackboard.listeners import DataAudience, EventKind, membership_kind
+from cxbridge.blackboard.port import BoardPort, Snapshot
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
-from cxbridge.blackboard.zmq.wire.codec import ChangeKind, ResultCode
-from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
-from cxbridge.blackboard.zmq.wire.messages import receive_message
-from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.blackboard.zmq.wire.frames import Deliver, Member, ResultCode
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.message import OpenedBlock
-
-_EVENTS: Final = {
-    ChangeKind.READER_ADDED: EventKind.READER_ADDED,
-    ChangeKind.READER_REMOVED: EventKind.READER_REMOVED,
-    ChangeKind.WRITER_ADDED: EventKind.WRITER_ADDED,
-    ChangeKind.WRITER_REMOVED: EventKind.WRITER_REMOVED,
-}
 
 
 class ZmqUplink(Protocol):
@@ -48,27 +41,15 @@ class ZmqUplink(Protocol):
 
 
 @dataclass(slots=True)
-class Member:
-    """An open instance of the interface, at any client."""
-
-    owner: str
-    writer: bool
-
-
-Copy = tuple[int, int, int, bytes]
-"""The data after a write: version, version of the last stamp, version of the last change, block."""
-
-
-@dataclass(slots=True)
 class DataEvent:
     """A pending notification of a write.
 
-    :param differs: whether the data changed.
+    :param changed: whether values changed.
     :param audience: the listeners at the time of the write.
     """
 
-    copy: Copy
-    differs: bool
+    snapshot: Snapshot
+    changed: bool
     audience: DataAudience
 
 
@@ -98,10 +79,9 @@ class InterfaceCopy(BoardPort):
         """Whether the copy was written by this client."""
         self._uplink: Final = uplink
         self._dispatcher: Final = dispatcher
-        self._copy: Copy = (0, 0, 0, bytes(self.size))
         self._fetched = 0  # the newest version that was read
-        self._view: Copy | None = None  # the data that read() returns to the listeners being notified
-        self._tail: DataEvent | None = None  # the last pending event
+        self._notified: Snapshot | None = None  # the data that read() returns to the listeners being notified
+        self._last_event: DataEvent | None = None  # the last pending event
         self._members: dict[UUID, Member] = {}
 
     def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
@@ -114,134 +94,120 @@ class InterfaceCopy(BoardPort):
         with self._lock:
             self.seq = seq
             self.written = False
-            before = self._copy
-            version = before[0] + 1
-            copy = (version, version if stamped else before[1], version if changed else before[2], block)
-            self._copy = copy
+            snapshot = self._store(block, stamped, changed)
             audience = self.listeners.data_audience
             if audience is None:
                 return
-            tail = self._tail
-            if tail is not None and self._dispatcher.full:
-                tail.copy = copy
-                tail.differs |= changed
-                tail.audience = audience
+            event = self._last_event
+            if event is not None and self._dispatcher.full:
+                event.snapshot = snapshot
+                event.changed |= changed
+                event.audience = audience
                 self._uplink.note_skipped()
                 return
-            event = self._tail = DataEvent(copy, changed, audience)
+            event = self._last_event = DataEvent(snapshot, changed, audience)
         self._dispatcher.put(self._notify_data, event)
 
     def _notify_data(self, event: DataEvent) -> None:
         with self._lock:
-            if self._tail is event:
-                self._tail = None
-        self._view = event.copy
+            if self._last_event is event:
+                self._last_event = None
+        self._notified = event.snapshot
         try:
-            self.listeners.notify_data(event.audience, event.differs)
+            self.listeners.notify_data(event.audience, event.changed)
         finally:
-            self._view = None
+            self._notified = None
 
-    def change(self, kind: ChangeKind, serial: UUID, owner: str) -> None:
+    def change(self, kind: EventKind, serial: UUID, owner: str) -> None:
         """Add or remove a member and notify the listeners."""
-        if kind in (ChangeKind.READER_ADDED, ChangeKind.WRITER_ADDED):
-            if serial in self._members:
-                return
-            self._members = {**self._members, serial: Member(owner, kind is ChangeKind.WRITER_ADDED)}
-        else:
-            if serial not in self._members:
-                return
-            self._members = {key: member for key, member in self._members.items() if key != serial}
-        event = _EVENTS[kind]
-        self._dispatcher.put(self.listeners.notify_audience, self.listeners.audience(event), event, serial)
+        added = kind in (EventKind.READER_ADDED, EventKind.WRITER_ADDED)
+        # other threads iterate over the members without a lock, so the dictionary is replaced
+        members = dict(self._members)
+        member = members.pop(serial, None)
+        if added is (member is not None):
+            return  # known already, from a reply to Open
+        if added:
+            members[serial] = Member(serial.bytes, owner, kind is EventKind.WRITER_ADDED)
+        self._members = members
+        self._dispatcher.put(self.listeners.notify_audience, self.listeners.audience(kind), kind, serial)
 
-    def queue_message(self, writer: Interface, body: DeliverBody, block: bytes) -> tuple[ResultCode, int]:
+    def queue_message(self, writer: Interface, frame: Deliver) -> tuple[ResultCode, int]:
         """Ask the listeners and queue a message for a writer; in the dispatcher's thread.
 
         :returns: the result and a detail for the server.
         """
-        message_class = writer.MESSAGES.get(body.type)
-        if message_class is None or len(block) != message_class.SCHEMA.datasize:
-            return ResultCode.UNKNOWN_MESSAGE, 0
-        message = receive_message(message_class, body, block, body.sender, self.mem_serial)
-        if not self.listeners.accept(message):
-            return ResultCode.DECLINED, 0
         try:
-            writer.msgq_append(message)
+            message = receive_message(
+                writer,
+                frame.type,
+                frame.block,
+                message_id=frame.id,
+                sender=UUID(bytes=frame.sender),
+                source=UUID(bytes=frame.source),
+                hops=frame.hops + 1,
+                thread=frame.thread,
+            )
+            return ResultCode.OK if self.deliver(writer, message) else ResultCode.DECLINED, 0
         except QueueFullError as error:
             return ResultCode.QUEUE_FULL, error.limit
         except InvalidInstanceError:  # closed by a listener
             return ResultCode.NO_WRITER, 0
-        return ResultCode.OK, 0
+        except (UnknownMessageTypeError, InterfaceError):
+            return ResultCode.UNKNOWN_MESSAGE, 0
 
     def end_listening(self, instance: Interface) -> None:
         """Unregister the listeners of an instance after the pending notifications."""
-        self._dispatcher.put(self._unregister, instance)
+        self._dispatcher.put(self.listeners.unregister, None, instance)
 
-    def _unregister(self, instance: Interface) -> None:
-        self.listeners.unregister(None, instance)
-
-    def set_members(self, members: Iterable[Any], *, quietly: bool) -> None:
+    def set_members(self, members: Iterable[Member], *, quietly: bool) -> None:
         """Replace the members.
 
-        :param members: as in the protocol's Opened.
         :param quietly: do not notify the listeners.
         """
-        new = {UUID(bytes=m.instance): Member(m.owner, m.writer) for m in members}
-        old = self._members
-        if quietly:
-            self._members = new
-            return
-        for serial, member in old.items():
-            if serial not in new:
-                self.change(
-                    ChangeKind.WRITER_REMOVED if member.writer else ChangeKind.READER_REMOVED, serial, ""
-                )
-        for serial, member in new.items():
-            self.change(
-                ChangeKind.WRITER_ADDED if member.writer else ChangeKind.READER_ADDED, serial, member.owner
-            )
-        self._members = new  # in the order of the server
+        present = {UUID(bytes=member.serial): member for member in members}
+        if not quietly:
+            self._remove_members(self._members.keys() - present.keys())
+            for serial, member in present.items():
+                self.change(membership_kind(writer=member.writer, added=True), serial, member.owner)
+        self._members = present  # in the order of the server
+
+    def _remove_members(self, serials: AbstractSet[UUID]) -> None:
+        for serial, member in self._members.items():
+            if serial in serials:
+                self.change(membership_kind(writer=member.writer, added=False), serial, "")
 
     def forget_others(self) -> None:
         """Remove the instances of other clients, because the session is lost."""
-        own = {instance.serial for instance in self.instances}
-        for serial, member in self._members.items():
-            if serial not in own:
-                self.change(
-                    ChangeKind.WRITER_REMOVED if member.writer else ChangeKind.READER_REMOVED, serial, ""
-                )
+        self._remove_members(self._members.keys() - {instance.serial for instance in self.instances})
 
-    def snapshot(self) -> bytes:
-        """Return the present block."""
-        return self._copy[3]
+    @property
+    def _readable(self) -> Snapshot:
+        """The data for the calling thread.
 
-    def _notified_copy(self) -> Copy | None:
-        """Return the data of the notification in progress, unless newer data were read."""
-        view = self._view
-        if view is None or view[0] < self._fetched or threading.get_ident() != self._dispatcher.ident:
-            return None
-        return view
+        A listener reads the write of which it is notified, even if newer data have come, unless the thread
+        has read newer data before.
+        """
+        notified = self._notified
+        if notified is None or notified.version < self._fetched or not self._dispatcher.inside():
+            return self._snapshot
+        return notified
 
     @property
     def version(self) -> int:
-        """How often the copy was replaced."""
-        return ((None if self._view is None else self._notified_copy()) or self._copy)[0]
+        """The number of the write that :meth:`fetch` would return."""
+        return self._readable.version
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         with self._lock:
-            copy = (None if self._view is None else self._notified_copy()) or self._copy
-            self._fetched = copy[0]
-        version, stamped, changed, into[:] = copy
-        return version, stamped, changed
+            snapshot = self._readable
+            self._fetched = snapshot.version
+        into[:] = snapshot.block
+        return snapshot.version, snapshot.stamped, snapshot.changed
 
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         data = bytes(block)
         with self._lock:
-            _, old_stamped, old_changed, old = self._copy
-            version = self._copy[0] + 1
-            if stamped or (stamped is None and old[: STAMP.size] != data[: STAMP.size]):
-                old_stamped = version
-            self._copy = (version, old_stamped, version if changed else old_changed, data)
+            version = self._store(data, stamped, changed).version
             self.written = True
             # listeners that register later read the data and are not notified
             audience = self.listeners.data_audience
@@ -249,9 +215,6 @@ class InterfaceCopy(BoardPort):
         if audience is not None:
             self.listeners.notify_data(audience, changed)
         return version
-
-    def next_id(self, last: int) -> int:
-        return self._unshown_id(last, self._copy[3])
 
     def transmit(self, sender: Interface, message: Message) -> None:
         self._uplink.send_message(sender, message)

@@ -28,9 +28,8 @@ import zmq
 
 from cxbridge.blackboard.kit.dispatcher import Dispatcher, Work
 from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, ResultCode, decode
-from cxbridge.blackboard.zmq.wire.dataframes import UPDATE, ZmqFrame, is_data_frame
-from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, receiver, rest
+from cxbridge.blackboard.zmq.wire.frames import Gone, ServerFrame, Update, Welcome, decode_server_frame
+from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, receiver
 
 FULL: Final = 1024
 """The number of waiting events above which updates of one interface are conflated."""
@@ -53,12 +52,12 @@ class FrameHandler(Protocol):
     def welcomed(self, epoch: bytes) -> None:
         """Reopen the instances in a new session."""
 
-    def received(self, frame: ZmqFrame) -> None: ...
+    def received(self, frame: ServerFrame) -> None: ...
 
-    def updated(self, data: bytes) -> None:
-        """Handle the bytes of an Update.
+    def updated(self, update: Update) -> None:
+        """Handle an Update.
 
-        :raises ProtocolError: if the frame is invalid.
+        :raises ProtocolError: if an earlier update is missing, or the size of the block is wrong.
         """
 
 
@@ -98,7 +97,7 @@ class EventReceiver(Dispatcher):
     def _reset(self) -> None:
         self.last_received_s = time.monotonic()
         """The monotonic time of the last received frame, in seconds."""
-        self.welcome: Any = None
+        self.welcome: Welcome | None = None
         """The server's Welcome, None before it."""
         self.fault = ""
         """Why the session cannot continue."""
@@ -303,22 +302,21 @@ class EventReceiver(Dispatcher):
         self._wake_session()
 
     def _handle_message(self, data: bytes) -> None:
-        """Handle one message whose first frame was received."""
+        if not data:
+            return  # a nudge
         try:
-            if not data:
-                return  # a nudge
-            if data[0] == UPDATE:  # first, because nearly all frames are updates
+            frame = decode_server_frame(data)
+            if type(frame) is Update:  # first, because nearly all frames are updates
                 self._credit += 1
-                self._handler.updated(data)
-                return
-            frames = [data] if is_data_frame(data) else [data, *rest(self._events)]
-            self._handle_frame(decode(frames, max_envelope=MAX_REPLY))
+                self._handler.updated(frame)
+            else:
+                self._handle_frame(frame)
         except ProtocolError as error:
-            self.fault = self.fault or error.message
+            self.fail(error.message)
 
-    def _handle_frame(self, frame: ZmqFrame) -> None:
-        if frame.kind == "gone":
-            self.fault = f"the server ended the session ({_name(frame.body.code)}: {frame.body.text})"
+    def _handle_frame(self, frame: ServerFrame) -> None:
+        if isinstance(frame, Gone):
+            self.fault = f"the server ended the session ({frame.code.name}: {frame.text})"
             return
         if frame.number:
             if frame.number <= self._numbers:
@@ -327,10 +325,10 @@ class EventReceiver(Dispatcher):
                 self.fault = "frames were lost"
                 return
             self._numbers = frame.number
-        if frame.kind == "welcome":
-            self.welcome = frame.body
-            self._return_at = max(1, frame.body.window // _RETURN)
-            self._handler.welcomed(frame.body.epoch)
+        if isinstance(frame, Welcome):
+            self.welcome = frame
+            self._return_at = max(1, frame.window // _RETURN)
+            self._handler.welcomed(frame.epoch)
         else:
             self._handler.received(frame)
 
@@ -341,11 +339,3 @@ class EventReceiver(Dispatcher):
     def fail(self, reason: str) -> None:
         """Record why the session cannot continue; later reasons are ignored."""
         self.fault = self.fault or reason
-
-
-def _name(code: Any) -> str:
-    """Return the name of a code, or its number if this version does not know it."""
-    try:
-        return ResultCode(code).name
-    except ValueError:
-        return str(code)

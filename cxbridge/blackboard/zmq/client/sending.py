@@ -17,16 +17,7 @@ import zmq
 
 from cxbridge.blackboard.kit.errors import DisconnectedError, ProtocolError, RequestTimeoutError
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
-from cxbridge.blackboard.zmq.wire.codec import encode
-from cxbridge.blackboard.zmq.wire.dataframes import (
-    DeliveredBody,
-    SendBody,
-    ZmqFrame,
-    pack_credit,
-    pack_delivered,
-    pack_send,
-    pack_write,
-)
+from cxbridge.blackboard.zmq.wire.frames import Credit, Frame, Request, Response, Write, encode
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, sender
 
 # milliseconds that a write waits for room before it is conflated
@@ -49,13 +40,13 @@ class PendingRequest:
     :param wake: called on a reply, for requesters that do not use `wait`.
     """
 
-    on_reply: Callable[[ZmqFrame], None] | None = None
-    reply: ZmqFrame | None = None
+    on_reply: Callable[[Response], None] | None = None
+    reply: Response | None = None
     lost: bool = False
     wake: Callable[[], None] | None = None
     _unanswered: threading.Lock = field(default_factory=_locked)  # an Event takes five times as long
 
-    def finish(self, reply: ZmqFrame | None) -> None:
+    def finish(self, reply: Response | None) -> None:
         """Wake the requester; None means that the session was lost."""
         self.reply, self.lost = reply, reply is None
         self._unanswered.release()
@@ -80,13 +71,13 @@ class CommandSender:
     def __init__(self, dispatcher: EventReceiver) -> None:
         self.lock: Final = threading.RLock()
         self._changed = threading.Condition(self.lock)
-        self.sent = 0.0
+        self.last_sent_s = 0.0
         """The monotonic time of the last sent frame, in seconds."""
         self.broken = False
         """Whether the server has stopped taking frames."""
         self._dispatcher: Final = dispatcher
         self._socket: zmq.Socket[bytes] | None = None
-        self._send_frame: Callable[..., Any] = _no_socket
+        self._send_bytes: Callable[..., Any] = _no_socket
         self._ready = False
         self._closed = False
         self._number = 0
@@ -97,7 +88,7 @@ class CommandSender:
         """Begin a session; only the session's thread may send until `set_ready`."""
         with self.lock:
             self._socket, self._number, self.broken = socket, 0, False
-            self._send_frame = sender(socket)
+            self._send_bytes = sender(socket)
 
     def set_ready(self) -> None:
         """Let all threads send; the caller holds the lock."""
@@ -118,19 +109,19 @@ class CommandSender:
             self._closed = True
             self._changed.notify_all()
 
-    def answer(self, frame: ZmqFrame) -> bool:
+    def answer(self, reply: Response) -> bool:
         """Give a reply to its requester; return whether there is one."""
         with self.lock:
-            pending = self._pending.pop(frame.body.request, None)
+            pending = self._pending.pop(reply.request, None)
         if pending is None:
             return False
         if pending.on_reply is not None:
             try:
-                pending.on_reply(frame)
+                pending.on_reply(reply)
             except ProtocolError:
                 pending.finish(None)
                 raise
-        pending.finish(frame)
+        pending.finish(reply)
         return True
 
     @property
@@ -151,74 +142,68 @@ class CommandSender:
             self._changed.wait(remaining)
         return True
 
-    def send(self, kind: str, body: dict[str, Any], *, wait_ms: int = _PATIENCE_MS) -> bool:
-        """Send a frame without reply; return whether it was sent."""
+    def send(self, frame: Frame, *, wait_ms: int = _PATIENCE_MS) -> bool:
+        """Send a frame without reply; return whether it was sent.
+
+        :param wait_ms: milliseconds to wait for room.
+        """
         with self.lock:
-            return self._send(encode(kind, self._number + 1, body), wait_ms)
+            return self._send(frame, wait_ms)
 
     def give_credit(self, updates: int) -> bool:
         """Report the number of handled updates; return whether it was sent."""
-        with self.lock:
-            return self._send(pack_credit(self._number + 1, updates), 0)
+        return self.send(Credit(updates), wait_ms=0)
 
-    def send_delivered(self, body: DeliveredBody) -> None:
-        """Report the outcome of a delivered message."""
-        with self.lock:
-            self._send(pack_delivered(self._number + 1, body), _PATIENCE_MS)
-
-    def write(self, instance: bytes, stamp: int, changed: bool, block: bytes, *, wait: bool) -> bool:
+    def write(self, frame: Write, *, wait: bool) -> bool:
         """Send a write if there is a session with room; return whether it was sent."""
         with self.lock:
-            if not self._ready:
-                return False
-            frame = pack_write(self._number + 1, instance, stamp, changed, block)
-            return self._send(frame, ROOM_MS if wait else 0, conflatable=True)
+            return self._ready and self._send(frame, ROOM_MS if wait else 0)
 
-    def _send(self, frame: bytes, wait_ms: int, *, conflatable: bool = False) -> bool:
+    def _send(self, frame: Frame, wait_ms: int) -> bool:
         """Send a frame with the next number; the caller holds the lock."""
         if self._socket is None or self.broken:
             return False
+        frame.number = self._number + 1
+        data = encode(frame)
         try:
-            self._send_frame(frame, NOBLOCK)
+            self._send_bytes(data, NOBLOCK)
         except zmq.Again:
             if not wait_ms:
                 return False
             if not self._socket.poll(wait_ms, zmq.POLLOUT):
-                self.broken = not conflatable  # of several writes only the last one counts
+                self.broken = not isinstance(frame, Write)  # of several writes only the last one counts
                 return False
-            return self._send(frame, 0, conflatable=conflatable)
+            return self._send(frame, 0)
         except zmq.ZMQError:
             return False
         self._number += 1
-        self.sent = time.monotonic()
+        self.last_sent_s = time.monotonic()
         return True
 
-    def start(self, kind: str, body: dict[str, Any] | SendBody, block: bytes, pending: PendingRequest) -> int:
+    def start(self, frame: Request, pending: PendingRequest) -> int:
         """Send a request and return its number; the caller holds the lock.
 
-        :raises ProtocolError: if a value does not fit the frame.
+        :raises ProtocolError: if a text has no UTF-8 form.
         """
-        request = next(self._requests)
-        if isinstance(body, SendBody):
-            frame = pack_send(self._number + 1, SendBody(request, *body[1:]), block)
-        else:
-            frame = encode(kind, self._number + 1, {"request": request, **body})
-        self._pending[request] = pending
-        if not self._send(frame, _PATIENCE_MS):
-            del self._pending[request]
-            pending.finish(None)
-        return request
+        number = frame.request = next(self._requests)
+        self._pending[number] = pending
+        sent = False
+        try:
+            sent = self._send(frame, _PATIENCE_MS)
+        finally:
+            if not sent:
+                del self._pending[number]
+                pending.finish(None)
+        return number
 
     def request(
         self,
-        kind: str,
-        body: dict[str, Any] | SendBody,
-        block: bytes = b"",
+        frame: Request,
         *,
         timeout: float,
         repeat: bool = True,
-        on_reply: Callable[[ZmqFrame], None] | None = None,
-    ) -> ZmqFrame:
+        on_reply: Callable[[Response], None] | None = None,
+    ) -> Response:
         """Send a request and return the reply.
 
         :param timeout: in seconds, including the wait for a session.
@@ -227,6 +212,7 @@ class CommandSender:
         :raises DisconnectedError: if there is no session, or it is lost.
         :raises RequestTimeoutError: if no reply comes in time.
         """
+        kind = type(frame).__name__.lower()
         deadline = time.monotonic() + timeout
         inside = self._dispatcher.inside()
         while True:
@@ -234,7 +220,7 @@ class CommandSender:
             with self.lock:
                 if not self._wait_ready(deadline):
                     raise DisconnectedError("there is no connection to the blackboard's server")
-                number = self.start(kind, body, block, pending)
+                number = self.start(frame, pending)
             if inside:
                 self._dispatcher.wait(pending.answered, deadline)
             else:

@@ -21,8 +21,17 @@ from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender
 from cxbridge.blackboard.zmq.security import CurveClient
-from cxbridge.blackboard.zmq.server.sessions import BEAT, COMMANDS, DEATH, EVENTS
-from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, encode
+from cxbridge.blackboard.zmq.wire.frames import (
+    BEAT,
+    COMMANDS,
+    DEATH,
+    EVENTS,
+    SERIAL_SIZE,
+    Beat,
+    Bye,
+    Hello,
+    encode,
+)
 from cxbridge.blackboard.zmq.wire.sockets import FAREWELL_MS, Socket, connect
 
 HELLO_S: Final = 2.0
@@ -72,7 +81,7 @@ class SessionThread:
         self._keys: Final = keys
         self._stopping = False
         self._patience = PATIENCE_MS[0]
-        self._before = b""
+        self._previous = b""  # the id of the last session, which the server may not know to be dead
         self._thread: Final = threading.Thread(target=self._run, name=f"BlackBoard {url}", daemon=True)
 
     def start(self) -> None:
@@ -109,7 +118,7 @@ class SessionThread:
 
     def _session(self) -> str:
         """Run one session; return why it ended."""
-        session = os.urandom(SESSION_SIZE)
+        session = os.urandom(SERIAL_SIZE)
         self._interfaces.flushing = False
         events = connect(self._receiver.context, self._url, EVENTS + session, self._keys)
         try:
@@ -121,19 +130,19 @@ class SessionThread:
                 raise
             self._sender.attach(commands)
             try:
-                hello = {
-                    "session": session,
-                    "replaces": self._before,
-                    "heartbeat_ms": round(self._wished_heartbeat * 1000),
-                    "name": self._name,
-                }
-                # a refused handshake may have closed the socket
-                events.send(encode("hello", 0, hello), zmq.NOBLOCK)
+                hello = Hello(
+                    session,
+                    replaces=self._previous,
+                    heartbeat_ms=round(self._wished_heartbeat * 1000),
+                    name=self._name,
+                )
+                # without blocking, because a refused handshake may have closed the socket
+                events.send(encode(hello), zmq.NOBLOCK)
                 name = f"nudge-{session.hex()}"
                 self._receiver.open(events, name, self._interfaces, self._sender.give_credit)
                 reason = self._serve(events, monitor)
                 if self._stopping and self._receiver.welcome is not None:
-                    self._sender.send("bye", {}, wait_ms=0)
+                    self._sender.send(Bye(), wait_ms=0)
             finally:
                 self._receiver.reclaim()
                 self._receiver.close()
@@ -144,7 +153,7 @@ class SessionThread:
         finally:
             events.close(linger=0)
         if self._receiver.welcome is not None:
-            self._before = session
+            self._previous = session
         return reason
 
     def _serve(self, events: Socket, monitor: Socket) -> str:
@@ -212,8 +221,8 @@ class SessionThread:
             receiver.fail("the server is silent")
         elif self._sender.broken:
             receiver.fail("the server takes nothing any more")
-        elif now - self._sender.sent > BEAT * self._heartbeat:
-            self._sender.send("beat", {}, wait_ms=0)
+        elif now - self._sender.last_sent_s > BEAT * self._heartbeat:
+            self._sender.send(Beat(), wait_ms=0)
         if self._sender.ready:
             self._interfaces.flush()
 

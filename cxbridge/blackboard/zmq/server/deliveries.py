@@ -5,7 +5,9 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from queue import Empty, SimpleQueue
 from typing import Final
 
 from cxbridge.blackboard.errors import NoWriterError, QueueFullError
@@ -13,8 +15,7 @@ from cxbridge.blackboard.kit.errors import RequestTimeoutError
 from cxbridge.blackboard.listeners import Listener
 from cxbridge.blackboard.zmq.server.channels import ServerLoop
 from cxbridge.blackboard.zmq.server.sessions import ZmqSession
-from cxbridge.blackboard.zmq.wire.codec import ResultCode
-from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
+from cxbridge.blackboard.zmq.wire.frames import Deliver, Delivered, ResultCode
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
 MAX_PENDING: Final = 1024
@@ -42,18 +43,10 @@ class Deliveries:
     def __len__(self) -> int:
         return len(self._pending)
 
-    def start(
-        self,
-        session: ZmqSession,
-        writer: Interface,
-        message: DeliverBody,
-        block: bytes,
-        done: Outcome,
-        deadline: float,
-    ) -> None:
-        """Send a message to the session with its writer.
+    def start(self, session: ZmqSession, message: Deliver, done: Outcome, deadline: float) -> None:
+        """Send a message to the session of its writer.
 
-        :param message: a body without delivery number and writer.
+        :param message: a frame without delivery number.
         :param done: called exactly once with the outcome.
         :param deadline: monotonic time in seconds.
         """
@@ -63,17 +56,16 @@ class Deliveries:
         if session.pending >= MAX_PENDING:
             done(ResultCode.QUEUE_FULL, MAX_PENDING)
             return
-        number = next(self._numbers)
+        message.delivery = next(self._numbers)
         session.pending += 1
-        serial = writer.serial.bytes
-        self._pending[number] = _Delivery(session, serial, done, deadline)
-        session.deliver(DeliverBody(number, serial, *message[2:]), block)
+        self._pending[message.delivery] = _Delivery(session, message.instance, done, deadline)
+        session.send(message)
 
-    def finish(self, session: ZmqSession, number: int, code: ResultCode, detail: int) -> None:
+    def finish(self, session: ZmqSession, outcome: Delivered) -> None:
         """Finish a delivery with the outcome that the client reports; expired deliveries are ignored."""
-        delivery = self._pending.get(number)
+        delivery = self._pending.get(outcome.delivery)
         if delivery is not None and delivery.session is session:
-            self._finish_delivery(number, code, detail)
+            self._finish_delivery(outcome.delivery, outcome.code, outcome.detail)
 
     def drop(self, session: ZmqSession, instance: bytes | None = None) -> None:
         """Fail the deliveries to a session, or to one of its writers."""
@@ -123,17 +115,17 @@ class Forwarder(Listener):
             self.outcome.value = (ResultCode.OK, 0)
             self._deliver(interface, message.copy(), self._log_failure)
             return True
-        answered = threading.Event()
-        answer = [(ResultCode.TIMEOUT, 0)]
+        outcomes: SimpleQueue[tuple[ResultCode, int]] = SimpleQueue()
 
         def done(code: ResultCode, detail: int) -> None:
-            answer[0] = (code, detail)
-            answered.set()
+            outcomes.put((code, detail))
 
         self._loop.post(self._deliver, interface, message, done)
-        answered.wait(self._timeout + 1.0)
-        self.outcome.value = answer[0]
-        return answer[0][0] is not ResultCode.DECLINED
+        self.outcome.value = (ResultCode.TIMEOUT, 0)
+        with suppress(Empty):
+            # longer than a delivery may take, because the server's thread checks deadlines only now and then
+            self.outcome.value = outcomes.get(timeout=self._timeout + 1.0)
+        return self.outcome.value[0] is not ResultCode.DECLINED
 
     def _log_failure(self, code: ResultCode, detail: int) -> None:  # noqa: ARG002 - an outcome
         if code not in (ResultCode.OK, ResultCode.DECLINED):

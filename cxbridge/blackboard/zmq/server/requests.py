@@ -3,32 +3,48 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Final
+from uuid import UUID
 
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
-from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.kit.messages import receive_message
 from cxbridge.blackboard.kit.room import check_room
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.names import check_names
 from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED, emit_message
-from cxbridge.blackboard.zmq.server.channels import Channel, InterfaceValue, ServerLoop
+from cxbridge.blackboard.zmq.server.channels import Channel, ServerLoop
 from cxbridge.blackboard.zmq.server.deliveries import Deliveries, ForwardedQueue, Forwarder, Outcome
 from cxbridge.blackboard.zmq.server.sessions import ZmqSession
-from cxbridge.blackboard.zmq.wire.codec import ResultCode, Stamp
-from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody, ZmqFrame
-from cxbridge.blackboard.zmq.wire.messages import deliver_body, receive_message
+from cxbridge.blackboard.zmq.wire.frames import (
+    MAX_TEXT,
+    Beat,
+    ClientFrame,
+    Close,
+    Credit,
+    Deliver,
+    Delivered,
+    List,
+    Listed,
+    Member,
+    Open,
+    Opened,
+    Request,
+    ResultCode,
+    Send,
+    Sync,
+    Watch,
+    Write,
+)
 from cxbridge.blackboard.zmq.wire.refusals import refusal_of
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.rights import EVERYTHING, Rights
 
-_CODES: Final = {int(code): code for code in ResultCode}
 _OUTCOMES: Final = {ResultCode.OK: QUEUED, ResultCode.DECLINED: HANDLED}
-_STAMPED: Final = {int(Stamp.COMPARE): None, int(Stamp.OLD): False, int(Stamp.NEW): True}
 
 
 class RequestHandler:
@@ -54,48 +70,67 @@ class RequestHandler:
         self._log = log
         self._channels: dict[int, Channel] = {}
         self.deliveries: Final = Deliveries()
+        self._handlers: Final[dict[type[Any], Callable[[ZmqSession, Any], None]]] = {
+            Open: self._open,
+            Close: self._close,
+            List: self._list,
+            Watch: self._watch,
+            Sync: self._sync,
+            Send: self._send,
+        }
 
-    def handle(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        """Carry out the request of a frame.
+    def handle(self, session: ZmqSession, frame: ClientFrame) -> None:
+        """Carry out a client's request.
 
-        :raises ProtocolError: if the kind of frame is invalid for clients.
+        :raises ProtocolError: if the frame is invalid within a session.
         """
-        handler = getattr(self, f"_on_{frame.kind}", None)
-        if handler is None:
-            raise ProtocolError(f"{frame.kind} is nothing that a client sends")
-        try:
-            handler(session, frame)
-        except CxbridgeError as error:
-            if isinstance(error, ProtocolError) or not hasattr(frame.body, "request"):
-                raise
-            code, fields = refusal_of(error)
-            answer = session.answer if frame.kind == "send" else session.reply
-            answer(frame.body.request, code, **fields)
+        match frame:
+            case Write():  # first, because nearly all frames are writes
+                self._write(session, frame)
+            case Credit():
+                session.give_credit(frame.updates)
+            case Delivered():
+                self.deliveries.finish(session, frame)
+            case Request():
+                try:
+                    self._handlers[type(frame)](session, frame)
+                except CxbridgeError as error:
+                    session.send(refusal_of(error, frame.request))
+            case Beat():
+                pass  # a frame of any kind is a sign of life
+            case _:
+                raise ProtocolError(f"{type(frame).__name__} within a session")
 
-    def _on_open(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        body = frame.body
-        interface_class = self._class_of(body.type, body.id)
-        check_room(session.instances.values(), interface_class.SCHEMA)
-        if body.writer:
-            self._rights.check_writer(f"{body.type}::{body.id}")
+    def _open(self, session: ZmqSession, frame: Open) -> None:
+        interface_class = self._class_of(frame.type, frame.id)
         schema = interface_class.SCHEMA
-        if not accepts_hash(schema, body.hash) or schema.datasize != body.size:
-            raise VersionMismatchError(f"{body.type}::{body.id}", schema.hash, body.hash)
-        if body.writer:
+        check_room(session.instances.values(), schema)
+        if frame.writer:
+            self._rights.check_writer(f"{frame.type}::{frame.id}")
+        if not accepts_hash(schema, frame.hash) or schema.datasize != frame.size:
+            raise VersionMismatchError(f"{frame.type}::{frame.id}", schema.hash, frame.hash)
+        if frame.writer:
             instance = self._board.open_for_writing(
-                interface_class, body.id, owner=body.owner, listen=self._forward_messages
+                interface_class, frame.id, owner=frame.owner, listen=self._forward_messages
             )
         else:
-            instance = self._board.open_for_reading(interface_class, body.id, owner=body.owner)
+            instance = self._board.open_for_reading(interface_class, frame.id, owner=frame.owner)
         self._loop.drain()  # earlier writes of other clients must be sent before the reply
         serial = instance.serial.bytes
         session.instances[serial] = instance
         channel = self._channel_of(instance)
-        value = channel.join(session, instance)
-        session.reply(
-            body.request,
-            opened=_opened(channel, serial, value, session.memberships[channel].sent),
-            block=None if value is None else value.block,
+        snapshot = channel.join(session, instance)
+        session.send(
+            Opened(
+                serial,
+                channel.memory.mem_serial,
+                session.memberships[channel].sent,
+                snapshot is not None and snapshot.stamped > 0,
+                snapshot is not None and snapshot.changed > 0,
+                [Member(i.serial.bytes, i.owner, i.is_writer) for i in channel.memory.instances()],
+                None if snapshot is None else snapshot.block,
+                request=frame.request,
+            )
         )
 
     def _class_of(self, interface_type: str, interface_id: str) -> type[Interface]:
@@ -118,12 +153,12 @@ class RequestHandler:
         instance.divert_queue(ForwardedQueue(instance.uid, forwarder))
         listeners.register(forwarder, instance, (EventKind.MESSAGE_RECEIVED,))
 
-    def _on_close(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        instance = session.instances.get(frame.body.instance)
+    def _close(self, session: ZmqSession, frame: Close) -> None:
+        instance = session.instances.get(frame.instance)
         if instance is None:
-            session.reply(frame.body.request, ResultCode.INVALID_INSTANCE)
+            session.reply(frame.request, ResultCode.INVALID_INSTANCE)
         else:
-            session.reply(frame.body.request, detail=self.close(session, instance))
+            session.reply(frame.request, detail=self.close(session, instance))
 
     def close(self, session: ZmqSession, instance: Interface) -> int:
         """Close an instance of a session; return the client's sequence number."""
@@ -155,116 +190,94 @@ class RequestHandler:
         for instance in list(session.instances.values()):
             self.close(session, instance)
 
-    def write(self, session: ZmqSession, serial: bytes, stamp: int, changed: bool, block: bytes) -> None:
-        """Publish the block of a session's writer.
-
-        :raises ProtocolError: if its size is wrong.
-        """
-        instance = session.instances.get(serial)
+    def _write(self, session: ZmqSession, frame: Write) -> None:
+        """Publish the block of a session's writer."""
+        instance = session.instances.get(frame.instance)
         if instance is None or not instance.is_writer:
-            self._log(f"{session} writes what it has not open for writing")
-        elif len(block) != instance.SCHEMA.datasize:
-            raise ProtocolError(f"a block of {instance.type} has not {len(block)} bytes")
+            self._log(f"{session} writes an interface that it has not open for writing")
+        elif len(frame.block) != instance.SCHEMA.datasize:
+            raise ProtocolError(f"a block of {instance.type} has not {len(frame.block)} bytes")
         elif instance.valid:
-            self._channels[instance.mem_serial].write(instance, block, _STAMPED.get(stamp), changed)
+            instance.publish_block(frame.block, frame.stamped, frame.changed)
 
-    def _on_credit(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        session.give_credit(frame.body.updates)
-
-    def _on_beat(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        pass
-
-    def _on_send(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        body = frame.body
-        sender = session.instances.get(body.instance)
+    def _send(self, session: ZmqSession, frame: Send) -> None:
+        sender = session.instances.get(frame.instance)
         if sender is None or sender.is_writer:
-            session.answer(body.request, ResultCode.INVALID_INSTANCE)
+            session.reply(frame.request, ResultCode.INVALID_INSTANCE)
             return
-        message_class = sender.MESSAGES.get(body.type)
-        if message_class is None or len(frame.block or b"") != message_class.SCHEMA.datasize:
-            session.answer(body.request, ResultCode.UNKNOWN_MESSAGE)
+        message_class = sender.MESSAGES.get(frame.type)
+        if message_class is None or len(frame.block) != message_class.SCHEMA.datasize:
+            session.reply(frame.request, ResultCode.UNKNOWN_MESSAGE)
             return
-        assert frame.block is not None
-        self._rights.check_message(sender.type, body.type)
-        received = receive_message(message_class, body, frame.block, body.instance, sender.mem_serial)
+        self._rights.check_message(sender.type, frame.type)
+        received = receive_message(
+            sender,
+            frame.type,
+            frame.block,
+            message_id=frame.id,
+            sender=sender.serial,
+            source=UUID(bytes=frame.source),
+            hops=frame.hops + 1,
+            thread=frame.thread,
+        )
         writer = self._channels[sender.mem_serial].writer
         if writer is not None:
-            message = DeliverBody(
-                0, b"", body.source, body.instance, body.type, body.id, body.thread, body.hops
-            )
 
             def done(code: ResultCode, detail: int) -> None:
                 self._emit(sender, received, _OUTCOMES.get(code, REFUSED))
-                session.answer(body.request, code, detail)
+                session.reply(frame.request, code, detail)
 
-            self.deliveries.start(
-                *writer, message, frame.block, done, time.monotonic() + self._delivery_timeout
-            )
+            self._start_delivery(writer, received, frame.hops, done)
         elif sender.has_writer:
             self._board.memory_of(sender).transmit(sender, received)
-            session.answer(body.request, ResultCode.OK if received.enqueued else ResultCode.DECLINED)
+            session.reply(frame.request, ResultCode.OK if received.enqueued else ResultCode.DECLINED)
         else:
             self._emit(sender, received, REFUSED)
-            session.answer(body.request, ResultCode.NO_WRITER)
+            session.reply(frame.request, ResultCode.NO_WRITER)
+
+    def _start_delivery(
+        self, writer: tuple[ZmqSession, Interface], message: Message, hops: int, done: Outcome
+    ) -> None:
+        """Send a message to a writer in a client.
+
+        :param hops: the number of networks before this server.
+        """
+        session, instance = writer
+        assert message.sender_id is not None
+        assert message.source_id is not None
+        frame = Deliver(
+            instance.serial.bytes,
+            message.source_id.bytes,
+            message.sender_id.bytes,
+            message.type,
+            message.id,
+            message.sender_thread_name[:MAX_TEXT],
+            hops,
+            message.to_bytes(),
+        )
+        self.deliveries.start(session, frame, done, time.monotonic() + self._delivery_timeout)
 
     def _emit(self, sender: Interface, message: Message, outcome: str) -> None:
         """Emit the event of a message between clients."""
         emit_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
-    def _on_delivered(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        body = frame.body
-        code = _CODES.get(body.code, ResultCode.REFUSED)
-        self.deliveries.finish(session, body.delivery, code, body.detail)
-
     def _deliver(self, writer: Interface, message: Message, done: Outcome) -> None:
         """Send a message of this process to a writer in a client."""
         channel = self._channels.get(writer.mem_serial)
+        # the writer may have been closed since the listener was called
         if channel is None or channel.writer is None or channel.writer[1] is not writer:
             done(ResultCode.NO_WRITER, 0)
-            return
-        deadline = time.monotonic() + self._delivery_timeout
-        self.deliveries.start(*channel.writer, deliver_body(message), message.to_bytes(), done, deadline)
+        else:
+            self._start_delivery(channel.writer, message, message.hops, done)
 
-    def _on_list(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        found = self._board.list(frame.body.type_glob, frame.body.id_glob)
-        _reply_list(session, frame.body.request, found)
+    def _list(self, session: ZmqSession, frame: List) -> None:
+        infos = self._board.list(frame.type_glob, frame.id_glob)
+        session.send(Listed(list(infos), request=frame.request))
 
-    def _on_watch(self, session: ZmqSession, frame: ZmqFrame) -> None:
+    def _watch(self, session: ZmqSession, frame: Watch) -> None:
         session.watching = True
-        _reply_list(session, frame.body.request, self._board.list_all())
+        session.send(Listed(list(self._board.list_all()), request=frame.request))
 
-    def _on_sync(self, session: ZmqSession, frame: ZmqFrame) -> None:
+    def _sync(self, session: ZmqSession, frame: Sync) -> None:
         self._loop.drain()  # the reply must follow the earlier writes of this process
-        session.reply(frame.body.request)
-
-
-def _reply_list(session: ZmqSession, request: int, found: Sequence[InterfaceInfo]) -> None:
-    infos = [
-        {
-            "type": info.type,
-            "id": info.id,
-            "hash": info.hash,
-            "serial": info.serial,
-            "has_writer": info.has_writer,
-            "writer": info.writer,
-            "readers": info.readers,
-            "timestamp_us": info.timestamp_us,
-        }
-        for info in found
-    ]
-    session.reply(request, interfaces=infos)
-
-
-def _opened(channel: Channel, serial: bytes, value: InterfaceValue | None, seq: int) -> dict[str, Any]:
-    members = [
-        {"instance": member.serial.bytes, "owner": member.owner, "writer": member.is_writer}
-        for member in channel.memory.instances()
-    ]
-    return {
-        "instance": serial,
-        "channel": channel.memory.mem_serial,
-        "seq": seq,
-        "stamped": value is not None and value.stamped > 0,
-        "changed": value is not None and value.changed > 0,
-        "members": members,
-    }
+        session.reply(frame.request)

@@ -21,9 +21,21 @@ from cxbridge.blackboard.listeners import Observer
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
 from cxbridge.blackboard.zmq.server.requests import RequestHandler
-from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, ZmqSession
-from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, ResultCode, decode, encode
-from cxbridge.blackboard.zmq.wire.dataframes import VERSION, WRITE, WRITE_HEADER, ZmqFrame
+from cxbridge.blackboard.zmq.server.sessions import ZmqSession
+from cxbridge.blackboard.zmq.wire.frames import (
+    COMMANDS,
+    EVENTS,
+    SERIAL_SIZE,
+    VERSION,
+    Bye,
+    Existence,
+    Gone,
+    Hello,
+    ResultCode,
+    Welcome,
+    decode_client_frame,
+    encode,
+)
 from cxbridge.blackboard.zmq.wire.sockets import (
     FAREWELL_MS,
     NOBLOCK,
@@ -31,8 +43,8 @@ from cxbridge.blackboard.zmq.wire.sockets import (
     bind,
     context_for,
     readable,
+    receive_parts,
     receiver,
-    rest,
 )
 from cxbridge.rights import EVERYTHING, Rights
 
@@ -47,7 +59,6 @@ MAX_SESSIONS: Final = 1024
 WINDOW: Final = 1024
 """The maximal number of unacknowledged updates per client."""
 
-_WRITE: Final = bytes((WRITE, VERSION))
 _BATCH: Final = 64  # messages of one socket before the next socket is served
 _TICKS: Final = 4  # checks of the sessions per heartbeat
 
@@ -108,7 +119,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _prepare(self) -> None:
         """Bind the sockets."""
-        self._epoch = os.urandom(SESSION_SIZE)
+        self._epoch = os.urandom(SERIAL_SIZE)
         self._context, self._own_context = context_for(self._lent_context, self.endpoints)
         self._authenticator = self._authenticate(self._context)
         for index, endpoint in enumerate(self.endpoints):
@@ -165,16 +176,15 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._notify_existence(False, interface_type, interface_id)
 
     def _notify_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
-        body = {"created": created, "type": interface_type, "id": interface_id}
         if self.inside():
-            self._send_existence(body)
+            self._send_existence(created, interface_type, interface_id)
         else:
-            self.post(self._send_existence, body)
+            self.post(self._send_existence, created, interface_type, interface_id)
 
-    def _send_existence(self, body: dict[str, Any]) -> None:
+    def _send_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
         for session in tuple(self._sessions.values()):
             if session.watching:
-                session.send("existence", body)
+                session.send(Existence(created, interface_type, interface_id))
 
     def _run(self) -> None:
         self._by_descriptor = {socket.fileno(): socket for socket in self._sockets}
@@ -204,7 +214,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 batch = 1
                 ready = poll.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
         for session in tuple(self._sessions.values()):
-            session.send("gone", {"code": int(ResultCode.SHUTDOWN), "text": "the server stops"})
+            session.send(Gone(ResultCode.SHUTDOWN, "the server stops"))
             self._end_session(session)
         self.drain()
 
@@ -237,10 +247,10 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 route = recv(NOBLOCK)
             except zmq.Again:
                 return
-            frame = recv()
-            more = rest(socket)
+            data = recv()
+            surplus = receive_parts(socket)
             try:
-                self._handle_message(socket, route, frame, more)
+                self._handle_message(socket, route, data, surplus)
             except ProtocolError as error:
                 self._complaints.add(str(error.message)[:40], f"a client was sent away: {error.message}")
                 self._send_away(socket, route, ResultCode.PROTOCOL, error.message)
@@ -249,32 +259,28 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._send_away(socket, route, ResultCode.REFUSED, "the server failed")
 
     def _handle_message(
-        self, socket: zmq.Socket[bytes], route: bytes, data: bytes, more: list[bytes]
+        self, socket: zmq.Socket[bytes], route: bytes, data: bytes, surplus: list[bytes]
     ) -> None:
-        """Handle one message."""
+        """Handle one message.
+
+        :param surplus: the parts after the frame, which no message may have.
+        """
         session = self._sessions.get(route[1:])
+        if session is not None and session.failed:
+            return
+        if surplus:
+            raise ProtocolError(f"a message has one frame, not {1 + len(surplus)}")
+        frame = decode_client_frame(data)
         if session is None or route[:1] != COMMANDS:
-            frame = decode([data, *more])
-            if frame.kind == "hello":
+            if isinstance(frame, Hello):
                 self._welcome(socket, route, frame)
             elif session is None:
                 self._send_away(socket, route, ResultCode.UNKNOWN_SESSION, "there is no such session")
-            return
-        if session.failed:
-            return
-        # first, because nearly all frames are writes
-        if data[:2] == _WRITE and len(data) >= WRITE_HEADER.size and not more:
-            _, _, stamp, changed, number, instance = WRITE_HEADER.unpack_from(data)
-            if self._is_next(session, number):
-                self._requests.write(session, instance, stamp, changed, data[WRITE_HEADER.size :])
-            return
-        frame = decode([data, *more])
-        if not self._is_next(session, frame.number):
-            return
-        if frame.kind == "bye":
-            self._end_session(session)
-        else:
-            self._requests.handle(session, frame)
+        elif self._is_next(session, frame.number):
+            if isinstance(frame, Bye):
+                self._end_session(session)
+            else:
+                self._requests.handle(session, frame)
 
     def _is_next(self, session: ZmqSession, number: int) -> bool:
         """Record a frame's number and return whether it is the expected one."""
@@ -286,31 +292,30 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._fail(session, ResultCode.FRAME_LOST)
         return False
 
-    def _welcome(self, socket: zmq.Socket[bytes], route: bytes, frame: ZmqFrame) -> None:
+    def _welcome(self, socket: zmq.Socket[bytes], route: bytes, hello: Hello) -> None:
         """Begin a session."""
-        body = frame.body
-        if route != EVENTS + body.session:
+        if hello.version != VERSION:
+            raise ProtocolError(f"version {hello.version} of the protocol, the server has version {VERSION}")
+        if route != EVENTS + hello.session:
             raise ProtocolError("a Hello by another socket than the session's")
-        if body.session in self._sessions:
+        if hello.session in self._sessions:
             return
-        before = self._sessions.get(body.replaces)
-        if before is not None:
-            self._end_session(before)
+        # its writers would otherwise refuse the client's own until the server finds the session dead
+        replaced = self._sessions.get(hello.replaces)
+        if replaced is not None:
+            self._end_session(replaced)
         if len(self._sessions) >= self._max_sessions:
             self._complaints.add(
                 "too many", f"more than {self._max_sessions} clients, the next are sent away"
             )
             self._send_away(socket, route, ResultCode.TOO_MANY, f"{self._max_sessions} clients are connected")
             return
-        heartbeat = min(max(body.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT), self.heartbeat)
+        heartbeat = min(max(hello.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT), self.heartbeat)
         session = ZmqSession(
-            body.session, socket, body.name, heartbeat, self._window, self._fail, time.monotonic
+            hello.session, socket, hello.name, heartbeat, self._window, self._fail, time.monotonic
         )
         self._sessions[session.id] = session
-        session.send(
-            "welcome",
-            {"epoch": self._epoch, "heartbeat_ms": round(heartbeat * 1000), "window": self._window},
-        )
+        session.send(Welcome(self._epoch, round(heartbeat * 1000), self._window))
 
     def _look_after_sessions(self, now: float, gap: float) -> None:
         """Send heartbeats, detect dead clients and expire deliveries."""
@@ -346,10 +351,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     def _send_away(self, socket: zmq.Socket[bytes], route: bytes, code: ResultCode, text: str) -> None:
         """Notify a client that it has no session, and end an existing one."""
         session = self._sessions.get(route[1:])
-        try:
-            envelope = encode("gone", 0, {"code": int(code), "text": text})
-            socket.send_multipart([EVENTS + route[1:], envelope], zmq.NOBLOCK)
-        except zmq.ZMQError:
-            pass  # the client is gone, or does not read
+        with contextlib.suppress(zmq.ZMQError):  # the client is gone, or does not read
+            socket.send_multipart([EVENTS + route[1:], encode(Gone(code, text))], zmq.NOBLOCK)
         if session is not None and route[:1] == COMMANDS:
             self._end_session(session)

@@ -1,35 +1,20 @@
-"""A session of the server: open instances of a client, and the stream of frames to it."""
+"""A session of the server: the open instances of a client, and the stream of frames to it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol
+from typing import Any, Protocol
 
 import zmq
 
-from cxbridge.blackboard.zmq.wire.codec import ResultCode, encode
-from cxbridge.blackboard.zmq.wire.dataframes import AnswerBody, DeliverBody, pack_answer, pack_deliver
+from cxbridge.blackboard.zmq.wire.frames import BEAT, DEATH, EVENTS, Beat, Frame, Reply, ResultCode, encode
 from cxbridge.blackboard.zmq.wire.sockets import MORE, NOBLOCK, sender
 from cxbridge.interfaces.instance import Interface
 
-EVENTS: Final = b"e"
-"""The first byte of the routing id of a client's events socket."""
-
-COMMANDS: Final = b"c"
-"""The first byte of the routing id of a client's commands socket."""
-
-# below three, so that the check, four times a heartbeat, notices it within three
-DEATH: Final = 2.5
-"""The number of heartbeats without a frame after which a peer is dead."""
-
-# below one, so that each interval has a frame
-BEAT: Final = 0.75
-"""The number of heartbeats without sending after which a Beat is sent."""
-
 
 class UpdateSource(Protocol):
-    """Sends updates of an interface to sessions."""
+    """Sends updates of an interface to sessions, see :class:`~.channels.Channel`."""
 
     def push_latest(self, session: ZmqSession) -> None:
         """Send the present data to a session."""
@@ -52,11 +37,19 @@ class ZmqSession:
     """A connected client.
 
     :param id: 16 bytes.
-    :param socket: the ROUTER socket to which it is connected.
+    :param socket: the ROUTER socket to which the client is connected.
     :param heartbeat: in seconds.
     :param window: the maximal number of unacknowledged updates.
     :param fail: called when the session cannot continue, with the reason.
     :param now: returns the monotonic time in seconds.
+    :param credit: the number of updates that may be sent before the client acknowledges some.
+    :param numbers_in: the number of the last received frame.
+    :param numbers_out: the number of the last sent frame.
+    :param watching: whether the client gets Existence frames.
+    :param failed: whether the session is to be ended; it then receives and sends no frame.
+    :param skipped: the number of conflated updates.
+    :param pending: the number of messages whose outcome the client has not reported.
+    :param dirty: the interfaces with an update that waits for credit, oldest first.
     """
 
     id: bytes
@@ -70,7 +63,7 @@ class ZmqSession:
     numbers_in: int = 0
     numbers_out: int = 0
     last_received_s: float = 0.0
-    sent: float = 0.0
+    last_sent_s: float = 0.0
     watching: bool = False
     failed: bool = False
     skipped: int = 0
@@ -83,55 +76,41 @@ class ZmqSession:
 
     def __post_init__(self) -> None:
         self.credit = self.window
-        self.last_received_s = self.sent = self.now()
+        self.last_received_s = self.last_sent_s = self.now()
         self._route = EVENTS + self.id
         self._send = sender(self.socket)
 
     def __str__(self) -> str:
         return self.name or self.id.hex()[:8]
 
-    def send(self, kind: str, body: dict[str, Any], block: bytes | None = None) -> None:
-        """Send an envelope in order."""
-        self._send_next(encode(kind, self.numbers_out + 1, body), block)
+    def send(self, frame: Frame) -> None:
+        """Send a frame with the next number."""
+        frame.number = self.numbers_out + 1
+        data = encode(frame)
+        self.numbers_out += 1  # not before: a frame that cannot be encoded must leave no gap
+        self.send_bytes(data)
 
-    def answer(self, request: int, code: ResultCode, detail: int = 0, text: str = "") -> None:
-        """Reply to a Send."""
-        self._send_next(pack_answer(self.numbers_out + 1, AnswerBody(request, code, detail, text)))
-
-    def deliver(self, body: DeliverBody, block: bytes) -> None:
-        """Send a message to a writer of the client."""
-        self._send_next(pack_deliver(self.numbers_out + 1, body, block))
-
-    def _send_next(self, frame: bytes, block: bytes | None = None) -> None:
-        self.numbers_out += 1
-        self.send_frame(frame, block)
-
-    def send_frame(self, frame: bytes, block: bytes | None = None) -> None:
-        """Send an encoded frame, which may be shared by sessions."""
+    def send_bytes(self, data: bytes) -> None:
+        """Send an encoded frame without a number, which several sessions may share."""
         if self.failed:
             return
-        send = self._send
         try:
-            send(self._route, MORE)
-            if block is None:
-                send(frame, NOBLOCK)
-            else:
-                send(frame, MORE)
-                send(block, NOBLOCK)
+            self._send(self._route, MORE)
+            self._send(data, NOBLOCK)
         except zmq.Again:
             self.fail(self, ResultCode.TOO_SLOW)
         except zmq.ZMQError:  # the connection is lost
             self.fail(self, ResultCode.SILENT)
         else:
-            self.sent = self.now()
+            self.last_sent_s = self.now()
 
-    def reply(
-        self, request: int, code: ResultCode = ResultCode.OK, *, block: bytes | None = None, **fields: object
-    ) -> None:
-        self.send("reply", {"request": request, "code": int(code), **fields}, block)
+    def reply(self, request: int, code: ResultCode = ResultCode.OK, detail: int = 0) -> None:
+        """Send the outcome of a request."""
+        self.send(Reply(code, detail, request=request))
 
     def give_credit(self, count: int) -> None:
         """Add credit for ``count`` updates and send the waiting interfaces."""
+        # a client that acknowledges more than it has received gains nothing
         self.credit = min(self.credit + count, self.window)
         while self.credit > 0 and self.dirty:
             channel = next(iter(self.dirty))
@@ -142,5 +121,5 @@ class ZmqSession:
         """Send a heartbeat if it is due; fail the session if the client was silent for too long."""
         if now - self.last_received_s > DEATH * self.heartbeat:
             self.fail(self, ResultCode.SILENT)
-        elif now - self.sent > BEAT * self.heartbeat:
-            self.send("beat", {})
+        elif now - self.last_sent_s > BEAT * self.heartbeat:
+            self.send(Beat())

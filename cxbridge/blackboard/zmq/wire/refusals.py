@@ -1,8 +1,8 @@
-"""Conversion of errors to codes on the wire and back."""
+"""Refusals of requests: the server's errors as replies, and replies as the client's errors."""
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from cxbridge.blackboard.errors import (
     InvalidInstanceError,
@@ -16,13 +16,12 @@ from cxbridge.blackboard.errors import (
 )
 from cxbridge.blackboard.kit.errors import RemoteRefusalError, RequestTimeoutError
 from cxbridge.blackboard.names import parse_uid
-from cxbridge.blackboard.zmq.wire.codec import ResultCode
-from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
+from cxbridge.blackboard.zmq.wire.frames import Reply, ResultCode
 from cxbridge.errors import CxbridgeError
 
 
 def raise_refusal(
-    reply: ZmqFrame, *, uid: str, hash_: bytes = b"", message_type: str = "", serial: object = None
+    reply: Reply, *, uid: str, hash_: bytes = b"", message_type: str = "", serial: object = None
 ) -> NoReturn:
     """Raise the error that a reply stands for.
 
@@ -30,21 +29,21 @@ def raise_refusal(
     :param hash_: the type to be opened.
     :param serial: the sending instance.
     """
-    body = reply.body
     interface_type, interface_id = parse_uid(uid)
-    match body.code:
+    match reply.code:
         case ResultCode.WRITER_ACTIVE:
-            raise WriterActiveError(interface_type, interface_id, body.text)
+            raise WriterActiveError(interface_type, interface_id, reply.text)
         case ResultCode.VERSION_MISMATCH:
-            raise VersionMismatchError(uid, body.hash, hash_)
+            raise VersionMismatchError(uid, reply.hash, hash_)
         case ResultCode.UNKNOWN_TYPE:
-            raise UnknownTypeError(interface_type, hint=f"at the server: {body.text}" if body.text else None)
+            hint = f"at the server: {reply.text}" if reply.text else None
+            raise UnknownTypeError(interface_type, hint=hint)
         case ResultCode.INVALID_NAME:
             raise InvalidNameError(f"the server refuses the name {uid}")
         case ResultCode.NO_WRITER:
             raise NoWriterError(uid)
         case ResultCode.QUEUE_FULL:
-            raise QueueFullError(uid, body.detail)
+            raise QueueFullError(uid, reply.detail)
         case ResultCode.INVALID_INSTANCE:
             raise InvalidInstanceError(uid, serial, "msgq_enqueue()")
         case ResultCode.UNKNOWN_MESSAGE:
@@ -52,22 +51,24 @@ def raise_refusal(
         case ResultCode.TIMEOUT:
             raise RequestTimeoutError(f"the writer of {uid} did not take the message in time")
         case _:
-            raise RemoteRefusalError(body.text or f"the server refuses, code {body.code}")
+            raise RemoteRefusalError(reply.text or f"the server refuses: {reply.code.name}")
 
 
-def refusal_of(error: CxbridgeError) -> tuple[ResultCode, dict[str, Any]]:
-    """Return the code and the fields of the reply that refuses a request."""
-    if isinstance(error, WriterActiveError):
-        return ResultCode.WRITER_ACTIVE, {"text": error.owner}
-    if isinstance(error, VersionMismatchError):
-        return ResultCode.VERSION_MISMATCH, {"hash": error.in_memory}
-    if isinstance(error, QueueFullError):
-        return ResultCode.QUEUE_FULL, {"detail": error.limit}
-    for kind, code in (
-        (UnknownTypeError, ResultCode.UNKNOWN_TYPE),
-        (InvalidNameError, ResultCode.INVALID_NAME),
-        (NoWriterError, ResultCode.NO_WRITER),
-    ):
-        if isinstance(error, kind):
-            return code, {"text": error.hint or ""}
-    return ResultCode.REFUSED, {"text": f"{error.message} ({error.hint})" if error.hint else error.message}
+def refusal_of(error: CxbridgeError, request: int) -> Reply:  # noqa: PLR0911 - a table
+    """Return the reply that refuses a request."""
+    match error:
+        case WriterActiveError():
+            return Reply(ResultCode.WRITER_ACTIVE, text=error.owner, request=request)
+        case VersionMismatchError():
+            return Reply(ResultCode.VERSION_MISMATCH, hash=error.in_memory, request=request)
+        case QueueFullError():
+            return Reply(ResultCode.QUEUE_FULL, error.limit, request=request)
+        case UnknownTypeError():
+            return Reply(ResultCode.UNKNOWN_TYPE, text=error.hint or "", request=request)
+        case InvalidNameError():
+            return Reply(ResultCode.INVALID_NAME, request=request)
+        case NoWriterError():
+            return Reply(ResultCode.NO_WRITER, request=request)
+    text = f"{error.message} ({error.hint})" if error.hint else error.message
+    # the text may quote a name that has no UTF-8 form
+    return Reply(ResultCode.REFUSED, text=text.encode(errors="replace").decode(), request=request)

@@ -13,7 +13,7 @@ import zmq
 
 from cxbridge.blackboard.kit.errors import EndpointError
 from cxbridge.blackboard.zmq.security import CurveClient, CurveServer, takes_keys
-from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, MAX_REPLY
+from cxbridge.blackboard.zmq.wire.frames import MAX_FRAME, MAX_REPLY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -175,7 +175,7 @@ def receiver(socket: Socket) -> Callable[..., Any]:
     return recv
 
 
-def rest(socket: Socket) -> list[bytes]:
+def receive_parts(socket: Socket) -> list[bytes]:
     """Receive the remaining frames of a message."""
     frames = []
     while socket.getsockopt(zmq.RCVMORE):

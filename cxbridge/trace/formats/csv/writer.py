@@ -132,7 +132,7 @@ class _CsvFile:
     def __init__(self, path: Path, schema: InterfaceSchema) -> None:
         self._path = path
         self._columns = [
-            (field.name, None if field.is_string else formatter(field.runtime_type), field.is_array)
+            (field.name, None if field.is_string else formatter(field.type), field.is_array)
             for field in schema.fields
         ]
         self._file = _open(path)
@@ -228,7 +228,7 @@ def _several(path: Path) -> TraceError:
 
 def heading(schema: InterfaceSchema) -> str:
     """Return the first line of a file without line feed."""
-    columns = (f";{field.name} ({field.runtime_type}[{field.runtime_length}])" for field in schema.fields)
+    columns = (f";{field.name} ({field.type}[{field.runtime_length}])" for field in schema.fields)
     return "".join([TITLE, *columns])
 
 
