@@ -206,7 +206,7 @@ class Fuzzed:
                 self.act_here(script)
             case _:
                 now = time.monotonic() + script.byte() / 16
-                self.server._look_after_sessions(now, 0.0)  # noqa: SLF001
+                self.server._check_sessions(now, 0.0)  # noqa: SLF001
 
     def say_hello(self, client: int, generation: int, *, replaces: bool) -> None:
         """Let a client begin a session, the same one again or another one."""

@@ -1,4 +1,8 @@
-"""Listeners of interfaces and observers of a blackboard."""
+"""Listeners of interfaces and observers of a blackboard, and the tables that notify them.
+
+A blackboard calls them in the thread of the event without a lock, so a listener may use the blackboard.
+Tables replace their tuples of registrations: registrations do not disturb a notification that has begun.
+"""
 
 from __future__ import annotations
 
@@ -30,6 +34,10 @@ class _ObserverRegistration(Struct, eq=False):
     type_glob: str
     id_glob: str
     active: bool = True
+
+
+Report = Callable[[str, Exception], None]
+"""Takes the operation in which a listener or observer failed, and the error."""
 
 
 class ObserverTable:
@@ -68,11 +76,11 @@ class ObserverTable:
 
     def _selected(self, interface_type: str, interface_id: str) -> list[_ObserverRegistration]:
         """Return one registration per observer, even if several of its patterns match."""
-        found: dict[int, _ObserverRegistration] = {}
+        selected: dict[int, _ObserverRegistration] = {}
         for watch in self._watches:
             if matches(interface_type, interface_id, watch.type_glob, watch.id_glob):
-                found.setdefault(id(watch.observer), watch)
-        return list(found.values())
+                selected.setdefault(id(watch.observer), watch)
+        return list(selected.values())
 
     def _deliver(self, watch: _ObserverRegistration, call: Callable[[str, str], None], *names: str) -> None:
         if watch.active:
@@ -80,10 +88,6 @@ class ObserverTable:
                 call(*names)
             except Exception as error:  # noqa: BLE001 - an observer's fault is not the caller's
                 self._report(f"{call.__name__} of {'::'.join(names)}", error)
-
-
-Report = Callable[[str, Exception], None]
-"""Takes the operation in which a listener failed, and the error."""
 
 
 class EventKind(StrEnum):
@@ -204,15 +208,13 @@ class ListenerTable:
     :param report: called with the operation and error of a failed listener.
     """
 
-    __slots__ = ("_entries", "_known", "_lock", "_report", "data_audience", "has_data")
+    __slots__ = ("_entries", "_keys", "_lock", "_report", "data_audience")
 
     def __init__(self, report: Report) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
         self._entries: dict[str, tuple[_Registration, ...]] = {}
-        self._known: set[tuple[str, int, int]] = set()  # kind, listener and instance of each entry
-        self.has_data = False
-        """Whether a listener of writes is registered."""
+        self._keys: set[tuple[str, int, int]] = set()  # kind, listener and instance of each entry
         # computed at registration, because it is read at each write
         self.data_audience: DataAudience | None = None
         """The listeners of writes, None if there are none."""
@@ -222,34 +224,33 @@ class ListenerTable:
         with self._lock:
             for kind in kinds:
                 key = (kind, id(listener), id(instance))
-                if key not in self._known:
-                    self._known.add(key)
+                if key not in self._keys:
+                    self._keys.add(key)
                     entry = _Registration(listener, instance, getattr(listener, kind))
                     self._entries[kind] = (*self._entries.get(kind, ()), entry)
-            self._note_data()
+            self._update_data_audience()
 
     def unregister(self, listener: Listener | None, instance: Interface | None) -> bool:
         """Remove registrations and return whether there were any; None matches all."""
-        found = False
+        removed = False
         with self._lock:
             for kind, entries in list(self._entries.items()):
-                kept = []
+                remaining = []
                 for entry in entries:
                     if listener in (None, entry.listener) and instance in (None, entry.instance):
-                        entry.active = False
-                        self._known.discard((kind, id(entry.listener), id(entry.instance)))
-                        found = True
+                        entry.active = False  # a delivery in another thread may still hold the entry
+                        self._keys.discard((kind, id(entry.listener), id(entry.instance)))
+                        removed = True
                     else:
-                        kept.append(entry)
-                self._entries[kind] = tuple(kept)
-            self._note_data()
-        return found
+                        remaining.append(entry)
+                self._entries[kind] = tuple(remaining)
+            self._update_data_audience()
+        return removed
 
-    def _note_data(self) -> None:
+    def _update_data_audience(self) -> None:
         refreshed = self._entries.get(EventKind.DATA_REFRESHED, ())
         altered = self._entries.get(EventKind.DATA_CHANGED, ())
         self.data_audience = (refreshed, altered) if refreshed or altered else None
-        self.has_data = self.data_audience is not None
 
     def notify_data(self, audience: DataAudience, changed: bool) -> None:
         """Notify the active listeners of a write."""
@@ -306,11 +307,11 @@ def listening(listener: Listener, *kinds: EventKind) -> Listen:
     """
 
     def listen(instance: Interface, table: ListenerTable) -> None:
-        wanted = kinds or overridden_kinds(listener, messages=instance.is_writer)
-        if EventKind.MESSAGE_RECEIVED in wanted and not instance.is_writer:
+        events = kinds or overridden_kinds(listener, messages=instance.is_writer)
+        if EventKind.MESSAGE_RECEIVED in events and not instance.is_writer:
             raise BlackBoardError(
                 f"Message received events can only be watched on writing interface instances ({instance.uid})"
             )
-        table.register(listener, instance, wanted)
+        table.register(listener, instance, events)
 
     return listen

@@ -1,3 +1,5 @@
+"""The base of blackboards in other processes: connection callbacks and shutdown."""
+
 from __future__ import annotations
 
 import threading
@@ -24,7 +26,7 @@ class RemoteBlackBoard(BlackBoard):
         super().__init__(registry, clock, bus)
         self._complaints = Complaints(self.warn)
         self._gone = False
-        self._ending = threading.Lock()
+        self._ending = threading.Lock()  # two threads may shut down at once
         self._on_connection: list[Callable[[bool], None]] = []
 
     def on_connection(self, callback: Callable[[bool], None]) -> None:
@@ -48,7 +50,7 @@ class RemoteBlackBoard(BlackBoard):
     def _shut_down(self) -> None:
         """Carry out the shutdown; called once."""
 
-    def _check_here(self) -> None:
-        """Check that the blackboard was not shut down."""
+    def _check_open(self) -> None:
+        """Raise `BlackBoardGoneError` after the shutdown."""
         if self._gone:
             raise BlackBoardGoneError

@@ -1,4 +1,7 @@
-"""Security of endpoints: those that other machines can reach need CURVE keys."""
+"""Security of endpoints: those that other machines can reach need CURVE keys.
+
+ZeroMQ's CURVE encrypts a connection and proves the keys of both peers. The protocol has no other login.
+"""
 
 from __future__ import annotations
 
@@ -77,8 +80,8 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
     :raises EndpointError: if the form is invalid.
     :raises InsecureEndpointError: if the endpoint needs keys.
     """
-    scheme, separator, rest = endpoint.partition("://")
-    if not separator or scheme not in SCHEMES or not rest:
+    scheme, separator, address = endpoint.partition("://")
+    if not separator or scheme not in SCHEMES or not address:
         raise EndpointError(
             f"'{endpoint}' is not an endpoint", hint="write tcp://host:port, ipc://path or inproc://name"
         )

@@ -38,11 +38,11 @@ class ZmqTransport(Transport):
         """Return the keys of the query, or whether it allows a connection without keys."""
         if not takes_keys(url):
             return super().read_query(url, query)
-        given = dict(parse_qsl(query, keep_blank_values=True))
-        insecure = given.pop("insecure", "no").lower() in _YES
-        if given and sorted(given) != sorted(_KEYS):
+        parameters = dict(parse_qsl(query, keep_blank_values=True))
+        insecure = parameters.pop("insecure", "no").lower() in _YES
+        if parameters and sorted(parameters) != sorted(_KEYS):
             raise BlackBoardError(f"'{url}' needs both keys, and nothing else", hint=self.QUERY_HINT)
-        if not given:
+        if not parameters:
             return {"insecure": insecure}
-        key, server_key = (Path(given[name]) for name in _KEYS)
+        key, server_key = (Path(parameters[name]) for name in _KEYS)
         return {"keys": CurveClient(key, server_key), "insecure": insecure}

@@ -33,7 +33,7 @@ def made(tmp_path):
 
 def freeze(client) -> None:
     """Make a client fall silent, as a stopped process does."""
-    client._session._look_after = lambda now, gap: None
+    client._session._keep_alive = lambda now, gap: None
 
 
 # -- the server's own process

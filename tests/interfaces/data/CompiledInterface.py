@@ -264,7 +264,7 @@ class CompiledInterface(Interface):
     SCALE: ClassVar[float] = 0.10000000149011612
     """A float."""
 
-    GREETING: ClassVar[str] = "say \"hello\""
+    GREETING: ClassVar[str] = 'say "hello"'
     """A text."""
 
     class MoveMessage(Message):

@@ -36,7 +36,7 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import (
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
-from cxbridge.blackboard.listeners import EventKind, ListenerTable
+from cxbridge.blackboard.listeners import EventKind, ListenerTable, membership_kind
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface, Message
@@ -146,8 +146,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             if serial is not None:
                 with contextlib.suppress(BlackBoardError):  # the lost connection has closed it
                     self._requests.send(Close(serial).to_bytes())
-            kind = EventKind.WRITER_REMOVED if instance.is_writer else EventKind.READER_REMOVED
-            port.listeners.notify(kind, instance.serial)
+            port.listeners.notify(membership_kind(writer=instance.is_writer, added=False), instance.serial)
             port.listeners.unregister(None, instance)
 
     def _shut_down(self) -> None:
@@ -249,7 +248,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             ports = tuple(self._all_ports)
         self._requests.detach(reason)
         for port in ports:
-            if port.lost() and not port.instance.is_writer:
+            if port.lose_connection() and not port.instance.is_writer:
                 self._dispatcher.put(port.listeners.notify, EventKind.WRITER_REMOVED, NOBODY)
 
     def probe(self) -> None:
@@ -274,7 +273,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
                 if port not in self._all_ports:
                     return  # it was closed during the request
                 self._ports[answer.serial.bytes] = port
-            self._receiver.deliver(port, port.reopened(answer), answer.block)
+            self._receiver.deliver(port, port.reopen(answer), answer.block)
 
         answer = self._opener.open(port.request, opened)
         if port.serial is None:

@@ -1,4 +1,8 @@
-"""The port of an instance at a Fawkes: block, counters, listeners."""
+"""The port of an instance at a Fawkes: block, counters, listeners.
+
+Fawkes sends a client its own writes back, reports a changing write twice, and numbers the messages itself.
+The port hides all three, so that an instance works as on a local blackboard.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +25,12 @@ MAX_COUNTED_READERS: Final = 0xFFFF
 NOBODY: Final = UUID(int=0)
 """The unknown serial of a writer that opened the interface before this client connected."""
 
-_PENDING_LIMIT: Final = 20_000  # waiting events of listeners, above which updates are conflated
-_SKIP: Final = STAMP.size
+# more than a second of the fastest writer, so that only a listener that stands still misses updates
+_MAX_PENDING: Final = 20_000  # waiting events of listeners, above which updates are conflated
+_SKIP: Final = STAMP.size  # a block begins with the time stamp
 
-
-Happened = tuple[tuple[EventKind, Audience], ...]
-"""Events with their listeners at that time. A listener registered later can read the data itself."""
+DataEvents = tuple[tuple[EventKind, Audience], ...]
+"""Events of data with their listeners at that time. A listener registered later can read the data itself."""
 
 
 class FawkesUplink(Protocol):
@@ -49,8 +53,7 @@ class FawkesUplink(Protocol):
 class RemotePort(BoardPort):
     """The port of one instance, with the known state of the remote interface.
 
-    The receiving thread updates it, the instance's thread reads it. Its lock guards the block and the
-    versions.
+    The receiving thread updates it, the instance's thread reads it. Its lock orders the writes.
 
     :param board: the blackboard.
     :param uplink: sends data and messages.
@@ -73,19 +76,17 @@ class RemotePort(BoardPort):
         self.written: bytes | None = None
         """The last written block, to be repeated after a reconnection."""
         self.events_waiting = 0
-        """The number of queued data events, counted by the board."""
-        self._data = bytearray(self.size)
-        self._version = self._stamped = self._changed = 0
+        """The number of queued data events, counted by the receiver."""
         self._in_pair = False  # the last frame was REFRESHED, and its CHANGED may follow
         self._counted = 0  # the last id assigned by the instance
         self._uncounted = 0  # the number of assigned ids that the server has not counted
         self._has_writer = opened.has_writer
         self._num_readers = opened.num_readers
         if any(opened.block):
-            self._store_block(opened.block, changed=True)
+            self._store_received(opened.block, changed=True)
         self.instance: Final = request.make_instance(self, opened.serial)
 
-    def received(self, block: bytes, *, changed: bool) -> Happened:
+    def receive(self, block: bytes, *, changed: bool) -> DataEvents:
         """Store a received block; return its events.
 
         REFRESHED and its CHANGED are one write. CHANGED alone is one write, too.
@@ -93,23 +94,23 @@ class RemotePort(BoardPort):
         if self.instance.is_writer:
             return ()  # the echo of this client's write, which may be outdated
         with self._lock:
-            pair = changed and self._in_pair and block == self._data
+            snapshot = self._snapshot
+            pair = changed and self._in_pair and block == snapshot.block
             self._in_pair = not changed
             if pair:
-                if self._changed != self._version:
-                    self._version += 1
-                    self._changed = self._version
-                return self._happened(EventKind.DATA_CHANGED)
-            self._store_block(block, changed=changed)
+                if snapshot.changed != snapshot.version:
+                    self._store(block, stamped=False, changed=True)
+                return self._events(EventKind.DATA_CHANGED)
+            self._store_received(block, changed=changed)
             if changed:
-                return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
-            return self._happened(EventKind.DATA_REFRESHED)
+                return self._events(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+            return self._events(EventKind.DATA_REFRESHED)
 
-    def _happened(self, *kinds: EventKind) -> Happened:
+    def _events(self, *kinds: EventKind) -> DataEvents:
         """Return events for the present listeners. The caller holds the lock."""
         return tuple((kind, self.listeners.audience(kind)) for kind in kinds)
 
-    def counted(self, kind: EventKind) -> None:
+    def count(self, kind: EventKind) -> None:
         """Count an added or removed instance."""
         match kind:
             case EventKind.WRITER_ADDED:
@@ -121,8 +122,8 @@ class RemotePort(BoardPort):
             case EventKind.READER_REMOVED:
                 self._num_readers = max(self._num_readers - 1, 0)
 
-    def lost(self) -> bool:
-        """Handle a lost connection; return whether there was a writer."""
+    def lose_connection(self) -> bool:
+        """Forget the state at the server; return whether there was a writer."""
         had_writer = self._has_writer
         self.serial = None
         self._has_writer = False
@@ -130,7 +131,7 @@ class RemotePort(BoardPort):
         self._in_pair = False
         return had_writer
 
-    def reopened(self, opened: OpenSuccess) -> Happened:
+    def reopen(self, opened: OpenSuccess) -> DataEvents:
         """Store a new serial and, for a reader, the block; return its events."""
         self._has_writer = opened.has_writer
         self._num_readers = opened.num_readers
@@ -140,36 +141,23 @@ class RemotePort(BoardPort):
         if self.instance.is_writer:
             return ()
         with self._lock:
-            if opened.block == self._data:
+            if opened.block == self._snapshot.block:
                 return ()
-            self._store_block(opened.block, changed=True)
-            return self._happened(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
+            self._store_received(opened.block, changed=True)
+            return self._events(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
 
+    @property
     def admits_event(self) -> bool:
-        """Return whether the queue accepts a further data event.
+        """Whether the queue accepts a further data event.
 
         With a full queue, the last event carries the newest data.
         """
-        return self.events_waiting < _PENDING_LIMIT
+        return self.events_waiting < _MAX_PENDING
 
-    def _store_block(self, block: bytes, *, changed: bool) -> None:
-        self._version += 1
-        if changed or block[_SKIP:] != self._data[_SKIP:]:
-            self._stamped = self._changed = self._version
-        elif block[:_SKIP] != self._data[:_SKIP]:
-            self._stamped = self._version
-        self._data[:] = block
-
-    @property
-    def version(self) -> int:
-        """The number of received and written blocks."""
-        return self._version
-
-    def fetch(self, into: bytearray) -> tuple[int, int, int]:
-        """Copy the block, see :class:`~cxbridge.interfaces.message.Port`."""
-        with self._lock:
-            into[:] = self._data
-            return self._version, self._stamped, self._changed
+    def _store_received(self, block: bytes, *, changed: bool) -> None:
+        """Store a block; a client that joins during a write gets REFRESHED without CHANGED."""
+        changed = changed or block[_SKIP:] != self._snapshot.block[_SKIP:]
+        self._store(block, stamped=True if changed else None, changed=changed)
 
     def publish(
         self,
@@ -186,17 +174,12 @@ class RemotePort(BoardPort):
         self.uplink.send_data(self._open_serial(), data, changed=changed)
         self.written = data
         with self._lock:
-            self._version = version = self._version + 1
-            if stamped or (stamped is None and self._data[:_SKIP] != data[:_SKIP]):
-                self._stamped = version
-            if changed:
-                self._changed = version
-            self._data[:] = data
-            kinds = (EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)[: 2 if changed else 1]
-            happened = self._happened(*kinds) if self.listeners.has_data else ()
+            version = self._store(data, stamped, changed).version
+            # listeners that register later read the data and are not notified
+            audience = self.listeners.data_audience
         self.uplink.emit_write(self, data)
-        for kind, audience in happened:
-            self.listeners.notify_audience(audience, kind)
+        if audience is not None:
+            self.listeners.notify_data(audience, changed)
         return version
 
     def next_id(self, last: int) -> int:
@@ -208,7 +191,7 @@ class RemotePort(BoardPort):
     def next_id_is_stale(self, last: int) -> bool:
         """Return whether the server's next id is 0, or the id shown by the interface."""
         sent_as = (last + 1 - self._uncounted) & MESSAGE_ID_MASK
-        return sent_as in (NO_MESSAGE, id_in(self._data, self._id_at))
+        return sent_as in (NO_MESSAGE, id_in(self._snapshot.block, self._id_at))
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Send an addressed message; its id becomes the server's id.

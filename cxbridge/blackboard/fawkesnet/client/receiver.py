@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet.client.port import Happened, RemotePort
+from cxbridge.blackboard.fawkesnet.client.port import DataEvents, RemotePort
 from cxbridge.blackboard.fawkesnet.client.requests import RequestSender
 from cxbridge.blackboard.fawkesnet.messages import codec
 from cxbridge.blackboard.fawkesnet.messages.blackboard import (
@@ -23,19 +23,13 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFra
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.kit.messages import receive_message
 from cxbridge.blackboard.listeners import EventKind
 from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface
 
 _DATA: Final = frozenset((int(BoardKind.DATA_REFRESHED), int(BoardKind.DATA_CHANGED)))
-
-_INSTANCE_EVENTS: Final = {
-    BoardKind.READER_ADDED: EventKind.READER_ADDED,
-    BoardKind.READER_REMOVED: EventKind.READER_REMOVED,
-    BoardKind.WRITER_ADDED: EventKind.WRITER_ADDED,
-    BoardKind.WRITER_REMOVED: EventKind.WRITER_REMOVED,
-}
 
 
 class FrameReceiver:
@@ -86,13 +80,13 @@ class FrameReceiver:
                 f"size {port.uid}", f"ignored data of {port.uid}: {len(block)} bytes is not its size"
             )
             return
-        self.deliver(port, port.received(block, changed=frame.kind == BoardKind.DATA_CHANGED), block)
+        self.deliver(port, port.receive(block, changed=frame.kind == BoardKind.DATA_CHANGED), block)
 
-    def deliver(self, port: RemotePort, events: Happened, block: bytes) -> None:
+    def deliver(self, port: RemotePort, events: DataEvents, block: bytes) -> None:
         """Queue data events for the listeners, and emit the block on the bus."""
         if any(kind is EventKind.DATA_REFRESHED for kind, _ in events):
             self._emit_write(port, block)
-        if any(audience for _, audience in events) and port.admits_event():
+        if any(audience for _, audience in events) and port.admits_event:
             port.events_waiting += 1
             self._dispatcher.put(_notify_data, port, events)
 
@@ -113,8 +107,8 @@ class FrameReceiver:
     def _instance_event(self, event: InstanceEvent) -> None:
         port = self._ports.get(event.serial.bytes)
         if port is not None:
-            kind = _INSTANCE_EVENTS[event.kind]
-            port.counted(kind)
+            kind = EventKind[event.kind.name]  # READER_ADDED to WRITER_REMOVED have the names of Fawkes
+            port.count(kind)
             self._dispatcher.put(port.listeners.notify, kind, event.event_serial)
 
     def _interface_message(self, message: WireMessage) -> None:
@@ -129,23 +123,26 @@ class FrameReceiver:
     def _enqueue(self, port: RemotePort, writer: Interface, received: WireMessage) -> None:
         """Let the listeners decide, and append a message to the writer's queue."""
         try:
-            message = writer.create_message(received.type)
-            message.set_from_chunk(received.block)
-            # the wire has the original sender only, not the last one
-            message.address(received.id, port.mem_serial, received.source, received.source)
-            message.mark_foreign(received.hops + 1)
-            if port.listeners.accept(message) and writer.valid:
-                try:
-                    writer.msgq_append(message)
-                except BlackBoardError:
-                    port.uplink.emit_message(port, message, REFUSED)
-                    raise
+            message = receive_message(
+                writer,
+                received.type,
+                received.block,
+                message_id=received.id,
+                sender=received.source,  # the wire has the original sender only, not the last one
+                source=received.source,
+                hops=received.hops + 1,
+            )
+            try:
+                port.deliver(writer, message)
+            except BlackBoardError:
+                port.uplink.emit_message(port, message, REFUSED)
+                raise
             port.uplink.emit_message(port, message, QUEUED if message.enqueued else HANDLED)
         except (BlackBoardError, InterfaceError) as error:
             self._complaints.add(f"message {port.uid}", f"lost a message to {port.uid}: {error.message}")
 
 
-def _notify_data(port: RemotePort, events: Happened) -> None:
+def _notify_data(port: RemotePort, events: DataEvents) -> None:
     port.events_waiting -= 1
     for kind, audience in events:
         port.listeners.notify_audience(audience, kind)

@@ -15,8 +15,9 @@ from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
 from cxbridge.blackboard.fawkesnet.client.port import RemotePort
 from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
 
+# short, because a restarted Fawkes is back within a second; doubled, because one that is away may stay away
 FIRST_WAIT: Final = 0.05
-"""Seconds before the second attempt. Each further wait doubles."""
+"""Seconds before the second attempt. Each further wait doubles, up to `LONGEST_WAIT`."""
 LONGEST_WAIT: Final = 1.0
 
 
@@ -125,7 +126,7 @@ class Reconnector:
             else:  # connected, but unusable
                 self._stopping.wait(pause)
                 pause = min(2 * pause, LONGEST_WAIT)
-            announced = not self._come_back()
+            announced = not self._restore()
             if not announced:
                 pause = FIRST_WAIT
 
@@ -144,28 +145,36 @@ class Reconnector:
             return False
         return True
 
-    def _come_back(self) -> bool:
-        """Connect with increasing waits and open all interfaces; return success."""
+    def _restore(self) -> bool:
+        """Connect and open all interfaces; return success."""
+        if not self._repeat(self._reconnect) or not self._repeat(self._reopen_all):
+            return False
+        self._settled.set()
+        if self._lost.is_set():  # the new connection was lost just now
+            self._settled.clear()
+            return False
+        self._client.announce(True, f"the connection to {self.name} is back")
+        return True
+
+    def _repeat(self, attempt: Callable[[], bool]) -> bool:
+        """Repeat an attempt with increasing waits until it succeeds.
+
+        :returns: False if the client stops, or the new connection is lost.
+        """
         wait = FIRST_WAIT
         while not self._stopping.is_set() and not self._lost.is_set():
-            try:
-                self._use(self._connect())
-                break
-            except UnreachableError:
-                self._stopping.wait(wait)
-                wait = min(2 * wait, LONGEST_WAIT)
-        wait = FIRST_WAIT
-        while not self._stopping.is_set() and not self._lost.is_set():
-            if self._reopen_all():
-                self._settled.set()
-                if self._lost.is_set():  # the new connection was lost just now
-                    self._settled.clear()
-                    return False
-                self._client.announce(True, f"the connection to {self.name} is back")
+            if attempt():
                 return True
             self._stopping.wait(wait)
             wait = min(2 * wait, LONGEST_WAIT)
         return False
+
+    def _reconnect(self) -> bool:
+        try:
+            self._use(self._connect())
+        except UnreachableError:
+            return False
+        return True
 
     def _reopen_all(self) -> bool:
         """Open the missing interfaces; return whether no attempt must be repeated."""

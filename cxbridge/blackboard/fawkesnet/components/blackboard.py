@@ -22,7 +22,13 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFra
 from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession, NetworkHandler
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.room import check_room
-from cxbridge.blackboard.listeners import EventKind, ListenerTable, Observer, listening
+from cxbridge.blackboard.listeners import (
+    MEMBERSHIP_KINDS,
+    EventKind,
+    ListenerTable,
+    Observer,
+    listening,
+)
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError
 from cxbridge.events import Logger
@@ -36,12 +42,6 @@ OWNER: Final = "remote"
 # The maximum of plausible time stamps; greater ones are not converted.
 _LAST_SECOND: Final = 2**62
 
-_INSTANCE_EVENTS: Final = (
-    EventKind.READER_ADDED,
-    EventKind.READER_REMOVED,
-    EventKind.WRITER_ADDED,
-    EventKind.WRITER_REMOVED,
-)
 _FAILURES: Final = {
     bb.OpenError.UNKNOWN_TYPE: "interface class not found",
     bb.OpenError.HASH_MISMATCH: "hash mismatch",
@@ -172,7 +172,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
         made: list[Opened] = []
         kinds: tuple[EventKind, ...] = ()
         if asked.writing and not self._echo:
-            kinds = (*_INSTANCE_EVENTS, EventKind.MESSAGE_RECEIVED)
+            kinds = (*MEMBERSHIP_KINDS, EventKind.MESSAGE_RECEIVED)  # no events of its own writes
 
         def listen(instance: Interface, listeners: ListenerTable) -> None:
             made.append(Opened(instance, session, self._board.clock.now_us))

@@ -9,11 +9,11 @@ from uuid import UUID
 
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.session import FawkesSession
-from cxbridge.blackboard.listeners import Listener
+from cxbridge.blackboard.listeners import EventKind, MembershipListener
 from cxbridge.interfaces.instance import Interface, Message
 
 
-class Opened(Listener):
+class Opened(MembershipListener):
     """A client's open instance, which forwards events.
 
     Nothing is sent before the client knows the instance: OPEN_SUCCESS includes earlier events. Only a writer
@@ -98,24 +98,13 @@ class Opened(Listener):
         else:
             self._early.append(sent)
 
-    def reader_added(self, interface: Interface, serial: UUID) -> None:
-        self._send_event(bb.BoardKind.READER_ADDED, interface, serial)
-
-    def reader_removed(self, interface: Interface, serial: UUID) -> None:
-        self._send_event(bb.BoardKind.READER_REMOVED, interface, serial)
-
-    def writer_added(self, interface: Interface, serial: UUID) -> None:
-        self._send_event(bb.BoardKind.WRITER_ADDED, interface, serial)
-
-    def writer_removed(self, interface: Interface, serial: UUID) -> None:
-        self._send_event(bb.BoardKind.WRITER_REMOVED, interface, serial)
-
-    def _send_event(self, kind: bb.BoardKind, interface: Interface, serial: UUID) -> None:
+    def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:
+        """Send the event, unless it is that of this instance itself."""
         if serial == interface.serial:
-            return  # the event of this instance itself
-        event = bb.InstanceEvent(kind, interface.serial, serial).to_bytes()
+            return
+        event = bb.InstanceEvent(bb.BoardKind[kind.name], interface.serial, serial).to_bytes()
         with self._lock:
             if self._known:
                 self.session.send(event)
-            elif kind is bb.BoardKind.READER_REMOVED and interface.is_writer:
+            elif kind is EventKind.READER_REMOVED and interface.is_writer:
                 self._early.append(event)

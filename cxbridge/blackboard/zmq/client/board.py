@@ -1,3 +1,5 @@
+"""The client's blackboard, callable from any thread; the session's state is in the other modules."""
+
 from __future__ import annotations
 
 import time
@@ -93,13 +95,11 @@ class ZmqBlackBoard(RemoteBlackBoard):
         if not self._sender.wait_ready(time.monotonic() + connect_timeout):
             reason = self._interfaces.reason
             self.shutdown()
-            raise DisconnectedError(
-                f"no blackboard answers at {url}",
-                hint=_why_nobody_answers(reason, url, keys),
-            )
+            hint = _hint_for_silence(reason, url, keys)
+            raise DisconnectedError(f"no blackboard answers at {url}", hint=hint)
 
     def _open(self, request: OpenRequest) -> Interface:
-        self._check_here()
+        self._check_open()
         return self._interfaces.open(request)
 
     def close(self, instance: Interface) -> None:
@@ -125,6 +125,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._dispatcher.drain(self.timeout)
 
     def _shut_down(self) -> None:
+        # in this order: callers that wait for a session are released before its thread is joined
         self._interfaces.invalidate_all()
         self._sender.close()
         self._session.stop()
@@ -133,7 +134,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
             self._context.term()
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        self._check_here()
+        self._check_open()
         reply = self._sender.request(List(type_glob, id_glob), timeout=self.timeout)
         if isinstance(reply, Reply):
             raise RemoteRefusalError(reply.text)
@@ -156,7 +157,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         :param timeout: in seconds; None: the timeout of requests.
         :raises TransportError: after the timeout.
         """
-        self._check_here()
+        self._check_open()
         seconds = self.timeout if timeout is None else timeout
         self._interfaces.wait_written(seconds)
         self._sender.request(Sync(), timeout=seconds)
@@ -169,13 +170,13 @@ class ZmqBlackBoard(RemoteBlackBoard):
         return port.listeners
 
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
-        self._check_here()
+        self._check_open()
         super().register_observer(observer, type_glob, id_glob)
         if not self._interfaces.watching:
             self._sender.request(Watch(), timeout=self.timeout, on_reply=self._interfaces.watched)
 
 
-def _why_nobody_answers(reason: str, url: str, keys: CurveClient | None) -> str:
+def _hint_for_silence(reason: str, url: str, keys: CurveClient | None) -> str:
     """Return what to check if the server does not answer."""
     # a server with CURVE keys ignores clients whose keys it does not know, and sends no reason
     reason = reason or "is the daemon running, and at this address?"

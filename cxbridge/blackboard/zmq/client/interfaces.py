@@ -262,10 +262,11 @@ class OpenInterfaces:
             self._channels.clear()
             for copy in self._copies.values():
                 copy.expected = copy.seq
-        # writers first: the replies to readers are compared with the writers' sequence numbers
+        # writers first, because a reader's reply is compared with the sequence number of this client's writer
         instances.sort(key=lambda instance: not instance.is_writer)
+        # one lock for all requests: no request of another thread may come between
         with self._sender.lock:
-            self._reopening = 1
+            self._reopening = 1  # for this method, so that no early reply counts as the last one
             for instance in instances:
                 self._reopen(instance)
             if self.watching:
@@ -308,8 +309,9 @@ class OpenInterfaces:
 
     def _take_over(self, copy: InterfaceCopy, opened: Opened, block: bytes) -> None:
         """Update a copy with the data of a new session, unless the copy is newer."""
-        seen = opened.seq <= copy.expected if self._same_epoch else opened.seq == 0
-        if not seen and copy not in self._unsent:
+        # a restarted server counts from 0, and has older data than the copy until the first write
+        outdated = opened.seq <= copy.expected if self._same_epoch else opened.seq == 0
+        if not outdated and copy not in self._unsent:
             copy.update(opened.seq, block, opened.stamped, opened.changed)
 
     def _was_lost(self, copy: InterfaceCopy, seq: int) -> bool:

@@ -36,14 +36,16 @@ FULL: Final = 1024
 
 _BATCH: Final = 64  # frames in a row, before credit is returned
 _AT_ONCE: Final = 20e-6  # seconds; a frame that is received in less time had arrived before
-_RETURN: Final = 4  # credit is returned in this many parts of the window
+# so that the server may still send three quarters of the window while the credit is on its way
+_CREDIT_PARTS: Final = 4  # credit is returned in this many parts of the window
 
+# owners of the turn to receive; integers, because they are compared for each update
 _SESSION: Final = 0  # the session's thread receives
 _DISPATCHER: Final = 1  # the dispatcher's thread receives
 _CALLING: Final = 2  # the dispatcher's thread calls listeners: the session's thread may take over
 # the dispatcher's thread receives after the present call: the session's thread may take over
 _LENT: Final = 3
-_BETWEEN: Final = (_CALLING, _LENT)
+_RECLAIMABLE: Final = (_CALLING, _LENT)
 
 
 class FrameHandler(Protocol):
@@ -82,10 +84,12 @@ class EventReceiver(Dispatcher):
         self._changed: Final = threading.Condition(self._lock)
         self._turn = _SESSION
         self._reclaimed = False
-        self._turns = self._turns_seen = 0
+        self._turns = self._watched_turns = (
+            0  # rounds of the dispatcher's thread, and those that `watch` knows
+        )
         self._nudging: Final = threading.Lock()
         self._nudge: Socket | None = None
-        self._backlog: deque[Work | None] = deque()
+        self._backlog: deque[Work | None] = deque()  # calls taken from the queue while a listener waited
         self._ended = False
         self._idle = False  # the thread waits for calls
         self._receiving = False  # the thread waits for the server, so a new call has to nudge it
@@ -101,7 +105,8 @@ class EventReceiver(Dispatcher):
         """The server's Welcome, None before it."""
         self.fault = ""
         """Why the session cannot continue."""
-        self._numbers = self._credit = 0
+        self._last_number = 0  # of a received frame
+        self._credit = 0  # the number of handled updates that the server does not know
         self._return_at = 1
 
     def put(self, work: Callable[..., object], *args: Any, urgent: bool = False) -> None:
@@ -182,22 +187,23 @@ class EventReceiver(Dispatcher):
     def _take_turns(self) -> None:
         # every update of every reader passes here, in a thread with cold caches: use few calls and few
         # objects
-        lock, recv, now, nothing_waits = self._lock, self._recv, time.monotonic, self._queue.empty
+        lock, recv, now, no_calls = self._lock, self._recv, time.monotonic, self._queue.empty
         while self._turn == _DISPATCHER and not self._reclaimed and not self.fault:
             self._receiving = True  # a new call wakes the thread from here on
-            if nothing_waits():
-                before = now()
+            # after the flag: a call that was queued before it has not nudged this thread
+            if no_calls():
+                start_s = now()
                 data = recv()
                 self._receiving = False
-                self.last_received_s = after = now()
+                self.last_received_s = end_s = now()
                 self._handle_message(data)
-                if after - before < _AT_ONCE:
+                if end_s - start_s < _AT_ONCE:
                     self.take()  # update the copies by all waiting frames before calling listeners
                 elif self._credit >= self._return_at:
                     self._give_credit()
             else:
                 self._receiving = False
-            if nothing_waits():
+            if no_calls():
                 continue
             self._turns += 1
             self._turn = _CALLING
@@ -256,11 +262,11 @@ class EventReceiver(Dispatcher):
         :returns: whether to look again soon.
         """
         turns = self._turns
-        quick = turns != self._turns_seen
-        self._turns_seen = turns
+        quick = turns != self._watched_turns
+        self._watched_turns = turns
         if not quick:
             self._hand_over()
-        return quick or self._turn in _BETWEEN
+        return quick or self._turn in _RECLAIMABLE
 
     def reclaim(self) -> None:
         """Take the turn back, even from a receiving thread."""
@@ -274,6 +280,7 @@ class EventReceiver(Dispatcher):
 
     def take(self) -> None:
         """Handle waiting frames, at most one batch."""
+        # at most, because a fast writer could keep the thread here, without returned credit
         recv = self._recv
         for _ in range(_BATCH):
             try:
@@ -288,7 +295,7 @@ class EventReceiver(Dispatcher):
             self._give_credit()
 
     def _nudge_dispatcher(self) -> None:
-        # the queue of nudges is full, so the thread wakes up anyway
+        # with a full queue of nudges the thread wakes up anyway
         with self._nudging, contextlib.suppress(zmq.Again):
             if self._nudge is not None:
                 self._nudge.send(b"", zmq.NOBLOCK)
@@ -296,7 +303,7 @@ class EventReceiver(Dispatcher):
     def _hand_over(self) -> None:
         """Give the turn to the session's thread unless the dispatcher's thread receives."""
         with self._lock:
-            if self._turn not in _BETWEEN:
+            if self._turn not in _RECLAIMABLE:
                 return
             self._turn = _SESSION
         self._wake_session()
@@ -319,15 +326,15 @@ class EventReceiver(Dispatcher):
             self.fault = f"the server ended the session ({frame.code.name}: {frame.text})"
             return
         if frame.number:
-            if frame.number <= self._numbers:
+            if frame.number <= self._last_number:
                 return  # a duplicate
-            if frame.number != self._numbers + 1:
+            if frame.number != self._last_number + 1:
                 self.fault = "frames were lost"
                 return
-            self._numbers = frame.number
+            self._last_number = frame.number
         if isinstance(frame, Welcome):
             self.welcome = frame
-            self._return_at = max(1, frame.window // _RETURN)
+            self._return_at = max(1, frame.window // _CREDIT_PARTS)
             self._handler.welcomed(frame.epoch)
         else:
             self._handler.received(frame)

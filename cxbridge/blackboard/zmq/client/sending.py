@@ -20,10 +20,11 @@ from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.wire.frames import Credit, Frame, Request, Response, Write, encode
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, sender
 
-# milliseconds that a write waits for room before it is conflated
+# long enough for a server that is busy, short enough for a writer that has a loop to keep
 ROOM_MS: Final = 100
+"""Milliseconds that a write waits for room before it is conflated."""
 
-_PATIENCE_MS: Final = 1000  # frames that cannot be conflated wait longer
+_PATIENCE_MS: Final = 1000  # frames that cannot be conflated wait longer; then the server counts as dead
 
 
 def _locked() -> threading.Lock:
@@ -227,7 +228,8 @@ class CommandSender:
                 pending.wait(deadline - time.monotonic())
             with self.lock:
                 given_up = self._pending.pop(number, None) is not None
-            if not given_up:  # the reply has come, or is being processed
+            if not given_up:
+                # the receiving thread has the reply and calls `on_reply`, whose effect the caller needs
                 pending.wait(1.0)
             if pending.reply is not None:
                 return pending.reply

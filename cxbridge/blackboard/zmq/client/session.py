@@ -1,9 +1,8 @@
 """The thread of a client's session: it connects, sends heartbeats and reconnects.
 
 It owns the monitor socket. It opens and closes the sockets for events and commands, which :mod:`.receiving`
-and
-
-:mod:`.sending` use in between.
+and :mod:`.sending` use in between. Each attempt to connect is a session with a new id, so no frame of an
+earlier session can be taken for a frame of the present one.
 """
 
 from __future__ import annotations
@@ -37,8 +36,9 @@ from cxbridge.blackboard.zmq.wire.sockets import FAREWELL_MS, Socket, connect
 HELLO_S: Final = 2.0
 """Seconds in which the server must answer the Hello."""
 
-# seconds between attempts after a refusal
+# a server that refuses, for example because it has too many clients, must not be flooded with attempts
 PAUSE_S: Final = 0.1
+"""Seconds between the end of a session and the next attempt."""
 
 PATIENCE_MS: Final = (5, 40)
 """Milliseconds of running listeners after which this thread receives instead.
@@ -111,9 +111,9 @@ class SessionThread:
     def _wait(self, seconds: float) -> None:
         poller = zmq.Poller()
         poller.register(self._wakeup, zmq.POLLIN)
-        until = time.monotonic() + seconds
-        while not self._stopping and (left := until - time.monotonic()) > 0:
-            poller.poll(int(left * 1000) + 1)
+        deadline = time.monotonic() + seconds
+        while not self._stopping and (remaining := deadline - time.monotonic()) > 0:
+            poller.poll(int(remaining * 1000) + 1)
             self._wakeup.clear()
 
     def _session(self) -> str:
@@ -144,6 +144,7 @@ class SessionThread:
                 if self._stopping and self._receiver.welcome is not None:
                     self._sender.send(Bye(), wait_ms=0)
             finally:
+                # first the turn: no other thread may be in a socket that is closed
                 self._receiver.reclaim()
                 self._receiver.close()
                 self._sender.detach()
@@ -164,9 +165,9 @@ class SessionThread:
             poller.register(self._wakeup, zmq.POLLIN)
             poller.register(monitor, zmq.POLLIN)
         receiving.register(events, zmq.POLLIN)
-        due = last = time.monotonic()
+        due = checked = time.monotonic()
         while not (self._stopping or receiver.fault):
-            self._wakeup.clear()
+            self._wakeup.clear()  # before the states are read, so that no change of them is missed
             if receiver.session_has_turn and self._sender.ready:
                 receiver.lend()
             ready = (
@@ -182,8 +183,8 @@ class SessionThread:
             if interfaces.flushing:
                 due = min(due, now + _FLUSH_S)
             if now >= due:
-                self._look_after(now, now - last)
-                last, due = now, now + (_FLUSH_S if interfaces.flushing else self._heartbeat / 4)
+                self._keep_alive(now, now - checked)
+                checked, due = now, now + (_FLUSH_S if interfaces.flushing else self._heartbeat / 4)
         return receiver.fault or "closed"
 
     def _watch(self, poller: zmq.Poller, due: float) -> dict[object, int]:
@@ -208,8 +209,11 @@ class SessionThread:
             else min(self._wished_heartbeat, welcome.heartbeat_ms / 1000)
         )
 
-    def _look_after(self, now: float, gap: float) -> None:
-        """Send a heartbeat if it is due, and detect a dead server."""
+    def _keep_alive(self, now: float, gap: float) -> None:
+        """Send a heartbeat if it is due, and detect a dead server.
+
+        :param gap: seconds since the last check.
+        """
         receiver = self._receiver
         if gap > self._heartbeat:  # this process was suspended and could not receive
             receiver.last_received_s = max(receiver.last_received_s, now - self._heartbeat)

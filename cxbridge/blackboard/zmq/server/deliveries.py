@@ -1,4 +1,8 @@
-"""Messages from the server to writers in clients that await their outcome."""
+"""Messages from the server to writers in clients, which report the outcome of each.
+
+The sender of a message waits until the message is in the writer's queue, as on a local blackboard. So each
+delivery ends with an outcome: that of the client, the loss of the session, or a timeout.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +22,7 @@ from cxbridge.blackboard.zmq.server.sessions import ZmqSession
 from cxbridge.blackboard.zmq.wire.frames import Deliver, Delivered, ResultCode
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
+# as many as a writer's queue holds by default
 MAX_PENDING: Final = 1024
 """The maximal number of pending messages per session."""
 
@@ -112,6 +117,7 @@ class Forwarder(Listener):
 
     def message_received(self, interface: Interface, message: Message) -> bool:
         if self._loop.inside():
+            # a listener of a remote write: to wait for the outcome would stop the thread that receives it
             self.outcome.value = (ResultCode.OK, 0)
             self._deliver(interface, message.copy(), self._log_failure)
             return True

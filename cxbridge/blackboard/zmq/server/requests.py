@@ -107,6 +107,7 @@ class RequestHandler:
         check_room(session.instances.values(), schema)
         if frame.writer:
             self._rights.check_writer(f"{frame.type}::{frame.id}")
+        # before opening, otherwise a wrong client could create the interface in its version
         if not accepts_hash(schema, frame.hash) or schema.datasize != frame.size:
             raise VersionMismatchError(f"{frame.type}::{frame.id}", schema.hash, frame.hash)
         if frame.writer:
@@ -164,7 +165,7 @@ class RequestHandler:
         """Close an instance of a session; return the client's sequence number."""
         channel = self._channel_by_instance(instance)
         if instance.valid:
-            channel.hand_over(instance)
+            channel.hand_over(instance)  # before closing, whose event the channel must still hear
             self._board.close(instance)
         sent = channel.leave(session, instance)
         del session.instances[instance.serial.bytes]

@@ -1,4 +1,8 @@
-"""The server of a local blackboard over ZeroMQ: sockets, sessions and their thread."""
+"""The server of a local blackboard over ZeroMQ: sockets, sessions and their thread.
+
+One thread owns all of this. It alternates between posted calls, frames of clients and checks of the sessions,
+and sleeps until a socket or another thread wakes it.
+"""
 
 from __future__ import annotations
 
@@ -76,7 +80,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     :raises InsecureEndpointError: if an endpoint needs keys.
     """
 
-    def __init__(  # noqa: PLR0913  as many options as a server has
+    def __init__(  # noqa: PLR0913 - settings, by name
         self,
         board: LocalBlackBoard,
         endpoints: Sequence[str],
@@ -101,7 +105,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._window = window
         self._max_sessions = max_sessions
         self._lent_context = context
-        # While it serves.
+        # from here on: set while it serves
         self._context: zmq.Context[zmq.Socket[bytes]] | None = None
         self._own_context = False
         self._authenticator: Any = None
@@ -112,6 +116,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._failed: deque[tuple[ZmqSession, ResultCode]] = deque()
         self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         self._skipped = 0
+        # three heartbeats, as for other signs of life; at least a second, because a listener may take a while
         patience = max(3 * self.heartbeat, 1.0)
         self._requests: Final = RequestHandler(
             board, self, patience, partial(self._complaints.add, "request"), rights
@@ -142,7 +147,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _release(self) -> None:
         self.board.unregister_observer(self)
-        for file in self._files:
+        for file in self._files:  # before the endpoints are unbound, see EndpointFile.remove
             file.remove()
         for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
             with contextlib.suppress(zmq.ZMQError):  # the file of the endpoint may be removed
@@ -194,7 +199,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         poll.register(self._wakeup, select.POLLIN)
         for descriptor in self._by_descriptor:
             poll.register(descriptor, select.POLLIN)
-        due = last = time.monotonic()
+        due = checked = time.monotonic()
+        # a single message per round while there are few, so that posted updates do not wait for a batch
         batch = 1
         ready: Sequence[tuple[int, int]] = ()
         while not self._stopping:
@@ -203,9 +209,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._end_failed()
             now = time.monotonic()
             if now >= due:
-                self._look_after_sessions(now, now - last)
+                self._check_sessions(now, now - checked)
                 shortest = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
-                last, due = now, now + shortest / _TICKS
+                checked, due = now, now + shortest / _TICKS
             # ZeroMQ's descriptors only report events since the last look, and sending looks, too: nothing may
             # be sent between the last look and the poll
             if self._receive(batch, ready):
@@ -224,7 +230,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             work, args = self._inbox.popleft()
             try:
                 work(*args)
-            except Exception as error:  # noqa: BLE001 - the others are to be served on
+            except Exception as error:  # noqa: BLE001 - other clients must be served further
                 self._complaints.add(type(error).__name__, f"{work.__name__} failed: {error!r}")
 
     def _receive(self, batch: int, ready: Sequence[tuple[int, int]]) -> bool:
@@ -254,7 +260,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             except ProtocolError as error:
                 self._complaints.add(str(error.message)[:40], f"a client was sent away: {error.message}")
                 self._send_away(socket, route, ResultCode.PROTOCOL, error.message)
-            except Exception as error:  # noqa: BLE001 - one client's frame must not end the others' service
+            except Exception as error:  # noqa: BLE001 - a client's frame must not end the service of others
                 self._complaints.add(type(error).__name__, f"a client was sent away: {error!r}")
                 self._send_away(socket, route, ResultCode.REFUSED, "the server failed")
 
@@ -317,8 +323,11 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._sessions[session.id] = session
         session.send(Welcome(self._epoch, round(heartbeat * 1000), self._window))
 
-    def _look_after_sessions(self, now: float, gap: float) -> None:
-        """Send heartbeats, detect dead clients and expire deliveries."""
+    def _check_sessions(self, now: float, gap: float) -> None:
+        """Send heartbeats, detect dead clients and expire deliveries.
+
+        :param gap: seconds since the last check.
+        """
         stalled = gap > self.heartbeat  # this process was suspended and could not receive
         for session in tuple(self._sessions.values()):
             if stalled:
@@ -328,7 +337,10 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._end_failed()
 
     def _fail(self, session: ZmqSession, code: ResultCode) -> None:
-        """Record that a session cannot continue; it is ended after the current request."""
+        """Record that a session cannot continue.
+
+        It is ended after the current request, because callers iterate over sessions and their instances.
+        """
         if not session.failed:
             session.failed = True
             self._failed.append((session, code))

@@ -1,4 +1,8 @@
-"""Sockets of ZeroMQ, configured for both peers of the transport."""
+"""Sockets of ZeroMQ, configured for both peers of the transport.
+
+The limits of queues bound the memory that a slow peer costs: a full queue refuses the frame, and the sender
+conflates updates or ends the session.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +22,12 @@ from cxbridge.blackboard.zmq.wire.frames import MAX_FRAME, MAX_REPLY
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+# above the window of 1024 updates, so that only replies and events can fill it
 SERVER_QUEUE = 4096
 """The maximal number of frames waiting for a client."""
 
 CLIENT_QUEUE = 1000
-"""The maximal number of frames waiting for the server."""
+"""The maximal number of frames waiting for the server, ZeroMQ's own default."""
 
 # further clients retry after a second, by their operating system
 BACKLOG = 1024
@@ -31,6 +36,7 @@ BACKLOG = 1024
 FAREWELL_MS = 300
 """Milliseconds in which a closed socket may send its last messages."""
 
+# ZeroMQ releases the endpoint of a closed socket in its own thread, a moment later
 PATIENCE_S = 0.5
 """Seconds to wait for an endpoint in use."""
 
@@ -71,16 +77,12 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
     _refuse_taken(endpoint)
     socket = context.socket(zmq.ROUTER)
     try:
-        socket.linger = 0
-        socket.ipv6 = "[" in endpoint
-        socket.router_mandatory = True
-        socket.maxmsgsize = MAX_FRAME
+        _configure(socket, endpoint, MAX_FRAME, keys)
+        socket.router_mandatory = True  # otherwise a ROUTER silently drops frames for a lost client
         socket.sndhwm = SERVER_QUEUE
         socket.rcvhwm = CLIENT_QUEUE
-        socket.handshake_ivl = 5000
+        socket.handshake_ivl = 5000  # milliseconds
         socket.backlog = BACKLOG
-        if keys is not None and takes_keys(endpoint):
-            keys.apply(socket)
         _bind_patiently(socket, endpoint)
         guard_file(endpoint)
     except zmq.ZMQError as error:
@@ -94,6 +96,15 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
     return socket, socket.get_string(zmq.LAST_ENDPOINT).rstrip("\0")
 
 
+def _configure(socket: Socket, endpoint: str, max_frame: int, keys: CurveServer | CurveClient | None) -> None:
+    """Set the options that both peers have."""
+    socket.linger = 0  # a closed socket must not delay the end of the process
+    socket.ipv6 = "[" in endpoint
+    socket.maxmsgsize = max_frame
+    if keys is not None and takes_keys(endpoint):
+        keys.apply(socket)
+
+
 def guard_file(endpoint: str) -> None:
     """Restrict the file of an ipc endpoint to this user."""
     if path := _ipc_path(endpoint):
@@ -105,11 +116,11 @@ def _refuse_taken(endpoint: str) -> None:
     path = _ipc_path(endpoint)
     if path is None:
         return
-    until = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + PATIENCE_S
     while _is_served(str(path)):
-        if time.monotonic() > until:
+        if time.monotonic() > deadline:
             raise EndpointError(f"another process serves {endpoint} already", hint="does another daemon run?")
-        time.sleep(0.01)  # closing a socket takes a moment
+        time.sleep(0.01)
 
 
 def _ipc_path(endpoint: str) -> Path | None:
@@ -137,10 +148,10 @@ class EndpointFile:
         if self._path is None:
             return None
         try:
-            found = self._path.stat()
+            status = self._path.stat()
         except OSError:
             return None
-        return found.st_dev, found.st_ino
+        return status.st_dev, status.st_ino
 
 
 def _is_served(path: str) -> bool:
@@ -176,23 +187,23 @@ def receiver(socket: Socket) -> Callable[..., Any]:
 
 
 def receive_parts(socket: Socket) -> list[bytes]:
-    """Receive the remaining frames of a message."""
-    frames = []
+    """Receive the remaining parts of a message, of which libzmq delivers all or none."""
+    parts = []
     while socket.getsockopt(zmq.RCVMORE):
-        frames.append(socket.recv())
-    return frames
+        parts.append(socket.recv())
+    return parts
 
 
 def _bind_patiently(socket: Socket, endpoint: str) -> None:
     """Bind a socket, and retry while the endpoint of a closed socket is being released."""
-    until = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + PATIENCE_S
     while True:
         try:
             socket.bind(endpoint)
         except zmq.ZMQError as error:
-            if error.errno != zmq.EADDRINUSE or time.monotonic() > until:
+            if error.errno != zmq.EADDRINUSE or time.monotonic() > deadline:
                 raise
-            time.sleep(0.01)  # closing a socket takes a moment
+            time.sleep(0.01)
         else:
             return
 
@@ -205,15 +216,11 @@ def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | N
     """
     socket = context.socket(zmq.DEALER)
     try:
-        socket.linger = 0
-        socket.ipv6 = "[" in endpoint
+        _configure(socket, endpoint, MAX_REPLY, keys)
         socket.routing_id = route
-        socket.maxmsgsize = MAX_REPLY
         socket.sndhwm = CLIENT_QUEUE
         socket.rcvhwm = SERVER_QUEUE
         socket.reconnect_ivl = RECONNECT_MS
-        if keys is not None and takes_keys(endpoint):
-            keys.apply(socket)
         socket.connect(endpoint)
     except zmq.ZMQError as error:
         socket.close()
