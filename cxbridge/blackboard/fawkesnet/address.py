@@ -17,20 +17,20 @@ def parse_url(url: str) -> tuple[str, int]:
     :raises BlackBoardError: if the URL is invalid.
     """
     try:
-        parts = urlsplit(url)
-        host, port = parts.hostname, parts.port
+        address = urlsplit(url)
+        host, port = address.hostname, address.port
     except ValueError as error:
         raise _unusable(url, str(error)) from None
-    if parts.scheme != SCHEME:
+    if address.scheme != SCHEME:
         raise _unusable(url, f"it does not begin with {SCHEME}://")
     if not host:
         raise _unusable(url, "it names no host")
-    if parts.path not in ("", "/") or parts.query or parts.fragment or parts.username:
+    if address.path not in ("", "/") or address.query or address.fragment or address.username:
         raise _unusable(url, "there is more than a host and a port")
     return host, DEFAULT_PORT if port is None else port
 
 
-def _unusable(url: str, why: str) -> BlackBoardError:
+def _unusable(url: str, reason: str) -> BlackBoardError:
     return BlackBoardError(
-        f"cannot use '{url}': {why}", hint="write fawkes://host:port, e.g. fawkes://robot:1910"
+        f"cannot use '{url}': {reason}", hint="write fawkes://host:port, e.g. fawkes://robot:1910"
     )

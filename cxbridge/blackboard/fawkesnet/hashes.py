@@ -1,4 +1,8 @@
-"""Hashes of interface types for a Fawkes."""
+"""Hashes of interface types for a Fawkes.
+
+Fawkes refuses to open an interface with another hash than its own, and its hash is that of the definition's
+bytes. So a client offers the hashes of all definitions with the same layout, and a server shows Fawkes' hash.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +25,7 @@ class RemoteHashes:
         """Return the hashes to offer, most likely first."""
         adopted = self._adopted.get(schema.name)
         likely = [] if adopted is None or not accepts_hash(schema, adopted) else [adopted]
-        likely += [one for one in listed if accepts_hash(schema, one)]
+        likely += [hash_ for hash_ in listed if accepts_hash(schema, hash_)]
         likely += known_hashes(schema) or (schema.hash,)
         return list(dict.fromkeys(likely))
 
@@ -37,6 +41,7 @@ def own_hash(registry: Registry, interface_type: str, remote: bytes) -> bytes:
 
 
 def fawkes_hash(registry: Registry, interface_type: str, in_memory: bytes) -> bytes:
+    """Return Fawkes' hash of an open interface if its layout is Fawkes'; else the present hash."""
     schema = schema_or_none(registry, interface_type)
     return hash_for_wire(schema) if schema is not None and schema.hash == in_memory else in_memory
 

@@ -1,4 +1,8 @@
-"""A bounded queue of frames for one client, which never blocks a sender."""
+"""A bounded queue of frames for one client, which never blocks a sender.
+
+A client that reads slowly gets fewer updates, not later ones: above a limit, new data of an instance replace
+its queued data. Other frames stay in order and are never dropped.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,10 @@ from typing import Final
 
 from cxbridge.blackboard.fawkesnet.messages.blackboard import data_frame, data_frame_size
 
+# about 3,000 updates of a SkillerInterface: a client that only pauses misses none
 CONFLATE_FROM: Final = 4 * 1024 * 1024
 """The number of queued bytes from which new data replace older data of the same instance."""
+# a list of interfaces has at most as many bytes, see messages.codec.LIST_LIMIT
 MOST: Final = 16 * 1024 * 1024
 """The maximum number of queued bytes."""
 
@@ -101,7 +107,7 @@ class Outbox:
             size += len(item)
         return batch[0] if len(batch) == 1 else b"".join(batch)
 
-    def put_back(self, rest: bytes) -> None:
-        """Return the unsent rest to the front of the queue."""
-        self._waiting.appendleft(rest)
-        self.size += len(rest)
+    def put_back(self, unsent: bytes) -> None:
+        """Return the unsent end of :meth:`take` to the front of the queue."""
+        self._waiting.appendleft(unsent)
+        self.size += len(unsent)

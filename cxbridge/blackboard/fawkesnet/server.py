@@ -1,6 +1,7 @@
 """The server of a blackboard for Fawkes' tools, for which it acts as a Fawkes.
 
-One thread accepts, receives and drops clients. Any thread may send through a session without blocking.
+One thread accepts, receives and drops clients, in rounds: it handles the frames of all readable sockets, then
+sends the queued replies. Any thread may send through a session without blocking.
 """
 
 from __future__ import annotations
@@ -35,9 +36,8 @@ HANDLER: Final = "BlackBoardNetworkHandler"
 
 _CHUNK: Final = 64 * 1024  # bytes of one read
 _BACKLOG: Final = 512  # clients that connect at once, and connections accepted in a row
-_STOP_S: Final = 5.0
-# Seconds without accepting when the process has no file descriptors left.
-_PAUSE: Final = 0.5
+_STOP_S: Final = 5.0  # a handler that does not return must not block the end of the process
+_PAUSE_S: Final = 0.5  # without accepting, when the process has no file descriptors left
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ class FawkesServer(BoardServer):
     :raises BlackBoardError: if the address cannot be used.
     """
 
-    def __init__(  # noqa: PLR0913  as many options as a server has
+    def __init__(  # noqa: PLR0913 - settings, by name
         self,
         board: BlackBoard,
         host: str = "127.0.0.1",
@@ -92,13 +92,15 @@ class FawkesServer(BoardServer):
         blackboard = BlackBoardNetworkHandler(
             board, handler, Complaints(handler.warn), echo=echo, rights=rights
         )
-        self._components: Final = {int(one.COMPONENT): one for one in (blackboard, *components)}
+        self._components: Final = {
+            int(component.COMPONENT): component for component in (blackboard, *components)
+        }
         self._sessions: dict[int, FawkesSession] = {}
         self._numbers = itertools.count(1)
-        self._attention: set[FawkesSession] = set()
+        self._attention: set[FawkesSession] = set()  # sessions to be flushed or dropped
         self._speaking: set[FawkesSession] = set()  # clients with received frames in this round
-        self._collecting = False
-        self._resume_at = 0.0
+        self._collecting = False  # whether a round is in progress, which flushes all sessions at its end
+        self._resume_at = 0.0  # the monotonic time at which accepting resumes; 0 while it is not paused
         self._listener = self._listen(host, port)
         self.host, self.port = self._listener.getsockname()[:2]
         self._selector = selectors.DefaultSelector()
@@ -166,7 +168,7 @@ class FawkesServer(BoardServer):
                     self._serve(key, mask)
                 self._check_stalled()
                 self._collecting = False
-                self._see_to_attention()
+                self._finish_round()
         finally:
             self._collecting = False
             self._end_sessions()
@@ -197,10 +199,11 @@ class FawkesServer(BoardServer):
                 sock, address = self._listener.accept()
             except (BlockingIOError, ConnectionAbortedError):
                 return
-            except OSError as error:  # no file descriptors left: the connection waits where it is
+            except OSError as error:  # no file descriptors left: the connection waits in the kernel's queue
+                # a listener that stays readable would keep the thread busy
                 self._complaints.add("accept", f"cannot accept connections: {error.strerror}; they wait")
                 self._selector.unregister(self._listener)
-                self._resume_at = time.monotonic() + _PAUSE
+                self._resume_at = time.monotonic() + _PAUSE_S
                 return
             self._welcome(sock, str(address[0]), f"{address[0]}:{address[1]}")
 
@@ -246,7 +249,7 @@ class FawkesServer(BoardServer):
         if component is None:
             self._complaints.add(
                 "component",
-                f"ignored what {session!r} sent for component {frame.component}, which is not there",
+                f"ignored a message of {session!r} to component {frame.component}, which does not exist",
             )
             return
         try:
@@ -256,33 +259,34 @@ class FawkesServer(BoardServer):
         except CxbridgeError as error:
             problem = f"{type(error).__name__} {frame.component}.{frame.kind}"
             self._complaints.add(problem, f"{session!r}: {error.message}")
-        except Exception as error:  # noqa: BLE001 - one client's trouble is not the others'
+        except Exception as error:  # noqa: BLE001 - other clients must be served further
             problem = f"{type(error).__name__} {frame.component}.{frame.kind}"
             self._complaints.add(problem, f"failed to serve {session!r}: {type(error).__name__}: {error}")
 
-    def _see_to_attention(self) -> None:
+    def _finish_round(self) -> None:
         """Flush sessions with queued frames, and drop condemned ones."""
         now = time.monotonic()
         if self._resume_at and now >= self._resume_at:
             self._resume_at = 0.0
             self._selector.register(self._listener, selectors.EVENT_READ)
-        answered = list[FawkesSession]()
-        while self._attention or answered:
+        deferred = list[FawkesSession]()
+        while self._attention or deferred:
             if self._attention:
                 session = self._attention.pop()
-                # first the clients that sent nothing in this round: the others would delay them
+                # first the clients that sent nothing in this round, usually readers that wait for an update:
+                # to wake the speaking ones first would let them compete for the processor
                 if session in self._speaking:
                     self._speaking.discard(session)
-                    answered.append(session)
+                    deferred.append(session)
                     continue
             else:
-                session = answered.pop()
-            self._see_to(session)
+                session = deferred.pop()
+            self._flush_or_drop(session)
         self._speaking.clear()
 
-    def _see_to(self, session: FawkesSession) -> None:
+    def _flush_or_drop(self, session: FawkesSession) -> None:
         if self._sessions.get(session.number) is not session:
-            return
+            return  # dropped in this round
         watched = session.watches_write
         watches = session.flush()
         if session.broken:

@@ -48,7 +48,7 @@ class FawkesSession:
         self._hub: Final = hub
         self._outbox = Outbox()
         self._lock = threading.Lock()
-        self._moved = time.monotonic()
+        self._last_progress_s = time.monotonic()
         self._condemned = ""
         self.broken = False
         """Whether sending has failed. Received data are still readable."""
@@ -62,7 +62,7 @@ class FawkesSession:
         return self._condemned
 
     def condemn(self, reason: str) -> None:
-        """Request the end of the session. Only the first reason counts."""
+        """Request the end of the session, which the server's thread drops. Only the first reason counts."""
         self._condemned = self._condemned or reason
         self._hub.attend(self)
 
@@ -93,7 +93,7 @@ class FawkesSession:
 
     def stalled_for(self, now: float) -> float:
         """Return the seconds since the last progress of queued frames."""
-        return now - self._moved if self._outbox else 0.0
+        return now - self._last_progress_s if self._outbox else 0.0
 
     def close(self) -> None:
         """Send as many queued bytes as possible without blocking, and end the connection."""
@@ -134,7 +134,7 @@ class FawkesSession:
                 self._hub.attend(self)
                 return
             if sent:
-                self._moved = time.monotonic()
+                self._last_progress_s = time.monotonic()
             if sent < len(frames):
                 self._outbox.put_back(frames[sent:])
                 return

@@ -13,11 +13,13 @@ from cxbridge.clock import Clock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus
 
-_LEAST_S: Final = {"timeout": 0.01, "silence": 0.0}
+_LEAST_S: Final = {"timeout": 0.01, "silence": 0.0}  # without silence the server is never probed
 _LONGEST_S: Final = 86_400.0  # a day
 
 
 class FawkesTransport(Transport):
+    """Opens the blackboard of a Fawkes."""
+
     QUERY_HINT: ClassVar[str] = (
         "write fawkes://HOST:PORT?timeout=SECONDS&silence=SECONDS, either or both, at most a day"
     )
@@ -33,11 +35,11 @@ class FawkesTransport(Transport):
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
         """Return the times of the query in seconds."""
-        given = dict(parse_qsl(query, keep_blank_values=True))
+        parameters = dict(parse_qsl(query, keep_blank_values=True))
         try:
-            seconds = {name: float(text) for name, text in given.items()}
+            seconds = {name: float(text) for name, text in parameters.items()}
         except ValueError:
-            seconds = {"": 0.0}
+            seconds = {"": 0.0}  # an unknown name, which is refused below
         if not all(_LEAST_S.get(name, inf) <= value <= _LONGEST_S for name, value in seconds.items()):
             raise BlackBoardError(f"'{url}' has an invalid query", hint=self.QUERY_HINT)
         return seconds

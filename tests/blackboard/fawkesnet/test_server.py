@@ -91,8 +91,8 @@ def test_a_malformed_open_is_answered(served):
         (lambda serial: bb.WireMessage(serial, serial, "AddMessage", 1, 0, bytes(7)), "size mismatch"),
         (lambda serial: bb.Close(UUID(int=1)), "has not been opened"),
         (lambda serial: FawkesFrame(2, 7), "Unknown message of type 7"),
-        (lambda serial: FawkesFrame(77, 1, b"x"), "component 77, which is not there"),
-        (lambda serial: FawkesFrame(4, 1), "component 4, which is not there"),
+        (lambda serial: FawkesFrame(77, 1, b"x"), "component 77, which does not exist"),
+        (lambda serial: FawkesFrame(4, 1), "component 4, which does not exist"),
         (lambda serial: FawkesFrame(2, 9, b"xx"), "at least 20"),
     ],
 )

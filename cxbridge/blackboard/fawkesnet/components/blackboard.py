@@ -39,8 +39,7 @@ from cxbridge.rights import EVERYTHING, RefusedError, Rights
 OWNER: Final = "remote"
 """The owner of clients' instances, as in Fawkes."""
 
-# The maximum of plausible time stamps; greater ones are not converted.
-_LAST_SECOND: Final = 2**62
+_LAST_SECOND: Final = 2**62  # a later time stamp of a client is implausible and not converted
 
 _FAILURES: Final = {
     bb.OpenError.UNKNOWN_TYPE: "interface class not found",
@@ -49,7 +48,7 @@ _FAILURES: Final = {
 }
 
 
-class _Births(Observer):
+class _ExistenceObserver(Observer):
     """Notifies all clients of created and destroyed interfaces."""
 
     def __init__(self, broadcast: Callable[[bytes], None]) -> None:
@@ -91,7 +90,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
         self._complaints: Final = complaints
         self._echo: Final = echo
         self._opened: dict[FawkesSession, dict[bytes, Opened]] = {}
-        self._births: _Births | None = None
+        self._observer: _ExistenceObserver | None = None
         self._handlers: Final[dict[int, Callable[[FawkesSession, FawkesFrame], None]]] = {
             bb.BoardKind.DATA_REFRESHED: partial(self._write, changed=False),
             bb.BoardKind.DATA_CHANGED: partial(self._write, changed=True),
@@ -105,12 +104,12 @@ class BlackBoardNetworkHandler(NetworkHandler):
 
     def start(self, hub: FawkesNetworkHub) -> None:
         """Start reporting created and destroyed interfaces."""
-        self._births = _Births(hub.broadcast)
-        self._board.register_observer(self._births)
+        self._observer = _ExistenceObserver(hub.broadcast)
+        self._board.register_observer(self._observer)
 
     def stop(self) -> None:
-        if self._births is not None:
-            self._board.unregister_observer(self._births)
+        if self._observer is not None:
+            self._board.unregister_observer(self._observer)
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         handler = self._handlers.get(frame.kind)
@@ -129,11 +128,11 @@ class BlackBoardNetworkHandler(NetworkHandler):
     def _open(self, session: FawkesSession, frame: FawkesFrame) -> None:
         error: bb.OpenError | None = None
         try:
-            asked = bb.Open.unpack(frame.payload, writing=frame.kind == bb.BoardKind.OPEN_FOR_WRITING)
-            self._log.debug(f"Remote opens interface {asked.type}::{asked.id}")
-            if asked.writing:
-                self._rights.check_writer(f"{asked.type}::{asked.id}")
-            error = self._try_open(session, asked)
+            request = bb.Open.unpack(frame.payload, writing=frame.kind == bb.BoardKind.OPEN_FOR_WRITING)
+            self._log.debug(f"Remote opens interface {request.type}::{request.id}")
+            if request.writing:
+                self._rights.check_writer(f"{request.type}::{request.id}")
+            error = self._try_open(session, request)
         except (BlackBoardError, RefusedError):
             session.send(bb.OpenFailure(bb.OpenError.UNKNOWN).to_bytes())  # the client waits for a reply
             raise
@@ -141,25 +140,25 @@ class BlackBoardNetworkHandler(NetworkHandler):
             session.send(bb.OpenFailure(error).to_bytes())
             self._complaints.add(
                 f"open {error} {session.peer}",
-                f"Opening interface {asked.type}::{asked.id} failed, {_FAILURES[error]}",
+                f"Opening interface {request.type}::{request.id} failed, {_FAILURES[error]}",
             )
 
-    def _try_open(self, session: FawkesSession, asked: bb.Open) -> bb.OpenError | None:
+    def _try_open(self, session: FawkesSession, request: bb.Open) -> bb.OpenError | None:
         """Open an interface; return the code of a refusal, or None."""
         of_client = self._opened.setdefault(session, {})
         try:
-            interface_class = self._board.registry.get(asked.type)
-            if not accepts_hash(interface_class.SCHEMA, asked.hash):
+            interface_class = self._board.registry.get(request.type)
+            if not accepts_hash(interface_class.SCHEMA, request.hash):
                 return bb.OpenError.HASH_MISMATCH  # before opening, otherwise the interface would stay open
-            check_room((each.instance for each in of_client.values()), interface_class.SCHEMA)
-            opened = self._open_listening(session, interface_class, asked)
+            check_room((opened.instance for opened in of_client.values()), interface_class.SCHEMA)
+            opened = self._open_listening(session, interface_class, request)
         except (UnknownTypeError, InterfaceError):
             return bb.OpenError.UNKNOWN_TYPE
         except WriterActiveError:
             return bb.OpenError.WRITER_EXISTS
         except VersionMismatchError:
             return bb.OpenError.HASH_MISMATCH
-        if asked.writing:
+        if request.writing:
             opened.instance.auto_timestamping = False  # the client sets the time stamps
         of_client[opened.instance.serial.bytes] = opened
         session.largest_block = max(session.largest_block, _largest_block(interface_class))
@@ -167,20 +166,20 @@ class BlackBoardNetworkHandler(NetworkHandler):
         return None
 
     def _open_listening(
-        self, session: FawkesSession, interface_class: type[Interface], asked: bb.Open
+        self, session: FawkesSession, interface_class: type[Interface], request: bb.Open
     ) -> Opened:
-        made: list[Opened] = []
+        opened: list[Opened] = []
         kinds: tuple[EventKind, ...] = ()
-        if asked.writing and not self._echo:
+        if request.writing and not self._echo:
             kinds = (*MEMBERSHIP_KINDS, EventKind.MESSAGE_RECEIVED)  # no events of its own writes
 
         def listen(instance: Interface, listeners: ListenerTable) -> None:
-            made.append(Opened(instance, session, self._board.clock.now_us))
-            listening(made[0], *kinds)(instance, listeners)
+            opened.append(Opened(instance, session, self._board.clock.now_us))
+            listening(opened[0], *kinds)(instance, listeners)
 
-        open_it = self._board.open_for_writing if asked.writing else self._board.open_for_reading
-        open_it(interface_class, asked.id, owner=OWNER, listen=listen)
-        return made[0]
+        open_interface = self._board.open_for_writing if request.writing else self._board.open_for_reading
+        open_interface(interface_class, request.id, owner=OWNER, listen=listen)
+        return opened[0]
 
     def _close(self, session: FawkesSession, frame: FawkesFrame) -> None:
         serial = bb.Close.unpack(frame.payload).serial
@@ -201,8 +200,8 @@ class BlackBoardNetworkHandler(NetworkHandler):
         self._list(session, "*", "*")
 
     def _list_matching(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        asked = bb.ListMatching.unpack(frame.payload)
-        self._list(session, asked.type_pattern, asked.id_pattern)
+        request = bb.ListMatching.unpack(frame.payload)
+        self._list(session, request.type_pattern, request.id_pattern)
 
     def _list(self, session: FawkesSession, type_glob: str, id_glob: str) -> None:
         registry = self._board.registry

@@ -45,20 +45,19 @@ class ConfigurationComponent(NetworkHandler):
         try:
             message = unpack_config(frame.kind, frame.payload)
         except MalformedMessageError:
-            if frame.kind in SETS or frame.kind in DEFAULT_SETS or frame.kind == ConfigKind.ERASE_VALUE:
+            if frame.kind in _CHANGES:
                 session.send(_invalid("?").to_bytes())  # the client waits for a reply
             raise
         if not isinstance(message, ConfigMessage):
             raise BlackBoardError("a client sent a list of values, which only servers do")
         if message.kind in GETS:
-            session.send(self._answer(message.path).to_bytes())
-        elif message.kind in SETS:
-            self._set(session, message)
-        elif message.kind == ConfigKind.ERASE_VALUE and not message.is_default:
-            self._erase(session, message.path)
-        elif message.kind in DEFAULT_SETS or message.kind == ConfigKind.ERASE_VALUE:
-            session.send(_invalid(message.path).to_bytes())
-            raise BlackBoardError(f"{message.kind.name} of {message.path}: not supported")
+            session.send(self._value_message(message.path).to_bytes())
+        elif message.kind in _CHANGES:
+            try:
+                self._change(session, message)
+            except (BlackBoardError, ConfigError):
+                session.send(_invalid(message.path).to_bytes())  # the client waits for a reply
+                raise
         elif message.kind == ConfigKind.SUBSCRIBE:
             self._subscribers.add(session)
             session.send(ConfigList(tuple(self._entries())).to_bytes())
@@ -70,38 +69,40 @@ class ConfigurationComponent(NetworkHandler):
     def disconnected(self, session: FawkesSession) -> None:
         self._subscribers.discard(session)
 
-    def _set(self, session: FawkesSession, message: ConfigMessage) -> None:
+    def _change(self, session: FawkesSession, message: ConfigMessage) -> None:
+        """Set a value of this run, or erase one.
+
+        :raises BlackBoardError: if clients may not change values, or the message concerns a default: files
+            have only values.
+        :raises ConfigError: if the path has no such value.
+        """
+        erases_default = message.kind == ConfigKind.ERASE_VALUE and message.is_default
+        if message.kind in DEFAULT_SETS or erases_default:
+            raise BlackBoardError(f"{message.kind.name} of {message.path}: not supported")
         if not self._writable:
-            session.send(_invalid(message.path).to_bytes())
-            raise BlackBoardError(f"cannot set {message.path}: the configuration is read only for clients")
-        values = message.values
-        try:
+            verb = "set" if message.kind in SETS else "erase"
+            raise BlackBoardError(f"cannot {verb} {message.path}: the configuration is read only for clients")
+        if message.kind in SETS:
+            values = message.values
             self._config.set(message.path, list(values) if message.is_list else values[0])
-        except ConfigError:
-            session.send(_invalid(message.path).to_bytes())
-            raise
-        answer = self._answer(message.path).to_bytes()
-        for other in self._subscribers | {session}:
-            other.send(answer)
+            value = self._value_message(message.path).to_bytes()
+            for client in self._subscribers | {session}:
+                client.send(value)
+        else:
+            self._erase(session, message.path)
 
     def _erase(self, session: FawkesSession, path: str) -> None:
-        """Reset set values. Subscribers also get the file's value."""
-        if not self._writable:
-            session.send(_invalid(path).to_bytes())
-            raise BlackBoardError(f"cannot erase {path}: the configuration is read only for clients")
-        try:
-            self._config.erase(path)
-        except ConfigError:
-            session.send(_invalid(path).to_bytes())
-            raise
+        """Erase a value of this run. Subscribers also get the value of the files, which is valid again."""
+        self._config.erase(path)
         erased = ConfigMessage(ConfigKind.VALUE_ERASED, path).to_bytes()
-        again = self._answer(path).to_bytes() if self._config.exists(path) else b""
+        value = self._value_message(path).to_bytes() if self._config.exists(path) else b""
         for subscriber in self._subscribers:
-            subscriber.send(erased + again)
+            subscriber.send(erased + value)
         if session not in self._subscribers:
             session.send(erased)
 
-    def _answer(self, path: str) -> ConfigMessage:
+    def _value_message(self, path: str) -> ConfigMessage:
+        """Return the message with a value, or INV_VALUE if there is none or it does not fit."""
         if not self._config.exists(path):
             return _invalid(path)
         message = _to_message(path, masked(self._config.get(path)))
@@ -121,6 +122,9 @@ class ConfigurationComponent(NetworkHandler):
                 continue
             if fits:
                 yield message
+
+
+_CHANGES: Final = frozenset({*SETS, *DEFAULT_SETS, ConfigKind.ERASE_VALUE})
 
 
 def _invalid(path: str) -> ConfigMessage:

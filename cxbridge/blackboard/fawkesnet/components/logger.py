@@ -30,21 +30,22 @@ class NetworkLogger(NetworkHandler):
         if not isinstance(message, LogSubscription):
             raise BlackBoardError("a client sent a log line, which only servers do")
         if message.subscribe:
-            self._set(self._subscribers | {session})
+            self._set_subscribers(self._subscribers | {session})
         else:
-            self._set(self._subscribers - {session})
+            self._set_subscribers(self._subscribers - {session})
 
     def disconnected(self, session: FawkesSession) -> None:
-        self._set(self._subscribers - {session})
+        self._set_subscribers(self._subscribers - {session})
 
     def stop(self) -> None:
-        self._set(frozenset())
+        self._set_subscribers(frozenset())
 
-    def _set(self, subscribers: frozenset[FawkesSession]) -> None:
-        before, self._subscribers = self._subscribers, subscribers
-        if subscribers and not before:
+    def _set_subscribers(self, subscribers: frozenset[FawkesSession]) -> None:
+        # the set is replaced, never changed, because `_forward` iterates over it in any thread
+        previous, self._subscribers = self._subscribers, subscribers
+        if subscribers and not previous:
             self._bus.subscribe(self._forward, LogLine)
-        elif before and not subscribers:
+        elif previous and not subscribers:
             self._bus.unsubscribe(self._forward)
 
     def _forward(self, event: Event) -> None:

@@ -29,9 +29,9 @@ class Opened(MembershipListener):
         self._now_us: Final = now_us
         self._serial: Final = instance.serial.bytes
         self._lock = threading.Lock()
-        self._known = False
+        self._introduced = False
         self._repeats = True  # whether the present event was already sent, in OPEN_SUCCESS
-        self._known_writes = 0  # the number of writes that the client has received
+        self._sent_writes = 0  # the number of writes that the client has received
         self._block = b""  # the newest block that the client has received
         self._early: list[bytes] = []  # a writer's frames from before the client knows the instance
 
@@ -40,11 +40,11 @@ class Opened(MembershipListener):
         with self._lock:
             instance = self.instance
             instance.read()
-            self._known_writes = instance.version_read
+            self._sent_writes = instance.version_read
             self._block = instance.to_bytes()
             opened = bb.OpenSuccess(instance.serial, instance.has_writer, instance.num_readers, self._block)
             self.session.send(opened.to_bytes())
-            self._known = True
+            self._introduced = True
             if instance.is_writer:
                 self._forward_queued()
                 for frame in self._early:
@@ -54,15 +54,15 @@ class Opened(MembershipListener):
     def data_refreshed(self, interface: Interface) -> None:
         """Send the present data."""
         with self._lock:
-            if self._known:
+            if self._introduced:
                 interface.read()
                 newest = interface.version_read
                 # the event of a write that OPEN_SUCCESS included
-                self._repeats = newest == self._known_writes
+                self._repeats = newest == self._sent_writes
                 if self._repeats:
                     return
-                self._known_writes = min(
-                    self._known_writes + 1, newest
+                self._sent_writes = min(
+                    self._sent_writes + 1, newest
                 )  # smaller after the numbers restarted from 0
                 self._block = block = interface.to_bytes()
                 self.session.send_data(self._serial, block, changed=False)
@@ -70,7 +70,7 @@ class Opened(MembershipListener):
     def data_changed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
         """Repeat the frame of the same write as changed."""
         with self._lock:
-            if self._known and not self._repeats:
+            if self._introduced and not self._repeats:
                 self.session.send_data(self._serial, self._block, changed=True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
@@ -93,7 +93,7 @@ class Opened(MembershipListener):
         sent = bb.WireMessage(
             serial, source, message.type, message.id, message.hops, message.to_bytes()
         ).to_bytes()
-        if self._known:
+        if self._introduced:
             self.session.send(sent)
         else:
             self._early.append(sent)
@@ -104,7 +104,7 @@ class Opened(MembershipListener):
             return
         event = bb.InstanceEvent(bb.BoardKind[kind.name], interface.serial, serial).to_bytes()
         with self._lock:
-            if self._known:
+            if self._introduced:
                 self.session.send(event)
             elif kind is EventKind.READER_REMOVED and interface.is_writer:
                 self._early.append(event)

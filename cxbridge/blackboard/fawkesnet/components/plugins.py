@@ -69,8 +69,9 @@ class PluginManager(NetworkHandler):
         message = PluginMessage.unpack(frame.kind, frame.payload)
         match message.kind:
             case PluginKind.LIST_AVAIL:
-                pairs = tuple(text for one in self._host.available() for text in (one.name, one.description))
-                _send(session, PluginMessage(PluginKind.AVAIL_LIST, items=pairs))
+                plugins = self._host.available()
+                texts = tuple(text for plugin in plugins for text in (plugin.name, plugin.description))
+                _send(session, PluginMessage(PluginKind.AVAIL_LIST, items=texts))
             case PluginKind.LIST_LOADED:
                 _send(session, PluginMessage(PluginKind.LOADED_LIST, items=tuple(self._host.loaded())))
             case PluginKind.LOAD | PluginKind.UNLOAD:
@@ -115,25 +116,19 @@ class PluginManager(NetworkHandler):
 
     def _change(self, session: FawkesSession, message: PluginMessage) -> None:
         """Load or unload in the worker thread."""
-        loading = message.kind == PluginKind.LOAD
+        if message.kind == PluginKind.LOAD:
+            change, success, failure = self._host.load, PluginKind.LOADED, PluginKind.LOAD_FAILED
+        else:
+            change, success, failure = self._host.unload, PluginKind.UNLOADED, PluginKind.UNLOAD_FAILED
         try:
-            (self._host.load if loading else self._host.unload)(message.name)
+            change(message.name)
         except Exception as error:
-            _send(
-                session,
-                PluginMessage(
-                    PluginKind.LOAD_FAILED if loading else PluginKind.UNLOAD_FAILED,
-                    message.name,
-                ),
-            )
+            _send(session, PluginMessage(failure, message.name))  # the client waits for a reply
             if not isinstance(error, CxbridgeError):
                 raise
             self._complaints.add(f"{message.kind.name} {message.name}", error.message)
-            return
-        _send(
-            session,
-            PluginMessage(PluginKind.LOADED if loading else PluginKind.UNLOADED, message.name),
-        )
+        else:
+            _send(session, PluginMessage(success, message.name))
 
 
 def _send(session: FawkesSession, message: PluginMessage) -> None:

@@ -14,26 +14,28 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
     expect_at_least,
     expect_size,
     pack_list,
-    pack_text,
     unpack_list,
-    unpack_text,
 )
 from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, ComponentId
-from cxbridge.blackboard.fawkesnet.messages.layout import SERIAL, WORD, Layout, raw, text
-from cxbridge.clock import join_us, split_us
+from cxbridge.blackboard.fawkesnet.messages.layout import (
+    PRESENCE,
+    SERIAL,
+    STAMP,
+    WORD,
+    Layout,
+    raw,
+    text,
+)
 
 TYPE_SIZE: Final = 48  # fixed sizes of Fawkes' C structs, in bytes
 ID_SIZE: Final = 64
 MESSAGE_TYPE_SIZE: Final = 64
 HASH_SIZE: Final = 16
 
-_INFO_HEAD: Final = Struct(f">{TYPE_SIZE}s{ID_SIZE}s{HASH_SIZE}sII")
-_INFO_STAMP: Final = Struct("=qq")
-_OPENED: Final = Struct(">16sII")
 DATA_HEAD: Final = Struct(">16sI")
 """The serial of the instance, and the size of the block."""
-_HAS_WRITER: Final = 1 << 31  # the highest bit of the number of readers
 
+# requests fill the fields of names without a NUL at the end; events have it, and cut longer names
 _PATTERN: Final = {
     "type": text(TYPE_SIZE, terminated=False),
     "id": text(ID_SIZE, terminated=False),
@@ -96,23 +98,13 @@ class BlackBoardMessage(WireValue):
         return self.LAYOUT.pack(self)
 
     @classmethod
-    def unpack(cls, payload: bytes, **known: object) -> Self:
+    def unpack(cls, payload: bytes, **attributes: object) -> Self:
         """Parse a payload.
 
-        :param known: values given by the kind of message.
+        :param attributes: those that the kind of message determines.
         :raises MalformedMessageError: if the bytes are invalid.
         """
-        return cls(**cls.LAYOUT.unpack(payload), **known)
-
-
-def pack_presence(has_writer: bool, num_readers: int) -> int:
-    """Return the word with the writer flag and the number of readers."""
-    return (_HAS_WRITER if has_writer else 0) | min(num_readers, _HAS_WRITER - 1)
-
-
-def unpack_presence(word: int) -> tuple[bool, int]:
-    """Return the writer flag and the number of readers."""
-    return bool(word & _HAS_WRITER), word & ~_HAS_WRITER
+        return cls(**cls.LAYOUT.unpack(payload), **attributes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,32 +140,16 @@ class ListedInterface:
     num_readers: int
     timestamp_us: int
 
-    def pack(self) -> bytes:
-        """Return the list element: 152 bytes."""
-        head = _INFO_HEAD.pack(
-            pack_text(self.type, TYPE_SIZE),
-            pack_text(self.id, ID_SIZE),
-            self.hash,
-            self.number,
-            pack_presence(self.has_writer, self.num_readers),
-        )
-        return head + _INFO_STAMP.pack(*split_us(self.timestamp_us))
-
-    @classmethod
-    def unpack(cls, element: bytes) -> Self:
-        expect_size(element, _INFO_HEAD.size + _INFO_STAMP.size, "an element of INTERFACE_LIST")
-        type_, id_, hash_, number, word = _INFO_HEAD.unpack_from(element)
-        has_writer, num_readers = unpack_presence(word)
-        seconds, microseconds = _INFO_STAMP.unpack_from(element, _INFO_HEAD.size)
-        return cls(
-            type=unpack_text(type_),
-            id=unpack_text(id_),
-            hash=hash_,
-            number=number,
-            has_writer=has_writer,
-            num_readers=num_readers,
-            timestamp_us=join_us(seconds, microseconds),
-        )
+    LAYOUT: ClassVar = Layout(
+        "an element of INTERFACE_LIST",
+        {
+            **_NAMES,
+            "hash": raw(HASH_SIZE),
+            "number": WORD,
+            "has_writer num_readers": PRESENCE,
+            "timestamp_us": STAMP,
+        },
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,11 +160,12 @@ class InterfaceList(BlackBoardMessage):
     kind: ClassVar[BoardKind] = BoardKind.INTERFACE_LIST
 
     def pack(self) -> bytes:
-        return pack_list(info.pack() for info in self.interfaces)
+        return pack_list(map(ListedInterface.LAYOUT.pack, self.interfaces))
 
     @classmethod
     def unpack(cls, payload: bytes, **_: object) -> Self:
-        return cls(tuple(map(ListedInterface.unpack, unpack_list(payload, "INTERFACE_LIST"))))
+        elements = unpack_list(payload, "INTERFACE_LIST")
+        return cls(tuple(ListedInterface(**ListedInterface.LAYOUT.unpack(element)) for element in elements))
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,17 +200,9 @@ class OpenSuccess(BlackBoardMessage):
     num_readers: int
     block: bytes
     kind: ClassVar[BoardKind] = BoardKind.OPEN_SUCCESS
-
-    def pack(self) -> bytes:
-        word = pack_presence(self.has_writer, self.num_readers)
-        return _OPENED.pack(self.serial.bytes, word, len(self.block)) + self.block
-
-    @classmethod
-    def unpack(cls, payload: bytes, **_: object) -> Self:
-        expect_at_least(payload, _OPENED.size, "OPEN_SUCCESS")
-        serial, word, size = _OPENED.unpack_from(payload)
-        expect_size(payload, _OPENED.size + size, "OPEN_SUCCESS")
-        return cls(UUID(bytes=serial), *unpack_presence(word), payload[_OPENED.size :])
+    LAYOUT: ClassVar = Layout(
+        "OPEN_SUCCESS", {"serial": SERIAL, "has_writer num_readers": PRESENCE}, block=True
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -334,6 +303,30 @@ class InterfaceEvent(BlackBoardMessage):
 MESSAGE_HEAD_SIZE: Final = WireMessage.LAYOUT.size
 """The size of a message before its block."""
 
+_INSTANCE_EVENTS: Final = (
+    BoardKind.READER_ADDED,
+    BoardKind.READER_REMOVED,
+    BoardKind.WRITER_ADDED,
+    BoardKind.WRITER_REMOVED,
+)
+_MESSAGES: Final[dict[int, tuple[type[BlackBoardMessage], dict[str, object]]]] = {
+    BoardKind.LIST_ALL: (ListAll, {}),
+    BoardKind.LIST: (ListMatching, {}),
+    BoardKind.INTERFACE_LIST: (InterfaceList, {}),
+    BoardKind.OPEN_FOR_READING: (Open, {"writing": False}),
+    BoardKind.OPEN_FOR_WRITING: (Open, {"writing": True}),
+    BoardKind.OPEN_SUCCESS: (OpenSuccess, {}),
+    BoardKind.OPEN_FAILURE: (OpenFailure, {}),
+    BoardKind.CLOSE: (Close, {}),
+    BoardKind.INTERFACE_MESSAGE: (WireMessage, {}),
+    BoardKind.DATA_REFRESHED: (Data, {"changed": False}),
+    BoardKind.DATA_CHANGED: (Data, {"changed": True}),
+    **{kind: (InstanceEvent, {"kind": kind}) for kind in _INSTANCE_EVENTS},
+    BoardKind.INTERFACE_CREATED: (InterfaceEvent, {"kind": BoardKind.INTERFACE_CREATED}),
+    BoardKind.INTERFACE_DESTROYED: (InterfaceEvent, {"kind": BoardKind.INTERFACE_DESTROYED}),
+}
+"""The class of each kind of message, and the attributes that the kind determines."""
+
 # looked up once: they are used for each write
 _pack_head: Final = Struct(">HHI16sI").pack
 _BLACKBOARD: Final = int(ComponentId.BLACKBOARD)
@@ -347,32 +340,10 @@ def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:
 
     :raises MalformedMessageError: if the kind is unknown or the bytes are invalid.
     """
-    match kind:
-        case BoardKind.DATA_REFRESHED | BoardKind.DATA_CHANGED:
-            return Data.unpack(payload, changed=kind == BoardKind.DATA_CHANGED)
-        case BoardKind.OPEN_FOR_READING | BoardKind.OPEN_FOR_WRITING:
-            return Open.unpack(payload, writing=kind == BoardKind.OPEN_FOR_WRITING)
-        case (
-            BoardKind.READER_ADDED
-            | BoardKind.READER_REMOVED
-            | BoardKind.WRITER_ADDED
-            | BoardKind.WRITER_REMOVED
-        ):
-            return InstanceEvent.unpack(payload, kind=BoardKind(kind))
-        case BoardKind.INTERFACE_CREATED | BoardKind.INTERFACE_DESTROYED:
-            return InterfaceEvent.unpack(payload, kind=BoardKind(kind))
-    for message in (
-        ListAll,
-        ListMatching,
-        InterfaceList,
-        OpenSuccess,
-        OpenFailure,
-        Close,
-        WireMessage,
-    ):
-        if message.kind == kind:
-            return message.unpack(payload)
-    raise MalformedMessageError(f"the blackboard has no messages of kind {kind}")
+    if kind not in _MESSAGES:
+        raise MalformedMessageError(f"the blackboard has no messages of kind {kind}")
+    message_class, attributes = _MESSAGES[kind]
+    return message_class.unpack(payload, **attributes)
 
 
 def split_data(payload: bytes) -> tuple[bytes, bytes]:

@@ -1,4 +1,4 @@
-"""Layouts of messages: fields of fixed size, and an optional final block."""
+"""Layouts of messages: fields of fixed size in the order of Fawkes' C structs, and an optional block."""
 
 from __future__ import annotations
 
@@ -13,70 +13,98 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
     pack_text,
     unpack_text,
 )
+from cxbridge.clock import join_us, split_us
 
 
 class WireType(NamedTuple):
-    """The encoding of a field.
+    """The encoding of a field, which may hold several attributes of a message.
 
     :param format: a :mod:`struct` format for one value.
-    :param to_wire: converts a field's value for the format.
-    :param from_wire: converts it back.
+    :param to_wire: converts the attributes for the format.
+    :param from_wire: converts the value back to a tuple of the attributes.
     """
 
     format: str
-    to_wire: Callable[[Any], Any]
-    from_wire: Callable[[Any], Any]
+    to_wire: Callable[..., Any]
+    from_wire: Callable[[Any], tuple[Any, ...]]
 
 
 def _unchanged(value: Any) -> Any:
     return value
 
 
-WORD: Final = WireType("I", _unchanged, _unchanged)
+def _single(value: Any) -> tuple[Any]:
+    return (value,)
+
+
+WORD: Final = WireType("I", _unchanged, _single)
 """A 32-bit number."""
 
-SERIAL: Final = WireType("16s", lambda serial: serial.bytes, lambda raw: UUID(bytes=raw))
+SERIAL: Final = WireType("16s", lambda serial: serial.bytes, lambda raw: (UUID(bytes=raw),))
 """The serial of an instance."""
+
+_HAS_WRITER: Final = 1 << 31  # the highest bit of the number of readers
+
+
+def _pack_presence(has_writer: bool, num_readers: int) -> int:
+    return (_HAS_WRITER if has_writer else 0) | min(num_readers, _HAS_WRITER - 1)
+
+
+PRESENCE: Final = WireType("I", _pack_presence, lambda word: (bool(word & _HAS_WRITER), word & ~_HAS_WRITER))
+"""Whether there is a writer, and the number of readers, in one word."""
+
+# unlike all other numbers in the byte order of the sender, because Fawkes copies its C struct
+_STAMP: Final = Struct("=qq")
+STAMP: Final = WireType(
+    f"{_STAMP.size}s",
+    lambda time_us: _STAMP.pack(*split_us(time_us)),
+    lambda raw: (join_us(*_STAMP.unpack(raw)),),
+)
+"""Microseconds since the epoch, as seconds and microseconds."""
 
 
 def raw(size: int) -> WireType:
     """Return the type of raw bytes."""
-    return WireType(f"{size}s", _unchanged, _unchanged)
+    return WireType(f"{size}s", _unchanged, _single)
 
 
 def text(size: int, *, terminated: bool = True) -> WireType:
     """Return the type of a text padded with NUL, see :func:`~.fields.pack_text`."""
-    return WireType(f"{size}s", lambda value: pack_text(value, size, terminated=terminated), unpack_text)
+    return WireType(
+        f"{size}s",
+        lambda value: pack_text(value, size, terminated=terminated),
+        lambda raw: (unpack_text(raw),),
+    )
 
 
 class Layout:
     """The fields of a message in wire order.
 
     :param name: the name of the message, for errors.
-    :param fields: types by attribute name.
+    :param fields: types by the name of the attribute, or by several names with blanks between them.
     :param block: whether a block with its size follows.
     """
 
     def __init__(
         self, name: str, fields: Mapping[str, WireType] | None = None, *, block: bool = False
     ) -> None:
-        fields = fields or {}
         self._name: Final = name
-        self._fields: Final = fields
+        self._fields: Final = [(names.split(), field) for names, field in (fields or {}).items()]
         self._has_block: Final = block
-        self._head: Final = Struct(">" + "".join(field.format for field in fields.values()) + "I" * block)
+        formats = "".join(field.format for _, field in self._fields)
+        self._head: Final = Struct(">" + formats + "I" * block)
 
     @property
     def size(self) -> int:
         """The size without the block."""
         return self._head.size
 
-    def pack(self, value: Any) -> bytes:
-        """Return the bytes of a value, including its attribute ``block``."""
-        words = [one.to_wire(getattr(value, name)) for name, one in self._fields.items()]
+    def pack(self, message: Any) -> bytes:
+        """Return the bytes of a message, including its attribute ``block``."""
+        words = [field.to_wire(*(getattr(message, name) for name in names)) for names, field in self._fields]
         if not self._has_block:
             return self._head.pack(*words)
-        block: bytes = value.block
+        block: bytes = message.block
         return self._head.pack(*words, len(block)) + block
 
     def unpack(self, payload: bytes) -> dict[str, Any]:
@@ -86,10 +114,10 @@ class Layout:
         """
         (expect_at_least if self._has_block else expect_size)(payload, self.size, self._name)
         words = self._head.unpack_from(payload)
-        found = {
-            name: one.from_wire(word) for (name, one), word in zip(self._fields.items(), words, strict=False)
-        }
+        attributes: dict[str, Any] = {}
+        for (names, field), word in zip(self._fields, words, strict=False):
+            attributes.update(zip(names, field.from_wire(word), strict=True))
         if self._has_block:
             expect_size(payload, self.size + words[-1], self._name)
-            found["block"] = payload[self.size :]
-        return found
+            attributes["block"] = payload[self.size :]
+        return attributes
