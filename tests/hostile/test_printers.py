@@ -495,7 +495,7 @@ def test_fawkes_viewers_get_no_escape_sequence() -> None:
 
     bus = EventBus(RealClock())
     logger = NetworkLogger(bus)
-    logger._set(frozenset({Viewer()}))  # type: ignore[arg-type]
+    logger._set_subscribers(frozenset({Viewer()}))  # type: ignore[arg-type]
     bus.logger("peer" + SHORT).error(TEXT)
     (frame,) = sent
     text = frame.decode("utf-8", "replace")

@@ -136,7 +136,7 @@ class Findings(Struct):
         """Report attributes and children that an element cannot have.
 
         Fawkes ignores them. A child with a name similar to an allowed one is an error, because the interface
-        would lack that part; all others cause a warning.
+        would lack that part; all other names cause a warning.
         """
         for name in element.attributes:
             if name not in attributes:

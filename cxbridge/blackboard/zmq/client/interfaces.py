@@ -332,7 +332,7 @@ class OpenInterfaces:
             self._drop_if_unused(copy)
 
     def _close_late(self, opened: Opened) -> None:
-        """Close an instance at the server that this client has given up meanwhile."""
+        """Close an instance at the server whose opening this client has given up."""
         with self._sender.lock:
             self._sender.start(Close(opened.instance), PendingRequest())
 

@@ -148,7 +148,7 @@ class Sync(Request, tag=6):
 
 
 class Send(Request, tag=7):
-    """A message of a reader; the Reply tells whether it is in the writer's queue.
+    """A message of a reader; the Reply says whether the message is in the writer's queue.
 
     :param instance: the serial of the sender.
     :param source: the serial of the first sender.
