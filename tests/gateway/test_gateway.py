@@ -59,7 +59,7 @@ class Rig:
         return self.mirrored(), self.agent(self.right)
 
     def look_again(self):
-        self.gateway.look_again()
+        self.gateway.request_sweep()
         self.gateway.loop()
 
     def agent(self, board, id_="Skiller"):
@@ -421,7 +421,7 @@ def test_two_gateways_in_a_row_do_not_answer_each_other(rig):
             skiller.msgid += 1
             skiller.write()
             for gateway in (rig.gateway, second):
-                gateway.look_again()
+                gateway.request_sweep()
                 gateway.loop()
         assert sum(mirror.writes for mirror in (*rig.gateway.mirrors(), *second.mirrors())) == 3
 

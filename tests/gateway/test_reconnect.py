@@ -164,6 +164,6 @@ def test_a_gateway_whose_side_is_away_ends_at_once(side, here, gateway, monkeypa
     until(lambda: not gateway.mirrors())
     asked = []
     monkeypatch.setattr(remote, "list", lambda *globs: asked.append(globs))
-    gateway.look_again()
+    gateway.request_sweep()
     gateway.close()
     assert asked == []

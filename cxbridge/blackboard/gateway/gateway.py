@@ -1,4 +1,4 @@
-"""Mirrors chosen interfaces from the writer's blackboard to another one.
+"""Mirrors chosen interfaces from the writer's blackboard to another blackboard.
 
 The gateway compares both boards after events and periodically, and adjusts its mirrors
 (:meth:`Gateway.loop`). Listeners only set flags, so neither board waits for the other.
@@ -25,13 +25,14 @@ from cxbridge.events import EventBus, Logger
 COMPONENT: Final = "Gateway"
 """The gateway's log component."""
 
+# events can be missed, for example while a connection is lost; four lists a second cost little
 SWEEP_S: Final = 0.25
 """The period of comparing both boards without events, in seconds."""
 
 RIVAL_S: Final = 1.0
 """Seconds that a writer must outlive a rival on the other board before it is mirrored."""
 
-_STOP_S: Final = 10.0
+_STOP_S: Final = 10.0  # the thread may wait for a request to a lost board
 
 Key = tuple[str, str]
 Survey = dict[Key, InterfaceInfo]
@@ -60,10 +61,10 @@ class _BoardWatch(Observer):
         self._gateway = gateway
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002 - an observer
-        self._gateway.look_again()
+        self._gateway.request_sweep()
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002
-        self._gateway.look_again()
+        self._gateway.request_sweep()
 
 
 class Gateway(Closing):
@@ -104,17 +105,16 @@ class Gateway(Closing):
         self._mirrors: dict[Key, InterfaceMirror] = {}
         self._orphans: defaultdict[Key, deque[str]] = defaultdict(partial(deque, maxlen=MAX_PROXIES))
         self._rivals: dict[Key, float] = {}  # the time when both sides had foreign writers
-        self._warned: dict[object, str] = {}
-        self._wake = threading.Event()
-        self._dirty = threading.Event()
+        self._warned: dict[object, str] = {}  # the last warning about a side or an interface
+        self._wake = threading.Event()  # the thread has work
+        self._dirty = threading.Event()  # the boards may have changed
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self._next_sweep_s = 0.0
         self._watch = _BoardWatch(self)
         for board in self._boards:
-            board.on_connection(
-                lambda _connected: self.look_again()
-            )  # events during a disconnection are not repeated
+            # events during a disconnection are not repeated
+            board.on_connection(lambda _connected: self.request_sweep())
             for pattern in self._patterns:
                 board.register_observer(self._watch, pattern.type_glob, pattern.id_glob)
 
@@ -146,7 +146,7 @@ class Gateway(Closing):
             mirror.close(f"the gateway to {'::'.join(key)} was closed")
         self._mirrors.clear()
 
-    def look_again(self) -> None:
+    def request_sweep(self) -> None:
         """Request a comparison of both boards. Callable from any thread."""
         self._dirty.set()
         self._wake.set()
@@ -160,7 +160,7 @@ class Gateway(Closing):
 
     @property
     def owes_release(self) -> bool:
-        """Whether a returning writer may still have to be told to release control."""
+        """Whether a returning writer may have a closed instance of this gateway as its controller."""
         return any(orphans and key not in self._mirrors for key, orphans in tuple(self._orphans.items()))
 
     def loop(self) -> None:
@@ -181,8 +181,8 @@ class Gateway(Closing):
         """End mirrors that lost a side, and start possible ones."""
         for key, mirror in list(self._mirrors.items()):
             if mirror.ended:  # before the surveys, which take long on a lost board
-                away = not self._boards[mirror.side].connected
-                self._end_mirror(key, "the connection is lost" if away else mirror.ended)
+                connected = self._boards[mirror.side].connected
+                self._end_mirror(key, mirror.ended if connected else "the connection is lost")
         surveys = (self._survey(0), self._survey(1))
         for key, mirror in list(self._mirrors.items()):
             reason = mirror.ended or self._loss(key, mirror, surveys)
@@ -202,7 +202,7 @@ class Gateway(Closing):
 
     def _survey(self, side: int) -> Survey | None:
         """Return the matching interfaces of a board; None if it is unreachable."""
-        found: Survey = {}
+        survey: Survey = {}
         # a request would wait for the lost board, and block the other one
         if not self._boards[side].connected:
             self._warn_once(side, f"{self._names[side]} is away")
@@ -210,22 +210,22 @@ class Gateway(Closing):
         try:
             for pattern in self._patterns:
                 for info in self._boards[side].list(pattern.type_glob, pattern.id_glob):
-                    found[info.type, info.id] = info
+                    survey[info.type, info.id] = info
         except BlackBoardError as error:
             self._warn_once(side, f"{self._names[side]} cannot be asked: {error.message}")
             return None
         self._warned.pop(side, None)
-        return found
+        return survey
 
     @staticmethod
     def _loss(key: Key, mirror: InterfaceMirror, surveys: tuple[Survey | None, Survey | None]) -> str:
         """Return why a mirror must end; empty if it can continue."""
-        for side, which in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
+        for side, writer in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
             survey = surveys[side]
             if survey is None:
-                return f"the blackboard of {which} does not answer"
+                return f"the blackboard of {writer} does not answer"
             if key not in survey or not survey[key].has_writer:
-                return f"{which} is gone"
+                return f"{writer} is gone"
         return ""
 
     def _try_to_mirror(self, key: Key, surveys: tuple[Survey | None, Survey | None]) -> None:
@@ -247,7 +247,7 @@ class Gateway(Closing):
         self._rivals.pop(key, None)
         side = writers[0]
         try:
-            hooks = Hooks(self._wake.set, self.look_again, partial(self._warn_once, key))
+            hooks = Hooks(self._wake.set, self.request_sweep, partial(self._warn_once, key))
             source, target = self._boards[side], self._boards[1 - side]
             self._mirrors[key] = InterfaceMirror(
                 source, target, *key, side, hooks, self._orphans[key], hide_past=self._hide_past
@@ -258,12 +258,15 @@ class Gateway(Closing):
         self._warned.pop(key, None)
         self._info(f"{'::'.join(key)}: {self._names[side]} -> {self._names[1 - side]}")
 
-    def _warn_once(self, about: object, text: str) -> None:
-        """Log a warning once per occurrence."""
-        if self._warned.get(about) != text:
-            self._warned[about] = text
+    def _warn_once(self, subject: object, text: str) -> None:
+        """Log a warning unless it is the last one about its subject.
+
+        :param subject: a side, or the key of an interface.
+        """
+        if self._warned.get(subject) != text:
+            self._warned[subject] = text
             if self._log is not None:
-                self._log.warn(f"{'::'.join(about)}: {text}" if isinstance(about, tuple) else text)
+                self._log.warn(f"{'::'.join(subject)}: {text}" if isinstance(subject, tuple) else text)
 
     def _info(self, text: str) -> None:
         if self._log is not None:

@@ -1,4 +1,9 @@
-"""The mirror of one interface during the life of its writer."""
+"""The mirror of one interface during the life of its writer.
+
+Blocks go from the writer's board, the source, to the other board, the target; messages go back. On the
+target the gateway is the writer. On the source it has a reading instance for each sender, so that the writer
+can distinguish the senders.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +18,7 @@ from uuid import UUID
 from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
 from cxbridge.blackboard.exclusive_control import name_controller, write_farewell
 from cxbridge.blackboard.gateway.proxy import SenderProxy
-from cxbridge.blackboard.gateway.translation import AnswerTranslator
+from cxbridge.blackboard.gateway.translation import StateTranslator
 from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import STAMP, Interface
@@ -28,6 +33,7 @@ MAX_BLOCKS: Final = 256
 MAX_MESSAGES: Final = 1000
 """The maximum number of queued messages; further ones are refused."""
 
+# each proxy is an open instance on the source; agents and operators are few
 MAX_PROXIES: Final = 64
 """The maximum number of separate senders; the one silent for longest is dropped."""
 
@@ -36,43 +42,20 @@ MAX_PROXIES: Final = 64
 class Hooks:
     """Callbacks of a mirror, called in any thread.
 
-    :param carry: data are queued.
-    :param look: the mirror must end.
+    :param wake: data are queued.
+    :param sweep: the mirror must end.
     """
 
-    carry: Callable[[], None]
-    look: Callable[[], None]
+    wake: Callable[[], None]
+    sweep: Callable[[], None]
     warn: Callable[[str], None]
 
 
-class _SourceWatch(Listener):
-    """Listens to the source board."""
-
-    def __init__(self, mirror: InterfaceMirror) -> None:
-        self._mirror = mirror
-
-    def data_refreshed(self, interface: Interface) -> None:
-        self._mirror.capture(interface)
-
-    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        self._mirror.end("its writer is gone")
-
-
-class _TargetWatch(Listener):
-    """Listens to the readers on the target board."""
-
-    def __init__(self, mirror: InterfaceMirror) -> None:
-        self._mirror = mirror
-
-    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002
-        return not self._mirror.take(message)
-
-    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
-        self._mirror.forget(serial)
-
-
-class InterfaceMirror:
+class InterfaceMirror(Listener):
     """Mirrors the writes of one board to the other, and messages back.
+
+    It listens to data and the end of the writer on the source, and to messages and the ends of readers on the
+    target.
 
     Listeners fill queues in any thread; :meth:`carry` empties them in one thread.
 
@@ -111,7 +94,7 @@ class InterfaceMirror:
         kinds = (EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
         with ExitStack() as stack:
             self._reader = source.open_for_reading(
-                interface_type, interface_id, owner=OWNER, listen=listening(_SourceWatch(self), *kinds)
+                interface_type, interface_id, owner=OWNER, listen=listening(self, *kinds)
             )
             stack.callback(self._reader.close)
             kinds = (EventKind.MESSAGE_RECEIVED, EventKind.READER_REMOVED)
@@ -120,14 +103,14 @@ class InterfaceMirror:
                 interface_id,
                 owner=OWNER,
                 queue_limit=0,  # no message may be queued there, because nothing would remove it
-                listen=listening(_TargetWatch(self), *kinds),
+                listen=listening(self, *kinds),
             )
             stack.callback(self._writer.close)
             _check_layouts(self._reader, self._writer)
             self._writer.read()  # continue with the last block of an earlier writer, which readers have
-            self._last = self._writer.to_bytes()
-            self._answers = AnswerTranslator(type(self._reader), hide=hide_past, sender_of=self._sender_of)
-            self.capture(self._reader)
+            self._last_block = self._writer.to_bytes()
+            self._translator = StateTranslator(type(self._reader), hide=hide_past, sender_of=self._sender_of)
+            self.data_refreshed(self._reader)
             self._stack = stack.pop_all()
 
     def close(self, reason: str) -> None:
@@ -145,33 +128,36 @@ class InterfaceMirror:
         with suppress(BlackBoardError):  # as above
             self._stack.close()
 
-    def capture(self, reader: Interface) -> None:
-        """Queue the present block."""
+    def data_refreshed(self, interface: Interface) -> None:
+        """Queue the present block of the source."""
         with self._lock:
-            reader.read()
-            block = reader.to_bytes()
+            interface.read()
+            block = interface.to_bytes()
             if not self._blocks or self._blocks[-1] != block:
                 self._blocks.append(block)
-        self._hooks.carry()
+        self._hooks.wake()
 
-    def take(self, message: Message) -> bool:
-        """Queue a message for the writer; return whether there was room."""
+    def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - a listener
+        """Queue a message for the writer; without room the target's queue refuses it, by its limit of 0."""
         if len(self._requests) >= MAX_MESSAGES:
-            return False  # the writer's queue then refuses it, by its limit of 0
+            return True
         self._requests.append(message.copy())
-        self._hooks.carry()
-        return True
+        self._hooks.wake()
+        return False
 
-    def forget(self, serial: UUID) -> None:
-        """Queue the end of a reader."""
+    def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        """Queue the end of a sender, after its messages."""
         self._requests.append(serial)
-        self._hooks.carry()
+        self._hooks.wake()
 
-    def end(self, reason: str) -> None:
+    def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
+        self._end("its writer is gone")
+
+    def _end(self, reason: str) -> None:
         """Request the end of the mirror."""
         if not self.ended:
             self.ended = reason
-        self._hooks.look()
+        self._hooks.sweep()
 
     def carry(self) -> None:
         """Process all queued blocks and messages, oldest first."""
@@ -179,7 +165,7 @@ class InterfaceMirror:
             while self._blocks and not self.ended:
                 self._write(self._blocks.popleft())
         except BlackBoardError as error:
-            self.end(f"the other side does not take its data: {error.message}")
+            self._end(f"the other side does not take its data: {error.message}")
         self._carry_requests()
 
     def _carry_requests(self) -> None:
@@ -195,17 +181,17 @@ class InterfaceMirror:
 
     def _write(self, block: bytes) -> None:
         """Write a block on the other board with its time stamp."""
-        controller = self._answers.controller(block)
+        controller = self._translator.controller(block)
         self._release(controller)
         if any(proxy.may_control for proxy in self._proxies.values()):
             self._warn_of(controller)
-        block = self._answers.translate(block)
-        if block == self._last:
+        block = self._translator.translate(block)
+        if block == self._last_block:
             return  # readers would see no difference
-        changed = block[STAMP.size :] != self._last[STAMP.size :]
-        if not changed and self._answers.hides:
+        changed = block[STAMP.size :] != self._last_block[STAMP.size :]
+        if not changed and self._translator.hides:
             return  # an update for other senders: their work and its times are hidden
-        self._last = block
+        self._last_block = block
         self._writer.set_from_chunk(block)
         if changed:
             self._writer.mark_data_changed()
@@ -225,9 +211,9 @@ class InterfaceMirror:
         self._proxies.move_to_end(source)
         if message.type == ACQUIRE and not message.get("steal_control"):
             self._warn_of(self._controller())
-        sent_as = proxy.send(message)
+        writer_id = proxy.send(message)
         self.sent += 1
-        self._answers.sent(message.type, sent_as, message.id)
+        self._translator.record(message.type, writer_id, message.id)
 
     def _release(self, controller: str) -> None:
         """Send ReleaseControl for a closed controller if the writer missed its end."""
@@ -244,7 +230,7 @@ class InterfaceMirror:
     def _controller(self) -> str:
         """Return the serial of the writer's exclusive controller, or empty."""
         with self._lock:
-            return self._answers.controller(self._reader.to_bytes())
+            return self._translator.controller(self._reader.to_bytes())
 
     def _sender_of(self, serial: str) -> str | None:
         for source, proxy in self._proxies.items():

@@ -1,4 +1,8 @@
-"""Translation of a writer's states for senders on the other board."""
+"""Translation of a writer's states for senders on the other board.
+
+A Skiller shows the id of the message that it executes, and the serial of its controller. On its own board
+these belong to instances of the gateway; senders on the other board know their own ids and serials.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +18,7 @@ from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in, 
 from cxbridge.interfaces.schema import FieldSchema
 
 
-class AnswerTranslator:
+class StateTranslator:
     """Translates an interface's blocks: message ids, serial of the controller, outdated error.
 
     On the writer's board, a message has another id than for its sender, and the controller is an instance of
@@ -36,18 +40,19 @@ class AnswerTranslator:
         self._sender_of: Final = sender_of
         self._error: Final = schema.field("error") if schema.field("skill_string") is not None else None
         self._own_error = OwnError()
-        self._known: array[int] | None = None  # the sender's id by the id on the writer's board
+        # the sender's id by the id on the writer's board; 128 KiB, made with the first message
+        self._sender_ids: array[int] | None = None
         self._orders: set[int] = set()  # ids of messages that start work, while the writer is hidden
 
-    def sent(self, message_type: str, sent_as: int, known_as: int) -> None:
-        """Record the two ids of a message."""
+    def record(self, message_type: str, writer_id: int, sender_id: int) -> None:
+        """Record the ids of a sent message on the writer's board and on the sender's."""
         if self._id_at is None:
             return
-        if self._known is None:
-            self._known = array("H", bytes(2 * (MESSAGE_ID_MASK + 1)))
-        self._known[sent_as & MESSAGE_ID_MASK] = known_as & MESSAGE_ID_MASK
+        if self._sender_ids is None:
+            self._sender_ids = array("H", bytes(2 * (MESSAGE_ID_MASK + 1)))
+        self._sender_ids[writer_id & MESSAGE_ID_MASK] = sender_id & MESSAGE_ID_MASK
         if self.hides and message_type not in (ACQUIRE, RELEASE):
-            self._orders.add(sent_as)
+            self._orders.add(writer_id)
 
     def translate(self, block: bytes) -> bytes:
         """Return a writer's block for the other board."""
@@ -56,11 +61,9 @@ class AnswerTranslator:
         message_id = id_in(block, self._id_at)
         if self._controller is not None and self._error is not None:
             block = self._with_own_error(block, message_id, self._error)
-        known = (
-            self._known[message_id]
-            if self._known is not None and message_id <= MESSAGE_ID_MASK
-            else NO_MESSAGE
-        )
+        sender_id = NO_MESSAGE
+        if self._sender_ids is not None and message_id <= MESSAGE_ID_MASK:
+            sender_id = self._sender_ids[message_id]
         if self.hides:
             if message_id in self._orders:
                 self.hides = False
@@ -68,8 +71,8 @@ class AnswerTranslator:
             else:
                 block = self._idle(block)
                 message_id = NO_MESSAGE
-        if known not in (NO_MESSAGE, message_id):
-            block = with_id(block, self._id_at, known)
+        if sender_id not in (NO_MESSAGE, message_id):
+            block = with_id(block, self._id_at, sender_id)
         return block if self._controller is None else self._with_controller(block, self._controller)
 
     def _with_own_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
@@ -78,35 +81,35 @@ class AnswerTranslator:
         values = dict(zip(self._class.ACCESSORS, self._class.READ(view), strict=False))
         skill_string, error = (values[name].decode("utf-8", "replace") for name in ("skill_string", "error"))
         failed = values["status"] == getattr(self._class, "S_FAILED", None)
-        own = self._own_error.of(message_id, skill_string, error, failed=failed)
-        if own == error:
-            return block
-        here = _place(field)
-        text = own.encode()[: field.size - 1].ljust(field.size, b"\0")
-        return block[: here.start] + text + block[here.stop :]
+        own_error = self._own_error.of(message_id, skill_string, error, failed=failed)
+        return block if own_error == error else _with_text(block, field, own_error)
 
     def _idle(self, block: bytes) -> bytes:
         """Return the block of an unused writer with the present controller."""
         idle = bytearray(len(block))
         idle[: STAMP.size] = block[: STAMP.size]
         if self._controller is not None:
-            here = _place(self._controller)
-            idle[here] = block[here]
+            position = _slice(self._controller)
+            idle[position] = block[position]
         return bytes(idle)
 
     def _with_controller(self, block: bytes, field: FieldSchema) -> bytes:
-        here = _place(field)
         sender = self._sender_of(self.controller(block))
-        if sender is None:
-            return block
-        return block[: here.start] + sender.encode("ascii").ljust(field.size, b"\0") + block[here.stop :]
+        return block if sender is None else _with_text(block, field, sender)
 
     def controller(self, block: bytes) -> str:
         """Return the serial of the controller in a block, or empty."""
         if self._controller is None:
             return ""
-        return block[_place(self._controller)].partition(b"\0")[0].decode("ascii", "replace")
+        return block[_slice(self._controller)].partition(b"\0")[0].decode("ascii", "replace")
 
 
-def _place(field: FieldSchema) -> slice:
+def _slice(field: FieldSchema) -> slice:
+    """Return the position of a field in a block."""
     return slice(field.offset, field.offset + field.size)
+
+
+def _with_text(block: bytes, field: FieldSchema, text: str) -> bytes:
+    """Return a block with another text in a string field, cut at the end of the field."""
+    data = text.encode()[: field.size - 1].ljust(field.size, b"\0")
+    return block[: field.offset] + data + block[field.offset + field.size :]
