@@ -435,7 +435,7 @@ def test_gateways_in_a_ring_leave_a_free_writers_place_free(rig, monkeypatch):
         second.loop()
         skiller.close()
         for _ in range(3):
-            second.look_again()
+            second.request_sweep()
             second.loop()  # sees the mirrored writer alone, before the first gateway takes it away
             assert all(info.writer == "" for info in rig.left.list_all())
             rig.look_again()
