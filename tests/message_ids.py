@@ -17,9 +17,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.exclusive_control import skip_stale_ids
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.gateway import Gateway
-from cxbridge.blackboard.stale_ids import skip_stale_ids
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock

@@ -1,4 +1,8 @@
-"""The base class of local and remote blackboards."""
+"""The base class of local and remote blackboards.
+
+It checks names, finds the classes of types, and keeps the observers. Each transport opens, closes and lists
+interfaces in its own way.
+"""
 
 from __future__ import annotations
 
@@ -225,7 +229,7 @@ class BlackBoard(ABC):
         try:
             return self.registry.get(interface)
         except InterfaceDefinitionError:
-            raise  # the type exists, but its file is wrong
+            raise  # the type exists, but its file is wrong: UnknownTypeError would hide the mistake
         except InterfaceError as error:
             raise UnknownTypeError(interface, hint=error.hint) from error
 

@@ -1,7 +1,15 @@
-"""Interfaces with exclusive control: the controller, and the final block of a lost writer.
+"""Interfaces with exclusive control, such as a Skiller's: the controller, its messages, and lost writers.
 
-Readers keep the last block of a lost writer. Without a final block, a killed Skiller would appear to run its
-skill, with its controller in control, forever.
+A Skiller shows three facts to the clients that share it: the controller, the id of the message that it
+executes, and the outcome. Two of these can go stale:
+
+- Readers keep the last block of a lost writer. Without a final block, a killed Skiller would appear to run
+  its skill, with its controller in control, forever (:func:`write_farewell`).
+
+- A Fawkes numbers the messages of each sender from 1. The next message may therefore get the id that the
+  interface already shows for another sender, and the sender would take the result of the earlier message for
+  that of its own. It may also get 0, which means no message. The blackboards of cxbridge leave out both ids,
+  see :mod:`~cxbridge.interfaces.message_ids`; for a Fawkes, :func:`skip_stale_ids` uses them up.
 """
 
 from __future__ import annotations
@@ -12,6 +20,10 @@ from cxbridge.interfaces.instance import Interface
 
 CONTROLLER: Final = "exclusive_controller"
 """The field with the controller: the serial of a reading instance."""
+
+ACQUIRE: Final = "AcquireControlMessage"
+RELEASE: Final = "ReleaseControlMessage"
+"""The messages that acquire and release exclusive control."""
 
 _STATUS: Final = "status"
 _ERROR: Final = "error"
@@ -52,3 +64,23 @@ def write_farewell(writer: Interface, reason: str) -> None:
         if schema.field(_ERROR) is not None:
             writer.set(_ERROR, reason)
     writer.write()
+
+
+def skip_stale_ids(instance: Interface, *, controls: bool) -> int:
+    """Send harmless messages until the next id is neither 0 nor the id that the interface shows.
+
+    A Skiller ignores both kinds of message: a controller that acquires again keeps control, and a sender
+    without control has nothing to release. Interfaces without control stay unchanged.
+
+    :param controls: whether the instance may have control.
+    :returns: the number of messages sent.
+    :raises BlackBoardError: if they cannot be sent.
+    """
+    spare = ACQUIRE if controls else RELEASE
+    if spare not in instance.MESSAGES:
+        return 0
+    sent = 0
+    while instance.next_id_is_stale:
+        instance.msgq_enqueue(instance.create_message(spare))
+        sent += 1
+    return sent

@@ -1,4 +1,8 @@
-"""Waiting for events of interfaces in a command's thread."""
+"""Waiting for events of interfaces in a command's thread.
+
+Listeners run in the thread of the event, a command works in its own. A feed queues the events with the values
+that the interface had, for commands such as ``bb watch``.
+"""
 
 from __future__ import annotations
 
@@ -67,9 +71,9 @@ class Feed(Listener, Observer, Closing):
 
         :raises BlackBoardError: if the interface cannot be opened.
         """
-        known = self._instances.get((interface_type, interface_id))
-        if known is not None and known.valid:
-            return known
+        existing = self._instances.get((interface_type, interface_id))
+        if existing is not None and existing.valid:
+            return existing
         instance = self._board.open_for_reading(
             interface_type, interface_id, owner=self._owner, listen=listening(self, *_KINDS)
         )
@@ -80,6 +84,7 @@ class Feed(Listener, Observer, Closing):
 
     @property
     def opened(self) -> Sequence[Interface]:
+        """The followed interfaces in the order of opening."""
         return tuple(self._instances.values())
 
     def follow(self, type_glob: str, id_glob: str) -> Sequence[Interface]:
@@ -107,7 +112,7 @@ class Feed(Listener, Observer, Closing):
                 return item
             if item not in self._instances:
                 instance = self.open(*item)
-                if instance.timestamp_us:
+                if instance.timestamp_us:  # otherwise it has no data, and its first write is an event
                     return self.now(instance)
 
     def close(self) -> None:

@@ -1,4 +1,7 @@
-"""The blackboard in this process."""
+"""The blackboard in this process: one memory for each interface, used by the instances of all threads.
+
+Servers publish it to other processes: :mod:`~cxbridge.blackboard.zmq`, :mod:`~cxbridge.blackboard.fawkesnet`.
+"""
 
 from __future__ import annotations
 
@@ -201,13 +204,14 @@ class LocalBlackBoard(BlackBoard):
         with self._lock:
             if self._gone:
                 raise BlackBoardGoneError
-            known = self._memories.get(key)
-            memory = known or InterfaceMemory(
+            existing = self._memories.get(key)
+            memory = existing or InterfaceMemory(
                 self, request.interface_class, request.id, next(self._mem_serials)
             )
             instance = memory.attach(request, self._serials())
-            self._memories[key] = memory
-        if known is None:
+            self._memories[key] = memory  # only now: a refused opening creates no interface
+        # observers and listeners are called without the lock, because they may use the blackboard
+        if existing is None:
             self._observers.created(*key)
         memory.listeners.notify(membership_kind(writer=request.writer, added=True), instance.serial)
         return instance
@@ -217,7 +221,7 @@ class LocalBlackBoard(BlackBoard):
             return
         key = (instance.type, instance.id)
         if instance.is_writer:
-            self._take_leave(instance)
+            self._write_farewell(instance)
         with self._lock:
             memory = self._memories.get(key)
             if memory is None or not memory.detach(instance):
@@ -230,9 +234,12 @@ class LocalBlackBoard(BlackBoard):
         if destroyed:
             self._observers.destroyed(*key)
 
-    def _take_leave(self, writer: Interface) -> None:
-        """Write the last block of a writer."""
-        self.memory_of(writer)
+    def _write_farewell(self, writer: Interface) -> None:
+        """Write the last block of a writer.
+
+        :raises ForeignInstanceError: if the writer belongs to another blackboard.
+        """
+        self.memory_of(writer)  # before the block is written to the other blackboard
         with suppress(InvalidInstanceError):  # another thread has closed the writer
             write_farewell(writer, f"{writer.owner} does not write {writer.uid} any more")
 
@@ -248,8 +255,9 @@ class LocalBlackBoard(BlackBoard):
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
         with self._lock:
             if is_plain(type_glob) and is_plain(id_glob):
-                found = self._memories.get((type_glob, id_glob))
-                memories: tuple[InterfaceMemory, ...] = () if found is None else (found,)
+                # the usual request, for a single interface among perhaps thousands
+                memory = self._memories.get((type_glob, id_glob))
+                memories: tuple[InterfaceMemory, ...] = () if memory is None else (memory,)
             else:
                 memories = tuple(self._memories.values())
         return [memory.info() for memory in memories if matches(memory.type, memory.id, type_glob, id_glob)]

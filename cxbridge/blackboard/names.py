@@ -15,9 +15,7 @@ MAX_ID_LENGTH: Final = 64
 """The maximal length of an id in UTF-8 bytes, as in Fawkes."""
 
 _TYPE = re.compile(r"[A-Za-z0-9_]+")
-
-
-_PATTERN_SIGNS = "*?["
+_WILDCARDS = "*?["
 
 
 def check_names(interface_type: str, interface_id: str) -> None:
@@ -60,8 +58,9 @@ def matches(interface_type: str, interface_id: str, type_glob: str, id_glob: str
 
 def is_plain(glob: str) -> bool:
     """Return whether a shell pattern has no wildcards."""
-    return not any(sign in glob for sign in _PATTERN_SIGNS)
+    return not any(sign in glob for sign in _WILDCARDS)
 
 
 def _fits(text: str, glob: str) -> bool:
+    # most patterns are plain names, and fnmatch compiles each new pattern
     return text == glob if is_plain(glob) else fnmatchcase(text, glob)

@@ -1,4 +1,7 @@
-"""Emits writes and messages of interfaces on the event bus; outcomes: docs/formats.md#events."""
+"""Emits writes and messages of interfaces on the event bus; outcomes: docs/formats.md#events.
+
+The values of a block are read only if a listener of the bus takes them, because most writes have none.
+"""
 
 from __future__ import annotations
 

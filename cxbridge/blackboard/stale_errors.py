@@ -21,7 +21,7 @@ class OwnError:
     def __init__(self, msgid: int = 0, error: str = "") -> None:
         self._msgid = msgid
         self._error = error
-        self._before = ""
+        self._previous_error = ""
 
     def of(self, msgid: int, skill_string: str, error: str, *, failed: bool) -> str:
         """Return the shown error, or the syntax error if the shown error is the previous one.
@@ -29,9 +29,10 @@ class OwnError:
         :param failed: whether S_FAILED is shown.
         """
         if msgid != self._msgid:
-            self._before = self._error
+            self._previous_error = self._error
         self._msgid, self._error = msgid, error
-        if failed and error == self._before:
+        # Fawkes sets the error only after a skill string that it could compile
+        if failed and error == self._previous_error:
             return syntax_error(skill_string) or error
         return error
 
@@ -44,4 +45,5 @@ def syntax_error(chunk: str) -> str:
 
 @cache
 def _compiler() -> LuaCompiler:
+    """Return the compiler of this process, made with the first failure: it loads Lua."""
     return LuaCompiler()

@@ -40,8 +40,8 @@ def transport_of(url: str) -> Transport:
     scheme, colon, _ = url.partition(":")
     row = next((row for row in TRANSPORTS.rows if row.name == scheme.lower()), None)
     if not colon or row is None:
-        known = ", ".join("local:" if row.name == "local" else f"{row.name}://" for row in TRANSPORTS.rows)
-        raise BadUrlError(f"'{url}' names no blackboard", hint=f"it starts with one of {known}")
+        starts = ", ".join("local:" if row.name == "local" else f"{row.name}://" for row in TRANSPORTS.rows)
+        raise BadUrlError(f"'{url}' names no blackboard", hint=f"it starts with one of {starts}")
     return TRANSPORTS.load(row)()
 
 

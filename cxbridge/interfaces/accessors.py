@@ -100,17 +100,17 @@ def fill_nothing(_block: Any, _values: Sequence[Any]) -> None:
 
 def misfit(owner: str, field: FieldSchema, value: object) -> InterfaceError:
     """Return the error for a value that a field cannot hold."""
-    wanted = field.storage.fits
+    allowed = field.storage.fits
     if field.enum is not None:
         names = ", ".join(item.name for item in field.enum.items)
-        wanted = f"one of {names}, or a 32 bit number"
+        allowed = f"one of {names}, or a 32 bit number"
     if field.is_array:
-        wanted = f"a sequence of at most {field.length} elements, each {wanted}"
-    shown = repr(value)
-    if len(shown) > _SHOWN_CHARACTERS:
-        shown = shown[: _SHOWN_CHARACTERS - 3] + "..."
+        allowed = f"a sequence of at most {field.length} elements, each {allowed}"
+    text = repr(value)
+    if len(text) > _MAX_QUOTED:
+        text = text[: _MAX_QUOTED - 3] + "..."
     return InterfaceError(
-        f"{owner}.{field.name} of type {field.type} cannot be {shown}", hint=f"it holds {wanted}"
+        f"{owner}.{field.name} of type {field.type} cannot be {text}", hint=f"it holds {allowed}"
     )
 
 
@@ -134,7 +134,7 @@ def _scalar(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | Non
 
 def _string(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
     room = field.text_room
-    layout = Struct(f"={room}s{field.size - room}x")
+    layout = Struct(f"={room}s{field.size - room}x")  # pads the text, and the NUL after it, with zeros
 
     def adapt(value: object) -> bytes:
         if not isinstance(value, str):
@@ -163,15 +163,16 @@ def _enum_array_getter(layout: Struct, offset: int, enum: type[IntEnum]) -> Gett
     """Return a getter that converts numbers to enum items and caches the converted arrays."""
     unpack_from = layout.unpack_from
     items = {item.value: item for item in enum}
-    remembered: dict[tuple[int, ...], tuple[Any, ...]] = {}
+    converted: dict[tuple[int, ...], tuple[Any, ...]] = {}
 
     def get(self: Any) -> tuple[Any, ...]:
         numbers = unpack_from(self._buf, offset)
-        values = remembered.get(numbers)
+        values = converted.get(numbers)
         if values is None:
-            if len(remembered) >= _REMEMBERED_ARRAYS:
-                remembered.clear()
-            values = remembered[numbers] = tuple(map(items.get, numbers, numbers))
+            if len(converted) >= _CACHED_ARRAYS:
+                converted.clear()
+            # a number without an item stays a number, as in Fawkes
+            values = converted[numbers] = tuple(map(items.get, numbers, numbers))
         return values
 
     return get
@@ -183,17 +184,18 @@ def _array_setter(owner: str, field: FieldSchema, layout: Struct, enum: type[Int
 
     def set_elements(self: Any, value: Iterable[Any]) -> None:
         buffer = self._buf
-        old = buffer[offset:end]
+        previous = buffer[offset:end]
         try:
             pack_into(buffer, offset, *value)
         except (StructError, OverflowError, TypeError):
-            buffer[offset:end] = old
+            # struct packs elements until one does not fit
+            buffer[offset:end] = previous
             try:
                 pack_into(buffer, offset, *_elements(field, value, enum))
             except (StructError, OverflowError, TypeError):
-                buffer[offset:end] = old
+                buffer[offset:end] = previous
                 raise misfit(owner, field, value) from None
-        if not self._changed and not buffer.startswith(old, offset):
+        if not self._changed and not buffer.startswith(previous, offset):
             self._changed = True
         self._refreshed = True
 
@@ -235,10 +237,10 @@ def fit_text(text: str, room: int) -> bytes:
     return data[:room]
 
 
-_SHOWN_CHARACTERS = 60  # of a refused value in an error
+_MAX_QUOTED = 60  # characters of a refused value in an error
 _LONGEST_UTF8 = 4  # bytes of the longest UTF-8 character
-_REMEMBERED_ARRAYS = 256  # different arrays of one field; repeated ones are converted once
-_REMEMBERED_TEMPLATES = 1024  # one per kind of template and number of a field
+_CACHED_ARRAYS = 256  # different arrays of one field; repeated ones are converted once
+_CACHED_TEMPLATES = 1024  # one per kind of template and number of a field
 
 # templates; a block already marked as changed needs no comparison
 
@@ -316,7 +318,7 @@ MISFITS = (StructError, OverflowError, AttributeError, TypeError, ValueError)
 """The errors of a filler for values that need a conversion."""
 
 
-@lru_cache(_REMEMBERED_TEMPLATES)
+@lru_cache(_CACHED_TEMPLATES)
 def _template(source: str, slot: int) -> Callable[..., Any]:
     """Compile a template for the field with this number."""
     namespace: dict[str, Any] = {"StructError": StructError}

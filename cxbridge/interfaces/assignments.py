@@ -36,7 +36,7 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
     :returns: whether a value changed.
     :raises InterfaceError: if an assignment is invalid; earlier ones were made.
     """
-    before = block.to_bytes()
+    previous = block.to_bytes()
     for text in assignments:
         match = _ASSIGNMENT.fullmatch(text)
         if match is None:
@@ -54,7 +54,7 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
             put(block, field.name, values)
         else:
             put(block, field.name, _element(field, match["value"]))
-    return block.to_bytes() != before
+    return block.to_bytes() != previous
 
 
 def _element(field: FieldSchema, text: str) -> bool | int | float | str:
@@ -75,7 +75,7 @@ def _element(field: FieldSchema, text: str) -> bool | int | float | str:
 
 def _whole_number(text: str) -> int:
     """Parse an integer."""
-    # int with base 0 refuses leading zeros
+    # base 0 takes 0x10, but refuses the leading zeros of 007
     try:
         return int(text)
     except ValueError:
@@ -122,11 +122,11 @@ def _check_text(field: FieldSchema, text: str) -> None:
 
 
 def _wrong(field: FieldSchema, text: str) -> InterfaceError:
-    wanted = field.storage.fits
+    allowed = field.storage.fits
     if field.enum is not None:
-        wanted = "one of " + ", ".join(item.name for item in field.enum.items)
+        allowed = "one of " + ", ".join(item.name for item in field.enum.items)
     return InterfaceError(
-        f"'{text}' is not a value for {field.name} of type {field.type}", hint=f"it holds {wanted}"
+        f"'{text}' is not a value for {field.name} of type {field.type}", hint=f"it holds {allowed}"
     )
 
 

@@ -97,21 +97,25 @@ class Block:
         """
         accessor = self._accessor(name)
         if index is not None:
-            at = self._checked_index(self.field(name), index)
+            position = self._checked_index(self.field(name), index)
             elements = list(accessor.fget(self))
-            elements[at] = value
+            elements[position] = value
             value = elements
         changed = self._changed
         accessor.fset(self, value)
         self._changed = changed
 
     def _accessor(self, name: str) -> Any:
-        """Return the property of a field."""
+        """Return the property of a field.
+
+        :raises InterfaceError: if there is no such field.
+        """
         accessor = self.ACCESSORS.get(name)
         return self.ACCESSORS[self.field(name).name] if accessor is None else accessor
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values by field name, in the order of declaration."""
+        # one call reads all numbers; the properties of the other fields convert texts, arrays and enums
         values = dict(zip(self.ACCESSORS, self.READ(self._view), strict=False))
         for name in self.CONVERTED:
             values[name] = self.ACCESSORS[name].fget(self)

@@ -58,6 +58,7 @@ def define(schema: InterfaceSchema) -> Callable[[type[I]], type[I]]:
     """
 
     def complete(interface_class: type[I]) -> type[I]:
+        # a compiled class defines typed enums and messages; a class from XML gets them here
         enums = {
             enum.name: _own_attribute(interface_class, enum.name) or make_enum(enum) for enum in schema.enums
         }
@@ -100,8 +101,8 @@ def enum_member_name(name: str) -> str:
 
 def attribute_name(name: str, base: type) -> str:
     """Return the attribute for a name in a definition, with an underscore if ``base`` uses the name."""
-    taken = keyword.iskeyword(name) or name in Block.__annotations__ or hasattr(base, name)
-    return f"{name}_" if taken else name
+    used = keyword.iskeyword(name) or name in Block.__annotations__ or hasattr(base, name)
+    return f"{name}_" if used else name
 
 
 def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Structure]:
@@ -114,6 +115,7 @@ def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Str
         c_type = _C_TYPES[field.storage.code]
         members.append((f"f{number}", c_type if field.length is None else c_type * field.length))
     view = type("View", (ctypes.Structure,), {"_fields_": members})
+    # a schema may come from a recording or a compiled module, not only from the parser of this version
     offsets = [getattr(view, f"f{number}").offset for number in range(len(fields))]
     if ctypes.sizeof(view) != datasize or offsets != [field.offset for field in fields]:
         raise InterfaceError("the fields of this schema do not lie as in a C struct on this machine")

@@ -70,9 +70,9 @@ def _constant_value(constant: ConstantSchema) -> bool | int | float | str:
 def describe(schema: InterfaceSchema) -> Iterator[str]:
     """Yield lines that describe a schema."""
     yield f"{schema.name}: {schema.datasize} bytes, hash {schema.hash_printable}"
-    known = known_hashes(schema)
-    if known and schema.hash not in known:
-        yield f"  Fawkes knows this layout as {', '.join(one.hex().upper() for one in known)}"
+    hashes = known_hashes(schema)
+    if hashes and schema.hash not in hashes:
+        yield f"  Fawkes knows this layout as {', '.join(hash_.hex().upper() for hash_ in hashes)}"
     if schema.comment:
         yield f"  {schema.comment}"
     if schema.source:

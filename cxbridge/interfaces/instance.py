@@ -115,7 +115,7 @@ class Interface(SharedBlock):
     def next_id_is_stale(self) -> bool:
         """Whether the next message gets the id 0, or that of an earlier message.
 
-        True only if the server counts, see :func:`~cxbridge.blackboard.stale_ids.skip_stale_ids`.
+        True only if the server counts, see :func:`~cxbridge.blackboard.exclusive_control.skip_stale_ids`.
         """
         return self._port.next_id_is_stale(self._last_message_id)
 

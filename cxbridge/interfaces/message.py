@@ -178,11 +178,11 @@ class Message(Block):
         self._enqueued = False
         self._hops = 0
         if values:
-            self._take(values)
+            self._fill(values)
         for name, value in named.items():
             self.set(name, value)
 
-    def _take(self, values: tuple[Any, ...]) -> None:
+    def _fill(self, values: tuple[Any, ...]) -> None:
         """Set the first fields."""
         fields = self.SCHEMA.fields
         if len(values) == len(fields):
@@ -290,18 +290,16 @@ class Message(Block):
         """Return a copy of content and envelope that was not queued."""
         twin = type(self)()
         twin.set_from_chunk(self.to_bytes())
-        STAMP.pack_into(twin._buf, 0, 0, 0)
+        STAMP.pack_into(twin._buf, 0, 0, 0)  # the time of queueing
         twin._id, twin._recipient = self._id, self._recipient
         twin._sender_id, twin._source_id = self._sender_id, self._source_id
         twin._sender_thread_name, twin._hops = self._sender_thread_name, self._hops
         return twin
 
 
+# a writer takes all its messages in each cycle, so only a client that sends without end reaches the limit
 MOST_WAITING: Final = 1024
-"""The default maximum of messages waiting for a writer.
-
-A writer takes all its messages in each cycle, so only a client that sends without end reaches the limit.
-"""
+"""The default maximum of messages waiting for a writer."""
 
 
 class MessageQueue:

@@ -35,7 +35,7 @@ def next_id(last: int, shown: int = NO_MESSAGE) -> int:
     :param last: the last id of the sender, 0 if there is none.
     :param shown: the id that the interface shows, 0 if there is none.
     """
-    number = last % MESSAGE_ID_MASK + 1
+    number = last % MESSAGE_ID_MASK + 1  # 65535 is followed by 1
     return number if number != shown else number % MESSAGE_ID_MASK + 1
 
 

@@ -30,7 +30,7 @@ class InterfaceRegistry:
             self._dirs.append(shipped_dir("interfaces"))
         self._schemas: dict[str, InterfaceSchema] = {}
         self._classes: dict[str, type[Interface]] = {}
-        self._lock = threading.RLock()
+        self._lock = threading.RLock()  # re-entrant, because `get` calls `schema`
 
     @property
     def dirs(self) -> tuple[Path, ...]:
@@ -44,7 +44,7 @@ class InterfaceRegistry:
 
     def path(self, name: str) -> Path | None:
         """Return the definition file of a type, or None."""
-        if not name.isidentifier():
+        if not name.isidentifier():  # for example '../secret': names come from the network, too
             return None
         return next((path for folder in self._dirs if (path := folder / f"{name}.xml").is_file()), None)
 

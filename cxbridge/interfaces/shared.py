@@ -1,4 +1,8 @@
-"""The data of an opened interface: a private copy of a shared block."""
+"""The data of an opened interface: a private copy of a shared block.
+
+Reads and writes copy between the two. The versions of the shared block's last write, time stamp and change
+tell a reader what is new since its last read.
+"""
 
 from __future__ import annotations
 
@@ -227,7 +231,7 @@ class SharedBlock(BufferedBlock):
         if stamped:
             now_us = self._port.now_us() if self._explicit_us is None else self._explicit_us
             STAMP.pack_into(self._buf, 0, now_us // MICROSECONDS, now_us % MICROSECONDS)
-        # the block does not come from the shared one, so its time stamp must be compared
+        # the copy was replaced without setters, so only a comparison can tell whether its time stamp is new
         elif self._version < 0:
             stamped = None
         self._version = self._data_version = self._port.publish(self, self._buf, stamped, changed)

@@ -8,10 +8,9 @@ from enum import Enum
 from typing import Any, TypeAlias, TypeVar
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.exclusive_control import name_controller
+from cxbridge.blackboard.exclusive_control import name_controller, skip_stale_ids
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.blackboard.stale_errors import OwnError
-from cxbridge.blackboard.stale_ids import skip_stale_ids
 from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, SkillerError
 from cxbridge.interfaces.instance import Interface

@@ -11,7 +11,7 @@ from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.blackboard.errors import BlackBoardError, QueueFullError
 from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
-from cxbridge.blackboard.kit.room import MOST_BYTES
+from cxbridge.blackboard.kit.server import MOST_BYTES
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus

@@ -16,10 +16,9 @@ from typing import Final
 from uuid import UUID
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
-from cxbridge.blackboard.exclusive_control import name_controller, write_farewell
+from cxbridge.blackboard.exclusive_control import ACQUIRE, RELEASE, name_controller, write_farewell
 from cxbridge.blackboard.gateway.proxy import SenderProxy
 from cxbridge.blackboard.gateway.translation import StateTranslator
-from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import Message

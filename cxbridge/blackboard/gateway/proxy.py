@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from uuid import UUID
 
-from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE, skip_stale_ids
+from cxbridge.blackboard.exclusive_control import ACQUIRE, RELEASE, skip_stale_ids
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message

@@ -10,9 +10,8 @@ from array import array
 from collections.abc import Callable
 from typing import Final
 
-from cxbridge.blackboard.exclusive_control import CONTROLLER
+from cxbridge.blackboard.exclusive_control import ACQUIRE, CONTROLLER, RELEASE
 from cxbridge.blackboard.stale_errors import OwnError
-from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in, id_offset, with_id
 from cxbridge.interfaces.schema import FieldSchema

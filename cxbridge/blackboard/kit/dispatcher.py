@@ -1,4 +1,8 @@
-"""The thread in which a remote blackboard calls its listeners and observers."""
+"""The thread in which a remote blackboard calls its listeners and observers.
+
+Listeners may take long, and may send requests. In the receiving thread they would delay the frames, and wait
+for a reply that the thread itself has to receive.
+"""
 
 from __future__ import annotations
 
@@ -43,9 +47,9 @@ class Dispatcher:
         """
         if self.inside() or not self._thread.is_alive():
             return True
-        passed = threading.Event()
-        self.put(passed.set)
-        return passed.wait(timeout)
+        drained = threading.Event()
+        self.put(drained.set)
+        return drained.wait(timeout)
 
     def stop(self, timeout: float | None = None) -> None:
         """End the thread after the queued calls and wait for it, unless called within the thread.
@@ -63,5 +67,5 @@ class Dispatcher:
     def _call(self, work: Callable[..., object], args: tuple[Any, ...], _: bool) -> None:
         try:
             work(*args)
-        except Exception as error:  # noqa: BLE001 - the next ones are to be called
+        except Exception as error:  # noqa: BLE001 - a listener's fault must not end the thread of all others
             self._report(getattr(work, "__name__", "event"), error)

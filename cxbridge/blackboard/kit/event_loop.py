@@ -25,7 +25,7 @@ class LoopThread(Closing):
     def __init__(self, name: str) -> None:
         self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
         self._loop = self._runner.get_loop()
-        self._over = asyncio.Event()
+        self._closed = asyncio.Event()
         self._thread = threading.Thread(target=self._work, name=name, daemon=True)
         try:
             self._thread.start()
@@ -54,7 +54,7 @@ class LoopThread(Closing):
 
     def close(self) -> None:
         """Cancel the coroutines, close the loop and join the thread; further calls do nothing."""
-        if self.call(self._over.set):
+        if self.call(self._closed.set):
             self._thread.join(_STOP_S)
 
     def _work(self) -> None:
@@ -62,7 +62,7 @@ class LoopThread(Closing):
             self._runner.run(self._serve())
 
     async def _serve(self) -> None:
-        await self._over.wait()
+        await self._closed.wait()
         tasks = asyncio.all_tasks() - {asyncio.current_task()}
         for task in tasks:
             task.cancel()

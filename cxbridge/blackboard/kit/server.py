@@ -1,15 +1,40 @@
-"""The base of servers: serving thread, wake-up, log lines, start and stop."""
+"""The base of servers: serving thread, wake-up, log lines, start and stop; and limits of clients."""
 
 from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from types import TracebackType
 from typing import Final, Self
 
 from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.kit.wakeup import SocketWakeup
 from cxbridge.events import Logger
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.schema import InterfaceSchema
+
+MOST_INSTANCES: Final = 4096
+"""The maximal number of open instances of a client."""
+
+# each open instance has a copy of its data block in the server's memory
+MOST_BYTES: Final = 16 * 1024 * 1024
+"""The maximal bytes of the blocks of a client's instances together."""
+
+
+def check_room(instances: Iterable[Interface], schema: InterfaceSchema) -> None:
+    """Check that a client may open one more instance.
+
+    :param instances: the client's open instances.
+    :param schema: the type of the instance to be opened.
+    :raises RemoteRefusalError: if the client has too many instances open, or too many bytes.
+    """
+    sizes = [instance.SCHEMA.datasize for instance in instances]
+    if len(sizes) >= MOST_INSTANCES:
+        raise RemoteRefusalError(f"a client may have at most {MOST_INSTANCES} interfaces open")
+    if sum(sizes) + schema.datasize > MOST_BYTES:
+        raise RemoteRefusalError(f"the interfaces of a client may have {MOST_BYTES} bytes together")
 
 
 class BoardServer(ABC):
@@ -25,7 +50,7 @@ class BoardServer(ABC):
         self._stopping = False
         self._started = False
         self._released = False
-        self._ident = 0  # of the thread
+        self._ident = 0  # of the thread, known to itself before its first call
         self._thread = threading.Thread(target=self._serve_thread, name=thread_name, daemon=True)
 
     def __enter__(self) -> Self:
@@ -51,7 +76,7 @@ class BoardServer(ABC):
         try:
             self._prepare()
         except BaseException:
-            self._give_back()
+            self._release_once()
             raise
         self._thread.start()
 
@@ -67,8 +92,9 @@ class BoardServer(ABC):
             self._wakeup.set()
         if self._thread.ident is not None:
             self._thread.join(timeout)
+        # a thread that is still busy would use the released sockets
         if not self._thread.is_alive():
-            self._give_back()
+            self._release_once()
 
     def inside(self) -> bool:
         return threading.get_ident() == self._ident
@@ -77,7 +103,7 @@ class BoardServer(ABC):
         self._ident = threading.get_ident()
         self._run()
 
-    def _give_back(self) -> None:
+    def _release_once(self) -> None:
         if not self._released:
             self._released = True
             self._release()

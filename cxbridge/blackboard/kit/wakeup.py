@@ -22,6 +22,7 @@ class SocketWakeup:
 
     def set(self) -> None:
         """Make the descriptor readable; nothing happens after `close`."""
+        # at most one pending byte: a full socket would block the caller
         with self._lock:
             if not self._pending and not self._closed:
                 self._pending = True
@@ -29,7 +30,7 @@ class SocketWakeup:
 
     def clear(self) -> None:
         """Make the descriptor unreadable; the caller looks for work afterwards."""
-        if not self._pending:
+        if not self._pending:  # the usual case, which needs no lock
             return
         with self._lock:
             if self._pending and not self._closed:

@@ -48,15 +48,16 @@ class Element(Struct):
     def place_of(self, attribute: str) -> tuple[int, int]:
         """Return line and column of an attribute, or of the element if it has no such attribute."""
         pattern = rb"\s(" + re.escape(attribute.encode()) + rb")\s*="
-        values_hidden = re.sub(rb""""[^"]*"|'[^']*'""", lambda found: b"." * len(found.group()), self.tag)
-        found = re.search(pattern, values_hidden)
-        if found is None:
+        # a value may contain the name of another attribute
+        values_hidden = re.sub(rb""""[^"]*"|'[^']*'""", lambda value: b"." * len(value.group()), self.tag)
+        match = re.search(pattern, values_hidden)
+        if match is None:
             return self.line, self.column
-        before = self.tag[: found.start(1)].decode("utf-8", "replace")
-        newline = before.rfind("\n")
+        head = self.tag[: match.start(1)].decode("utf-8", "replace")
+        newline = head.rfind("\n")
         if newline < 0:
-            return self.line, self.column + len(before)
-        return self.line + before.count("\n"), len(before) - newline
+            return self.line, self.column + len(head)
+        return self.line + head.count("\n"), len(head) - newline
 
 
 def read_tree(data: bytes, file: str | None = None) -> Element:
@@ -124,9 +125,9 @@ class _TreeReader:
     def _error(self, message: str, hint: str, start: bytes = b"") -> InterfaceDefinitionError:
         """Return an error at the present position of expat, or at the last ``start`` before it."""
         line, column = self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
-        before, found, _ = self._data[: self._parser.CurrentByteIndex].rpartition(start or b"\n")
-        if start and found:
-            line, column = before.count(b"\n") + 1, len(before) - before.rfind(b"\n")
+        head, separator, _ = self._data[: self._parser.CurrentByteIndex].rpartition(start or b"\n")
+        if start and separator:
+            line, column = head.count(b"\n") + 1, len(head) - head.rfind(b"\n")
         return InterfaceDefinitionError(message, file=self._file, line=line, column=column, hint=hint)
 
     def _doctype(self, name: str, system: str | None, public: str | None, has_subset: int) -> None:
@@ -159,8 +160,8 @@ class _TreeReader:
             raise self._error(f"there are more than {MAX_ELEMENTS} elements", "split the definition")
         if len(self._open) >= MAX_DEPTH:
             raise self._error(f"elements are nested more than {MAX_DEPTH} deep", "close the elements before")
-        found = _START_TAG.match(self._data, parser.CurrentByteIndex)
-        tag = found.group() if found else b""
+        match = _START_TAG.match(self._data, parser.CurrentByteIndex)
+        tag = match.group() if match else b""  # in UTF-16, for example, positions are those of the element
         element = Element(name, attributes, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1, tag)
         # with a DOCTYPE, expat silently drops unknown entities in attributes
         if self._has_entities and _ENTITY.search(tag):
@@ -187,8 +188,8 @@ def _is_local_dtd(system: str | None) -> bool:
 
 def _entity_start(tag: bytes) -> int:
     """Return the position of the name of the first unknown entity."""
-    found = _ENTITY.search(tag)
-    return found.end() if found else 0
+    match = _ENTITY.search(tag)
+    return match.end() if match else 0
 
 
 _INVALID_TOKEN = expat.errors.codes[expat.errors.XML_ERROR_INVALID_TOKEN]

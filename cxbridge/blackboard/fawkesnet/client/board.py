@@ -47,8 +47,7 @@ DEFAULT_TIMEOUT: Final = 5.0
 DEFAULT_SILENCE: Final = 5.0
 """Seconds of silence before the server is probed."""
 
-# Seconds for the server to receive the last messages at shutdown.
-_LAST_WORDS_S: Final = 1.0
+_FAREWELL_S: Final = 1.0  # for the server to receive the last messages at shutdown
 
 
 class FawkesBlackBoard(RemoteBlackBoard):
@@ -82,12 +81,12 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self.now_us: Final = clock.now_us
         self._timeout: Final = timeout
         self._lock = threading.Lock()
-        self._ports: dict[bytes, RemotePort] = {}  # by the bytes of the serial
-        self._all_ports: dict[RemotePort, None] = {}
+        self._ports: dict[bytes, RemotePort] = {}  # those that are open at the server, by serial
+        self._all_ports: dict[RemotePort, None] = {}  # in the order of opening
         self._mem_serials: dict[tuple[str, str], int] = {}
         self._count = itertools.count(1)
         self._emitter = PublicationEmitter(bus, clock.now_us, self._open_ports)
-        self._said = False
+        self._has_sent = False  # data or messages, which a server must have received before the shutdown
         name = f"{self.address[0]}:{self.address[1]}"
         self._requests = RequestSender(name, timeout)
         self._opener = Opener(self._requests, name)
@@ -111,13 +110,12 @@ class FawkesBlackBoard(RemoteBlackBoard):
     def _open(self, request: OpenRequest) -> Interface:
         port: RemotePort | None = None
 
-        def opened(
-            answer: OpenSuccess,
-        ) -> None:  # runs in the receiving thread: the next frames may be for this instance
+        # in the receiving thread, because the next frame may be for this instance already
+        def opened(reply: OpenSuccess) -> None:
             nonlocal port
-            port = RemotePort(self, self, request, self._number(request.key), answer)
+            port = RemotePort(self, self, request, self._number(request.key), reply)
             with self._lock:
-                self._ports[answer.serial.bytes] = port
+                self._ports[reply.serial.bytes] = port
                 self._all_ports[port] = None
 
         self._opener.open(request, opened)
@@ -126,6 +124,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         return port.instance
 
     def _number(self, key: tuple[str, str]) -> int:
+        """Return the number of an interface in this client; the wire does not carry the server's."""
         with self._lock:
             if key not in self._mem_serials:
                 self._mem_serials[key] = next(self._count)
@@ -158,10 +157,10 @@ class FawkesBlackBoard(RemoteBlackBoard):
             port.instance.invalidate()
             port.listeners.unregister(None, port.instance)
         connection = self._requests.connection
-        if connection is not None and self._said and self._reconnector.settled:
+        if connection is not None and self._has_sent and self._reconnector.settled:
             # Fawkes drops the unprocessed messages of a disconnected client
             with contextlib.suppress(BlackBoardError):
-                self._requests.ask(NOTHING, timeout=min(self._timeout, _LAST_WORDS_S))
+                self._requests.request(NOTHING, timeout=min(self._timeout, _FAREWELL_S))
         self._requests.shut_down()
         self._reconnector.stop(self._timeout)
         if connection is not None:
@@ -182,7 +181,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
         :raises ConnectionLostError: if the server does not reply.
         """
-        self._requests.ask(NOTHING)
+        self._requests.request(NOTHING)
         if not self._dispatcher.drain(self._timeout):
             raise BlackBoardError(f"listeners have been busy for {self._timeout:g} s")
 
@@ -215,11 +214,11 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._endings.deliver(event.type, event.id, partial(notify, event.type, event.id))
 
     def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
-        self._said = True
+        self._has_sent = True
         self._requests.send(data_frame(serial.bytes, block, changed=changed))
 
     def send_message(self, message: WireMessage) -> None:
-        self._said = True
+        self._has_sent = True
         self._requests.send(message.to_bytes())
 
     def unavailable(self) -> BlackBoardError:
@@ -256,7 +255,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
         :raises ConnectionLostError: if the connection is lost.
         """
-        self._requests.ask(NOTHING, any_sign=True)
+        self._requests.request(NOTHING, any_sign=True)
 
     def lost_ports(self) -> Sequence[RemotePort]:
         """Return the ports to reopen, oldest first."""
@@ -268,16 +267,16 @@ class FawkesBlackBoard(RemoteBlackBoard):
         :raises BlackBoardError: if the server refuses.
         """
 
-        def opened(answer: OpenSuccess) -> None:
+        def opened(reply: OpenSuccess) -> None:
             with self._lock:
                 if port not in self._all_ports:
                     return  # it was closed during the request
-                self._ports[answer.serial.bytes] = port
-            self._receiver.deliver(port, port.reopen(answer), answer.block)
+                self._ports[reply.serial.bytes] = port
+            self._receiver.deliver(port, port.reopen(reply), reply.block)
 
-        answer = self._opener.open(port.request, opened)
+        reply = self._opener.open(port.request, opened)
         if port.serial is None:
-            self._requests.send(Close(answer.serial).to_bytes())
+            self._requests.send(Close(reply.serial).to_bytes())
         elif port.written is not None:
             self.send_data(port.serial, port.written, changed=True)
 

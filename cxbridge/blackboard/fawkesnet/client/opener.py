@@ -13,7 +13,7 @@ from cxbridge.blackboard.errors import (
     WriterActiveError,
 )
 from cxbridge.blackboard.fawkesnet.client.port import anonymous
-from cxbridge.blackboard.fawkesnet.client.requests import Answer, RequestSender
+from cxbridge.blackboard.fawkesnet.client.requests import Reply, RequestSender
 from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes, own_hash
 from cxbridge.blackboard.fawkesnet.messages.blackboard import Close, Open, OpenError, OpenFailure, OpenSuccess
 from cxbridge.blackboard.info import InterfaceInfo
@@ -41,21 +41,21 @@ class Opener:
         """
         schema = request.interface_class.SCHEMA
 
-        def on_answer(answer: Answer) -> None:
-            if isinstance(answer, OpenSuccess) and len(answer.block) == schema.datasize:
-                opened(answer)
+        def on_reply(reply: Reply) -> None:
+            if isinstance(reply, OpenSuccess) and len(reply.block) == schema.datasize:
+                opened(reply)
 
         candidates, listed, tried = self._hashes.candidates(schema), None, list[bytes]()
         while True:
             offer = candidates[0]
-            answer = self._requests.ask(Open(schema.name, request.id, offer, request.writer), on_answer)
-            if isinstance(answer, OpenSuccess):
-                self._check_size(schema, answer)
+            reply = self._requests.request(Open(schema.name, request.id, offer, request.writer), on_reply)
+            if isinstance(reply, OpenSuccess):
+                self._check_size(schema, reply)
                 self._hashes.adopt(schema, offer)
-                return answer
-            assert isinstance(answer, OpenFailure)
-            if answer.error != OpenError.HASH_MISMATCH:
-                raise self._refusal(answer.error, schema.name, request.id)
+                return reply
+            assert isinstance(reply, OpenFailure)
+            if reply.error != OpenError.HASH_MISMATCH:
+                raise self._refusal(reply.error, schema.name, request.id)
             tried.append(offer)
             if listed is None:
                 listed = [info.hash for info in self._requests.list(schema.name, "*").interfaces]
@@ -84,11 +84,11 @@ class Opener:
             if matches(info.type, info.id, type_glob, id_glob)
         ]
 
-    def _check_size(self, schema: InterfaceSchema, answer: OpenSuccess) -> None:
-        if len(answer.block) != schema.datasize:
-            self._requests.send(Close(answer.serial).to_bytes())
+    def _check_size(self, schema: InterfaceSchema, reply: OpenSuccess) -> None:
+        if len(reply.block) != schema.datasize:
+            self._requests.send(Close(reply.serial).to_bytes())
             raise RemoteRefusalError(
-                f"{schema.name} has {len(answer.block)} bytes at the other end, here {schema.datasize}",
+                f"{schema.name} has {len(reply.block)} bytes at the other end, here {schema.datasize}",
                 hint="both sides must use the same definition of the interface",
             )
 

@@ -185,7 +185,7 @@ class RemotePort(BoardPort):
     def next_id(self, last: int) -> int:
         """Return the next id, see :class:`~cxbridge.interfaces.message.Port`."""
         # the server counts the received messages, so no id can be skipped; a caller that must not confuse an
-        # old reply with a new one sends a harmless message first, see stale_ids
+        # old reply with a new one sends a harmless message first, see exclusive_control
         return (last + 1) & MESSAGE_ID_MASK
 
     def next_id_is_stale(self, last: int) -> bool:

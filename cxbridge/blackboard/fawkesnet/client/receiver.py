@@ -93,7 +93,7 @@ class FrameReceiver:
     def _message(self, message: codec.Message) -> None:
         match message:
             case InterfaceList() | OpenSuccess() | OpenFailure():
-                if not self._requests.answered(message):
+                if not self._requests.finish(message):
                     self._complaints.add("answer", "ignored an answer that nobody waits for")
             case InstanceEvent():
                 self._instance_event(message)

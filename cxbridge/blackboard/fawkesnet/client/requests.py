@@ -1,4 +1,8 @@
-"""Requests to a Fawkes with a reply: one at a time, because replies have no number."""
+"""Requests to a Fawkes with a reply: one at a time, because replies have no number.
+
+A reply that comes too late would be taken for the reply to the next request. So a timeout ends the
+connection, and the client reconnects.
+"""
 
 from __future__ import annotations
 
@@ -27,17 +31,17 @@ AWAY: Final = "it has not come back yet"
 NOTHING: Final = ListMatching("", "")
 """The cheapest request: interfaces with an empty name."""
 
-Answer = InterfaceList | OpenSuccess | OpenFailure
+Reply = InterfaceList | OpenSuccess | OpenFailure
 
 
 class _PendingRequest:
     """A request that waits for its reply."""
 
-    def __init__(self, expects: tuple[type[Answer], ...], on_answer: Callable[[Answer], None] | None) -> None:
+    def __init__(self, expects: tuple[type[Reply], ...], on_reply: Callable[[Reply], None] | None) -> None:
         self.expects: Final = expects
-        self.on_answer: Final = on_answer
+        self.on_reply: Final = on_reply
         self.done = threading.Event()
-        self.answer: Answer | None = None
+        self.reply: Reply | None = None
         self.failure = "it was closed"
 
 
@@ -51,10 +55,10 @@ class RequestSender:
     def __init__(self, address: str, timeout: float) -> None:
         self._address: Final = address
         self._timeout: Final = timeout
-        self._one_at_a_time = threading.Lock()
+        self._turn = threading.Lock()
         self._state = threading.Condition()
         self._connection: FawkesConnection | None = None
-        self._under_way: _PendingRequest | None = None
+        self._pending: _PendingRequest | None = None
         self._gone = False
 
     @property
@@ -72,7 +76,7 @@ class RequestSender:
         """Drop the connection; a waiting request fails."""
         with self._state:
             self._connection = None
-            request, self._under_way = self._under_way, None
+            request, self._pending = self._pending, None
         if request is not None:
             request.failure = reason
             request.done.set()
@@ -98,28 +102,28 @@ class RequestSender:
             raise self.unavailable()
         connection.send(frames)
 
-    def ask(
+    def request(
         self,
-        question: Open | ListAll | ListMatching,
-        on_answer: Callable[[Answer], None] | None = None,
+        message: Open | ListAll | ListMatching,
+        on_reply: Callable[[Reply], None] | None = None,
         *,
         timeout: float | None = None,
         any_sign: bool = False,
-    ) -> Answer:
+    ) -> Reply:
         """Send a request and return its reply.
 
-        :param on_answer: called with the reply in the receiving thread, before the next frame is handled.
+        :param on_reply: called with the reply in the receiving thread, before the next frame is handled.
         :param timeout: seconds; None: the default.
         :param any_sign: wait as long as any frames arrive, and not for a connection.
         :raises ConnectionLostError: if the connection is missing for too long, or lost during the request.
         :raises BlackBoardGoneError: after the shutdown.
         """
-        expects = (OpenSuccess, OpenFailure) if isinstance(question, Open) else (InterfaceList,)
-        request = _PendingRequest(expects, on_answer)
+        expects = (OpenSuccess, OpenFailure) if isinstance(message, Open) else (InterfaceList,)
+        request = _PendingRequest(expects, on_reply)
         timeout = self._timeout if timeout is None else timeout
-        with self._one_at_a_time:
+        with self._turn:
             connection = self._send_request(request, 0.0 if any_sign else timeout)
-            connection.send(question.to_bytes())
+            connection.send(message.to_bytes())
             patience = timeout
             while not request.done.wait(patience) and any_sign:
                 patience = connection.last_received_s + timeout - time.monotonic()
@@ -129,9 +133,9 @@ class RequestSender:
                 # a late reply would be taken for the reply to the next request
                 request.failure = f"no answer within {timeout:g} s"
                 connection.abort(request.failure)
-        if request.answer is None:
+        if request.reply is None:
             raise ConnectionLostError(self._address, request.failure)
-        return request.answer
+        return request.reply
 
     def list(self, type_glob: str, id_glob: str) -> InterfaceList:
         """Request the matching interfaces; all interfaces if the patterns do not fit into the message.
@@ -139,23 +143,23 @@ class RequestSender:
         :raises ConnectionLostError: if there is no reply.
         """
         fits = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
-        everything = (type_glob, id_glob) == ("*", "*") or not fits
-        answer = self.ask(ListAll() if everything else ListMatching(type_glob, id_glob))
-        assert isinstance(answer, InterfaceList)
-        return answer
+        lists_all = (type_glob, id_glob) == ("*", "*") or not fits
+        reply = self.request(ListAll() if lists_all else ListMatching(type_glob, id_glob))
+        assert isinstance(reply, InterfaceList)
+        return reply
 
-    def answered(self, answer: Answer) -> bool:
+    def finish(self, reply: Reply) -> bool:
         """Handle a reply in the receiving thread; return whether a request was waiting for it."""
         with self._state:
-            request = self._under_way
-            if request is None or not isinstance(answer, request.expects):
+            request = self._pending
+            if request is None or not isinstance(reply, request.expects):
                 return False
-            self._under_way = None
+            self._pending = None
         try:
-            if request.on_answer is not None:
-                request.on_answer(answer)
+            if request.on_reply is not None:
+                request.on_reply(reply)
         finally:
-            request.answer = answer
+            request.reply = reply
             request.done.set()
         return True
 
@@ -167,5 +171,5 @@ class RequestSender:
                     raise self.unavailable()
             if self._gone or self._connection is None:
                 raise BlackBoardGoneError
-            self._under_way = request
+            self._pending = request
             return self._connection

@@ -21,7 +21,7 @@ from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession, NetworkHandler
 from cxbridge.blackboard.kit.complaints import Complaints
-from cxbridge.blackboard.kit.room import check_room
+from cxbridge.blackboard.kit.server import check_room
 from cxbridge.blackboard.listeners import (
     MEMBERSHIP_KINDS,
     EventKind,

@@ -10,7 +10,7 @@ from uuid import UUID
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.kit.messages import receive_message
-from cxbridge.blackboard.kit.room import check_room
+from cxbridge.blackboard.kit.server import check_room
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.names import check_names
