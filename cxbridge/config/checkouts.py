@@ -1,4 +1,8 @@
-"""Layered checkouts: a team's and Fawkes', with equal folders."""
+"""Layered checkouts: a team's and Fawkes', with equal folders.
+
+A team builds its robot on Fawkes: its checkout has the files that differ, and Fawkes' has the rest. Paths in
+configurations begin with placeholders such as ``@BASEDIR@``.
+"""
 
 from __future__ import annotations
 
@@ -27,23 +31,23 @@ class Checkouts(Struct, frozen=True):
 
         :returns: the folder ``cfg`` of the file's checkout; without a checkout, the file's folder.
         """
-        own = file.resolve()
+        resolved = file.resolve()
         for folder in self.folders:
             configuration = folder / CONFIGURATION
-            if own.is_relative_to(configuration.resolve()):
+            if resolved.is_relative_to(configuration.resolve()):
                 return configuration
         return file.parent
 
     def base(self, file: Path) -> Path:
         """Return the checkout of a configuration file, else the last checkout, else the file's folder."""
-        own = file.resolve()
-        holders = (folder for folder in self.folders if own.is_relative_to(folder.resolve()))
-        return next(holders, self.folders[-1] if self.folders else own.parent)
+        resolved = file.resolve()
+        owners = (folder for folder in self.folders if resolved.is_relative_to(folder.resolve()))
+        return next(owners, self.folders[-1] if self.folders else resolved.parent)
 
     def find_configuration(self, name: Path) -> Path:
         """Return the configuration file or folder with a name in a checkout, or else the name itself."""
-        found = (folder / CONFIGURATION / name for folder in self.folders)
-        return next((path for path in found if path.exists()), name)
+        paths = (folder / CONFIGURATION / name for folder in self.folders)
+        return next((path for path in paths if path.exists()), name)
 
     def parts(self, pattern: str) -> list[Path]:
         """Return the folders that match a pattern, by checkout."""
@@ -55,11 +59,12 @@ class Checkouts(Struct, frozen=True):
         :param placeholders: the values of ``BASEDIR`` etc.; used if no checkout has the folder.
         :param here: the base of relative paths.
         """
-        paths = [here / substitute_path(text, placeholders)]
-        if f"@{_BASE}@" in text:
-            bases = (placeholders | {_BASE: str(folder)} for folder in self.folders)
-            paths = [path for each in bases if (path := here / substitute_path(text, each)).is_dir()] or paths
-        return paths
+        default = here / substitute_path(text, placeholders)
+        if f"@{_BASE}@" not in text:
+            return [default]
+        bases = (placeholders | {_BASE: str(folder)} for folder in self.folders)
+        paths = [here / substitute_path(text, values) for values in bases]
+        return [path for path in paths if path.is_dir()] or [default]
 
 
 PLACEHOLDERS = ("BASEDIR", "FAWKES_BASEDIR", "RESDIR", "CONFDIR")

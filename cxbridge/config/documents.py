@@ -80,16 +80,16 @@ def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
     :raises ConfigError: if the text is invalid, nested too deep, or too large through aliases.
     """
     text = data if isinstance(data, str) else _decode(data, name)
-    loader: Any = getattr(yaml, "CLoader", yaml.Loader)
+    loader: Any = getattr(yaml, "CLoader", yaml.Loader)  # libyaml, if PyYAML was built with it
     try:
         return list(_Composer(yaml.parse(text, Loader=loader), name).documents())
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        problem = ", ".join(part for part in (error.context, error.problem) if part)
-        place = Mark(name, mark.line + 1, mark.column + 1) if mark else Mark(name)
-        if "maximum nesting depth" in problem:  # PyYAML 6.0.4 has a limit of its own, which it reaches first
-            raise place.error(TOO_DEEP) from None
-        raise place.error(f"this is not valid YAML: {problem}", _syntax_hint(problem)) from None
+        problem = ", ".join(text for text in (error.context, error.problem) if text)
+        position = Mark(name, mark.line + 1, mark.column + 1) if mark else Mark(name)
+        if "maximum nesting depth" in problem:  # PyYAML 6.0.4 reaches a separate limit first
+            raise position.error(TOO_DEEP) from None
+        raise position.error(f"this is not valid YAML: {problem}", _syntax_hint(problem)) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, max(0, min(error.position, len(text)))) + 1
         raise Mark(name, line).error(
@@ -100,6 +100,7 @@ def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
 
 
 def _decode(data: bytes, name: str) -> str:
+    # YAML is in UTF-8 or UTF-16; PyYAML would report a wrong byte without its line
     encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
         return data.decode(encoding)
@@ -126,7 +127,7 @@ class _Composer:
     def __init__(self, events: Iterator[Any], name: str) -> None:
         self._events = events
         self._name = name
-        self._anchors: dict[str, tuple[YamlNode, int] | None] = {}
+        self._anchors: dict[str, tuple[YamlNode, int] | None] = {}  # node and its number of nodes
         self._budget = MAX_NODES
 
     def documents(self) -> Iterator[YamlNode]:
@@ -151,7 +152,7 @@ class _Composer:
             return self._alias(event)
         if depth > MAX_DEPTH:
             raise self._mark(event).error(TOO_DEEP)
-        before = self._budget
+        budget = self._budget
         self._spend(1, event)
         if event.anchor:
             self._anchors[event.anchor] = None  # under construction
@@ -163,7 +164,7 @@ class _Composer:
         else:
             node = self._map(event, depth)
         if event.anchor:
-            self._anchors[event.anchor] = (node, before - self._budget)
+            self._anchors[event.anchor] = (node, budget - self._budget)
         return node
 
     def _alias(self, event: Any) -> YamlNode:

@@ -21,7 +21,8 @@ from cxbridge.config.tags import INCLUDE_TAGS, unknown_tag
 from cxbridge.config.tree import ConfigNode, NodeKind, TreeBuilder, overlay
 from cxbridge.errors import ConfigError
 
-MAX_FILES: Final = 1000  # a chain of includes of folders may be endless
+# files of a folder may include the folder of the next link, endlessly; robots have less than a hundred files
+MAX_FILES: Final = 1000
 _FILE_IN_FOLDER: Final = re.compile(r"[a-zA-Z0-9_-]+\.yaml")
 
 
@@ -76,13 +77,13 @@ class ConfigLoader:
         while self._queue:
             self._load(self._queue.popleft())
         host_entry = self._host_file
-        if host_entry is not None:
+        if host_entry is not None:  # last, so that its values take precedence
             self._load(host_entry)
             if self._queue:
+                hint = f"move the include into the file that names it ({host_entry.mark.file})"
                 raise ConfigError(
-                    "a host-specific file may not include files", file=host_entry.file,
-                    hint=f"move the include into the file that names it ({host_entry.mark.file})",
-                )  # fmt: skip
+                    "a host-specific file may not include files", file=host_entry.file, hint=hint
+                )
 
     def _load(self, entry: _FileToRead) -> None:
         if len(self.files) >= MAX_FILES:
@@ -154,9 +155,9 @@ class ConfigLoader:
         chain = (*entry.chain, entry.file)
         if item.tag == "host-specific":
             if self._host_file is not None:
-                first = self._host_file.mark
+                mark = self._host_file.mark
                 raise item.mark.error(
-                    f"there is a host-specific file already ({first.file}:{first.line})", "keep one"
+                    f"there is a host-specific file already ({mark.file}:{mark.line})", "keep one"
                 )
             self._host_file = _FileToRead(path, item.mark, chain, ignore_missing=True)
             return
@@ -178,9 +179,9 @@ class ConfigLoader:
 
     def _enqueue(self, entry: _FileToRead) -> None:
         if entry.file in entry.chain:
-            way = " -> ".join(str(file) for file in (*entry.chain, entry.file))
+            chain = " -> ".join(str(file) for file in (*entry.chain, entry.file))
             raise entry.mark.error(
-                f"the include leads back to a file that led here: {way}", "remove this include"
+                f"the include leads back to a file that led here: {chain}", "remove this include"
             )
         self._queue.append(entry)
 

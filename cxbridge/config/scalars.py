@@ -29,7 +29,7 @@ class ConfigType(Enum):
 
 _DIGITS = r"(?:0[xX](?P<hex>[0-9a-fA-F]+)|(?P<octal>0[0-7]*)|(?P<decimal>[1-9][0-9]*))"
 _SPACE = r"[ \t\n\v\f\r]*"
-_STRTOL = re.compile(rf"{_SPACE}(?P<sign>[+-]?){_DIGITS}")
+_STRTOL = re.compile(rf"{_SPACE}(?P<sign>[+-]?){_DIGITS}")  # strtol must read the whole text: no blanks after
 _STREAM_INT = re.compile(rf"{_SPACE}(?P<sign>[+-]?){_DIGITS}{_SPACE}")
 _STREAM_FLOAT = re.compile(
     rf"{_SPACE}(?P<number>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?){_SPACE}"
@@ -46,7 +46,7 @@ _BOOLS = {
 }
 _INFINITY = {f"{sign}{word}" for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")}
 _NAN = {".nan", ".NaN", ".NAN"}
-# The least number that rounds to an infinite float32, which the C++ stream refuses.
+# the least number that rounds to an infinite float32, which the C++ stream refuses
 _FLOAT32_OVERFLOW = float.fromhex("0x1.ffffffp127")
 
 

@@ -33,7 +33,7 @@ _KEY_ENDINGS: Final = tuple(f"{kind}key" for kind in _KEYS)
 # A path at which each key is a user, and each value a password or its hash.
 _PLACES: Final = re.compile(r"/*webview/+users/")
 
-_BEFORE: Final = re.compile(r"(?:[&!]\S*[ \t]+)*")
+_PROPERTIES: Final = re.compile(r"(?:[&!]\S*[ \t]+)*")  # the anchor and the tag of a YAML value
 _TAG: Final = re.compile(r"!\S*[ \t]+")
 _USER: Final = re.compile(r"(?<=://)(?:[^\s/:@]*:\S*|[^\s/:@]+)@")
 _PARAMETER: Final = re.compile(
@@ -48,10 +48,11 @@ def is_secret(path: str) -> bool:
     return bool(_PLACES.match(path)) or any(map(_is_secret_name, path.split("/")))
 
 
-@lru_cache(maxsize=4096)  # the paths of a configuration have the same parts
+@lru_cache(maxsize=4096)  # the paths of a configuration have the same elements
 def _is_secret_name(name: str) -> bool:
     words = [word.lower() for word in _WORD.findall(name)]
-    joined = (first + second for first, second in zip(("", *words), words, strict=False))
+    # apiKey and api-key have two words
+    joined = (word + following for word, following in zip(("", *words), words, strict=False))
     return any(word.endswith(_ENDINGS) for word in words) or any(
         word.removesuffix("s").endswith(_KEY_ENDINGS) for word in joined
     )
@@ -88,10 +89,10 @@ def without_secrets(data: bytes, name: str) -> bytes | None:
         if not secrets:
             return data
         lines = data.decode("utf-8").split("\n")
-        for mark, text, harmless in sorted(secrets, reverse=True):
+        for mark, text, harmless in sorted(secrets, reverse=True):  # from the end, where positions stay valid
             lines[mark.line - 1] = _cut(lines[mark.line - 1], mark.column - 1, text, harmless)
         cut = "\n".join(lines).encode()
-        return None if _secrets(cut, name) else cut
+        return None if _secrets(cut, name) else cut  # a secret over several lines, for example
     except (ConfigError, UnicodeDecodeError, IndexError):
         return None
 
@@ -124,11 +125,11 @@ def _cut(line: str, begin: int, text: str, harmless: str) -> str:
     The line is unchanged if the scalar is written differently. A tag is dropped, because the new text may
     violate it.
     """
-    before = _BEFORE.match(line, begin)
-    end = before.end() if before else begin
+    properties = _PROPERTIES.match(line, begin)
+    end = properties.end() if properties else begin
     for quote in ("", '"', "'"):
         if line.startswith(written := quote + text + quote, end):
             anchor = _TAG.sub("", line[begin:end])
-            new = json.dumps(harmless, ensure_ascii=False)
-            return f"{line[:begin]}{anchor}{new}{line[end + len(written) :]}"
+            replacement = json.dumps(harmless, ensure_ascii=False)
+            return f"{line[:begin]}{anchor}{replacement}{line[end + len(written) :]}"
     return line

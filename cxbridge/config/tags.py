@@ -28,10 +28,6 @@ def _is_port(text: str) -> bool:
     return port is not None and 0 < port < _PORT_LIMIT
 
 
-def _anything(_text: str) -> bool:
-    return True
-
-
 _CHECKS: dict[str, tuple[Callable[[str], bool], str]] = {
     "frame": (
         lambda text: _FRAME.fullmatch(text) is not None,
@@ -42,10 +38,10 @@ _CHECKS: dict[str, tuple[Callable[[str], bool], str]] = {
     "tcp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
     "udp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
     # the other tags are only documentation: in Fawkes, even the pattern for URLs matches any text
-    "url": (_anything, "a URL"),
-    "ipv4-addr": (_anything, "an IPv4 address"),
-    "regex": (_anything, "a regular expression"),
-    "topic": (_anything, "a topic"),
+    "url": (lambda _text: True, "a URL"),
+    "ipv4-addr": (lambda _text: True, "an IPv4 address"),
+    "regex": (lambda _text: True, "a regular expression"),
+    "topic": (lambda _text: True, "a topic"),
 }
 INCLUDE_TAGS = ("ignore-missing", "host-specific")
 """The tags of entries of ``include:``."""
@@ -74,9 +70,9 @@ def unknown_tag(tag: str, mark: Mark) -> ConfigError:
             f"!{tag} is for the entries of 'include:' in the first of two documents",
             "write the includes into a separate document above, and a line '---' after it",
         )
-    known = [f"!{name}" for name in (*_CHECKS, *INCLUDE_TAGS)]
-    others = f"quote a value that starts with '!'; the known tags are {', '.join(known[: len(_CHECKS)])}"
+    tags = [f"!{name}" for name in (*_CHECKS, *INCLUDE_TAGS)]
+    hint = f"quote a value that starts with '!'; the known tags are {', '.join(tags[: len(_CHECKS)])}"
     return mark.error(
         f"unknown tag !{tag}" if ":" not in tag else f"unknown tag {tag}",
-        did_you_mean(f"!{tag}", known, others),
+        did_you_mean(f"!{tag}", tags, hint),
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum
 
-from msgspec import Struct, field
+from msgspec import Struct, field, structs
 
 from cxbridge.config.documents import MAX_DEPTH, TOO_DEEP, Mark, YamlList, YamlMap, YamlNode, YamlScalar
 from cxbridge.config.tags import check_tag
@@ -108,29 +108,29 @@ class TreeBuilder:
             inner = depth + len(parents) + 1
             if inner > MAX_DEPTH:
                 raise key_node.mark.error(TOO_DEEP)
-            place = root
-            for element in parents:
-                place = place.children.setdefault(element, ConfigNode(NodeKind.MAP, key_node.mark))
-                if place.kind not in (NodeKind.MAP, NodeKind.MAPS):
+            node_above = root
+            for element in parents:  # a key may be a path, as in 'a/b: 1'
+                node_above = node_above.children.setdefault(element, ConfigNode(NodeKind.MAP, key_node.mark))
+                if node_above.kind not in (NodeKind.MAP, NodeKind.MAPS):
                     raise key_node.mark.error(
-                        f"'{element}' is {place.kind.value} in line {place.mark.line}, not a map"
+                        f"'{element}' is {node_above.kind.value} in line {node_above.mark.line}, not a map"
                     )
             value = self.build(value_node, inner)
-            before = place.children.get(key)
-            if before is not None:
-                self._duplicate(key, before, value, key_node.mark)
-            place.children[key] = value
+            earlier = node_above.children.get(key)
+            if earlier is not None:
+                self._report_duplicate(key, earlier, value, key_node.mark)
+            node_above.children[key] = value
         return root
 
-    def _duplicate(self, key: str, before: ConfigNode, value: ConfigNode, mark: Mark) -> None:
+    def _report_duplicate(self, key: str, earlier: ConfigNode, value: ConfigNode, mark: Mark) -> None:
         """Report a duplicate key: a warning for equal kinds, where the later value is used as in Fawkes."""
-        if before.kind is not value.kind:
+        if earlier.kind is not value.kind:
             raise mark.error(
-                f"'{key}' is {value.kind.value} here, but {before.kind.value} in line {before.mark.line}",
+                f"'{key}' is {value.kind.value} here, but {earlier.kind.value} in line {earlier.mark.line}",
                 "the key is defined twice: keep one of them",
             )
         self.warnings.append(
-            f"{mark.file}:{mark.line}: '{key}' replaces all that it was given in line {before.mark.line}"
+            f"{mark.file}:{mark.line}: '{key}' replaces all that it was given in line {earlier.mark.line}"
         )
 
 
@@ -169,13 +169,11 @@ def overlay(base: ConfigNode, over: ConfigNode, path: str = "") -> None:
                 base.children[key] = child.copy()
         return
     if base.kind is over.kind or base.kind is NodeKind.NULL:
-        new = over.copy()
-        base.kind, base.mark, base.text, base.items, base.children = (
-            new.kind, new.mark, new.text, new.items, new.children,
-        )  # fmt: skip
+        for name, value in structs.asdict(over.copy()).items():
+            setattr(base, name, value)
     elif over.kind is not NodeKind.NULL or base.kind not in (NodeKind.MAP, NodeKind.MAPS):
-        place = f" ({base.mark.file}:{base.mark.line})" if base.mark.file else ""
+        position = f" ({base.mark.file}:{base.mark.line})" if base.mark.file else ""
         raise over.mark.error(
-            f"{path} is {over.kind.value} here, but {base.kind.value} where it was set before{place}",
+            f"{path} is {over.kind.value} here, but {base.kind.value} where it was set before{position}",
             "a later file may only replace a value by one of the same kind",
         )

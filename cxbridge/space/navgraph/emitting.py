@@ -42,9 +42,11 @@ class NavGraphs:
 
     def _store_graph(self, event: Event) -> None:
         if isinstance(event, NavGraphRead):
+            # replaced, never changed, because other threads iterate over it
             self._graphs = {**self._graphs, event.graph: event}
 
     def all(self) -> Iterable[NavGraphRead]:
+        """Return the events in the order of the first reading of each graph."""
         return self._graphs.values()
 
     def close(self) -> None:

@@ -16,6 +16,7 @@ from msgspec import Struct, field
 
 from cxbridge.errors import NavGraphError
 
+# Fawkes converts properties with C's atof and atoi, which read as far as they can
 _FLOAT = re.compile(r"\s*[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _INTEGER = re.compile(r"\s*[+-]?\d+")
 _TRUE = frozenset(["true", "yes", "1"])
@@ -23,14 +24,14 @@ _TRUE = frozenset(["true", "yes", "1"])
 
 def property_as_float(text: str) -> float:
     """Return the number at the start of a property's text, or 0."""
-    found = _FLOAT.match(text)
-    return float(found[0]) if found else 0.0
+    match = _FLOAT.match(text)
+    return float(match[0]) if match else 0.0
 
 
 def property_as_int(text: str) -> int:
     """Return the integer at the start of a property's text, or 0."""
-    found = _INTEGER.match(text)
-    return int(found[0]) if found else 0
+    match = _INTEGER.match(text)
+    return int(match[0]) if match else 0
 
 
 def property_as_bool(text: str) -> bool:
@@ -95,7 +96,7 @@ class NavGraph:
         self._nodes: dict[str, NavGraphNode] = {}
         self._edges: list[NavGraphEdge] = []
         self._blocked: set[tuple[str, str]] = set()
-        self._neighbours: dict[str, tuple[str, ...]] = {}
+        self._neighbours: dict[str, tuple[str, ...]] = {}  # computed on demand, until an edge changes
         self.revision = 0
         """Increases with each change of nodes and edges."""
 
@@ -171,7 +172,7 @@ class NavGraph:
 
     def remove_edge(self, edge: NavGraphEdge) -> None:
         """Remove an edge and its block, if it exists."""
-        self._edges = [other for other in self._edges if other is not edge]
+        self._edges = [remaining for remaining in self._edges if remaining is not edge]
         self._blocked = {ends for ends in self._blocked if self.edge(*ends) is not None}
         self._neighbours.clear()
         self.revision += 1
@@ -187,12 +188,12 @@ class NavGraph:
     def unreachable(self) -> list[str]:
         """Return the sorted names of the nodes that cannot be reached from the first connected one."""
         connected = [node.name for node in self._nodes.values() if not node.unconnected]
-        seen, open_nodes = set(connected[:1]), connected[:1]
+        reached, open_nodes = set(connected[:1]), connected[:1]
         while open_nodes:
-            new = [name for name in self.reachable_nodes(open_nodes.pop()) if name not in seen]
-            seen.update(new)
-            open_nodes.extend(new)
-        return sorted(set(connected) - seen)
+            neighbours = [name for name in self.reachable_nodes(open_nodes.pop()) if name not in reached]
+            reached.update(neighbours)
+            open_nodes.extend(neighbours)
+        return sorted(set(connected) - reached)
 
     def block(self, start: str, end: str) -> None:
         """Exclude the edge from one node to another, in this direction, from paths.
@@ -233,9 +234,10 @@ class NavGraph:
             for neighbour in self.reachable_nodes(name):
                 if neighbour in came_from or (name, neighbour) in self._blocked:
                     continue
-                other = self._nodes[neighbour]
-                total = spent + (cost(node, other) if cost else node.distance(other.x, other.y))
-                estimate = total + other.distance(target.x, target.y)
+                end = self._nodes[neighbour]
+                total = spent + (cost(node, end) if cost else node.distance(end.x, end.y))
+                # no path is shorter than the straight line, so the first path to the goal is the cheapest
+                estimate = total + end.distance(target.x, target.y)
                 heapq.heappush(queue, (estimate, next(order), total, neighbour, name))
         return None
 

@@ -10,6 +10,7 @@ from typing import Final
 from cxbridge.errors import NavGraphError
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
+# a tenth of a millimetre: computed intersections differ by rounding, nodes of a map by centimetres
 SAME_PLACE: Final = 1e-4
 """The distance in metres below which two points are equal."""
 
@@ -26,11 +27,11 @@ def crossing(graph: NavGraph, edge: NavGraphEdge, start: NavGraphNode, end: NavG
     if abs(across) < 1e-12 * max(1.0, math.hypot(ux, uy) * math.hypot(vx, vy)):
         return None  # parallel lines may overlap, but not in a single point
     wx, wy = start.x - a.x, start.y - a.y
-    along_edge, along_way = (wx * vy - wy * vx) / across, (wx * uy - wy * ux) / across
-    near = 1e-9
-    if not (-near <= along_edge <= 1 + near and -near <= along_way <= 1 + near):
+    along_edge, along_line = (wx * vy - wy * vx) / across, (wx * uy - wy * ux) / across
+    near = 1e-9  # rounding must not separate lines that meet at an end
+    if not (-near <= along_edge <= 1 + near and -near <= along_line <= 1 + near):
         return None
-    return (start.x + along_way * vx, start.y + along_way * vy)
+    return (start.x + along_line * vx, start.y + along_line * vy)
 
 
 def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
@@ -40,12 +41,12 @@ def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
     """
     start, end = graph.node(edge.start), graph.node(edge.end)
     if start and end:
-        for other in graph.edges:
-            if {edge.start, edge.end} & {other.start, other.end}:
+        for existing in graph.edges:
+            if {edge.start, edge.end} & {existing.start, existing.end}:
                 continue
-            if crossing(graph, other, start, end):
+            if crossing(graph, existing, start, end):
                 raise NavGraphError(
-                    f"Failed to add edge {_name(edge)}: it intersects with {_name(other)}",
+                    f"Failed to add edge {_name(edge)}: it intersects with {_name(existing)}",
                     hint="tag the edge !allow-intersection or !split-intersection",
                 )
     graph.add_edge(edge)
@@ -60,18 +61,16 @@ def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
     if start is None or end is None:
         graph.add_edge(edge)  # raises the error
         return
-    meetings = []
-    for other in graph.edges:
-        point = crossing(graph, other, start, end)
+    intersections = []
+    for crossed in graph.edges:
+        point = crossing(graph, crossed, start, end)
         if point:
-            meetings.append((start.distance(*point), point, other))
+            intersections.append((start.distance(*point), point, crossed))
     previous = edge.start
-    for _, point, other in sorted(meetings, key=lambda meeting: meeting[0]):
+    for _, point, crossed in sorted(intersections, key=lambda intersection: intersection[0]):
         middle = _node_at(graph, point)
-        if middle not in (other.start, other.end):
-            graph.remove_edge(other)
-            for a, b in ((other.start, middle), (middle, other.end)):
-                _add_new(graph, NavGraphEdge(a, b, other.directed, other.properties))
+        if middle not in (crossed.start, crossed.end):
+            _split(graph, crossed, middle)
         if middle not in (previous, edge.end):
             _add_new(graph, _generated(previous, middle, edge.properties, directed=edge.directed))
             previous = middle
@@ -108,9 +107,7 @@ def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
     else:
         middle = f"C-{node.name}"
         graph.add_node(NavGraphNode(middle, x, y))
-        graph.remove_edge(edge)
-        for a, b in ((edge.start, middle), (middle, edge.end)):
-            _add_new(graph, NavGraphEdge(a, b, edge.directed, edge.properties))
+        _split(graph, edge, middle)
     add_and_split(graph, _generated(middle, node.name))
 
 
@@ -133,6 +130,13 @@ def _node_at(graph: NavGraph, point: Point) -> str:
     name = next(name for i in itertools.count() if graph.node(name := f"U-{i}") is None)
     graph.add_node(NavGraphNode(name, *point))
     return name
+
+
+def _split(graph: NavGraph, edge: NavGraphEdge, middle: str) -> None:
+    """Replace an edge by two edges that meet at a node."""
+    graph.remove_edge(edge)
+    for start, end in ((edge.start, middle), (middle, edge.end)):
+        _add_new(graph, NavGraphEdge(start, end, edge.directed, edge.properties))
 
 
 def _add_new(graph: NavGraph, edge: NavGraphEdge) -> None:

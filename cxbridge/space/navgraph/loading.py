@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path as FilePath
-from typing import Final, TypeVar
+from typing import Final
 
 from msgspec import structs
 
-from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
+from cxbridge.config.documents import YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError, NavGraphError
 from cxbridge.space.navgraph import joining
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
 TAG: Final = "tag:fawkesrobotics.org,navgraph/"
 """The prefix of ``!`` tags in graph files."""
-
-T = TypeVar("T")
 
 _PAIR = 2
 
@@ -56,16 +55,18 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
         raise _wrong(documents[0], "the graph has no 'graph-name'")
     graph = NavGraph(_text(root["graph-name"]), _properties(root.get("default-properties")))
     for item in _items(root.get("nodes"), "nodes"):
-        _placed(item, graph.add_node, _node(item))
+        with _located(item):
+            graph.add_node(_node(item))
     for item in _items(root.get("connections"), "connections"):
         _add_edge(graph, item)
+    # after the edges, because nodes may be connected to the closest edge
     for node in graph.nodes:
         _insert(graph, node, documents[0])
-    if not allow_multi_graph and (lost := graph.unreachable()):
-        first = next(node.name for node in graph.nodes if not node.unconnected)
+    if not allow_multi_graph and (unreachable := graph.unreachable()):
+        origin = next(node.name for node in graph.nodes if not node.unconnected)
         raise _wrong(
             documents[0],
-            f"the graph is not fully connected: {', '.join(lost)} cannot be reached from '{first}'",
+            f"the graph is not fully connected: {', '.join(unreachable)} cannot be reached from '{origin}'",
             "add edges, tag the nodes !unconnected, or allow it (/navgraph/allow_multi_graph)",
         )
     return graph
@@ -90,16 +91,20 @@ def _add_edge(graph: NavGraph, item: YamlNode) -> None:
     if not isinstance(item, YamlList) or len(item.items) != _PAIR:
         raise _wrong(item, "a connection must be [FROM, TO]")
     edge = NavGraphEdge(_text(item.items[0]), _text(item.items[1]), item.tag == f"{TAG}dir")
-    ways: dict[str, Callable[[NavGraph, NavGraphEdge], None]] = {
+    adders: dict[str, Callable[[NavGraph, NavGraphEdge], None]] = {
         f"{TAG}allow-intersection": NavGraph.add_edge,
         f"{TAG}split-intersection": joining.add_and_split,
     }
-    add = ways.get(item.tag, joining.add_without_crossing)
-    _placed(item, lambda edge: add(graph, edge), edge)
+    add = adders.get(item.tag, joining.add_without_crossing)
+    with _located(item):
+        add(graph, edge)
 
 
-def _insert(graph: NavGraph, node: NavGraphNode, place: YamlNode) -> None:
-    """Connect a node by its property ``insert-mode``."""
+def _insert(graph: NavGraph, node: NavGraphNode, root: YamlNode) -> None:
+    """Connect a node by its property ``insert-mode``.
+
+    :param root: gives the file for errors.
+    """
     mode = node.properties.get("insert-mode", "").lower().replace("_", "-")
     if mode == "unconnected":
         graph.replace_node(structs.replace(node, unconnected=True))
@@ -109,15 +114,16 @@ def _insert(graph: NavGraph, node: NavGraphNode, place: YamlNode) -> None:
             joining.connect_to_closest_edge(graph, node)
         except NavGraphError as error:
             if mode == "closest-edge":
-                raise _wrong(place, error.message) from None
+                raise _wrong(root, error.message) from None
             mode = "closest-node"
     if mode == "closest-node":
-        _placed(place, lambda node: joining.connect_to_closest_node(graph, node), node)
+        with _located(root):
+            joining.connect_to_closest_node(graph, node)
 
 
-def _properties(place: YamlNode | None) -> dict[str, str]:
+def _properties(node: YamlNode | None) -> dict[str, str]:
     properties: dict[str, str] = {}
-    for item in _items(place, "properties"):
+    for item in _items(node, "properties"):
         if isinstance(item, YamlScalar):
             properties[item.text] = "true"
         elif isinstance(item, YamlMap):
@@ -127,38 +133,41 @@ def _properties(place: YamlNode | None) -> dict[str, str]:
     return properties
 
 
-def _items(place: YamlNode | None, name: str) -> list[YamlNode]:
-    if place is None or (isinstance(place, YamlScalar) and place.null):
+def _items(node: YamlNode | None, name: str) -> list[YamlNode]:
+    if node is None or (isinstance(node, YamlScalar) and node.null):
         return []
-    if not isinstance(place, YamlList):
-        raise _wrong(place, f"'{name}' must be a list")
-    return place.items
+    if not isinstance(node, YamlList):
+        raise _wrong(node, f"'{name}' must be a list")
+    return node.items
 
 
-def _text(place: YamlNode) -> str:
-    if not isinstance(place, YamlScalar) or place.null:
-        raise _wrong(place, "a text is expected here")
-    return place.text
+def _text(node: YamlNode) -> str:
+    if not isinstance(node, YamlScalar) or node.null:
+        raise _wrong(node, "a text is expected here")
+    return node.text
 
 
-def _number(place: YamlNode) -> float:
+def _number(node: YamlNode) -> float:
     try:
-        value = float(_text(place))
+        value = float(_text(node))
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise _wrong(place, f"'{_text(place)}' is not a number")
+        raise _wrong(node, f"'{_text(node)}' is not a number")
     return value
 
 
-def _placed(place: YamlNode, action: Callable[[T], None], value: T) -> None:
-    """Change a graph, and add the place in the file to errors."""
+@contextmanager
+def _located(node: YamlNode) -> Iterator[None]:
+    """Add the position of a YAML node to the errors of the graph."""
     try:
-        action(value)
+        yield
     except NavGraphError as error:
-        raise _wrong(place, error.message, error.hint) from None
+        if error.line:
+            raise
+        raise _wrong(node, error.message, error.hint) from None
 
 
-def _wrong(place: YamlNode, message: str, hint: str | None = None) -> NavGraphError:
-    mark: Mark = place.mark
+def _wrong(node: YamlNode, message: str, hint: str | None = None) -> NavGraphError:
+    mark = node.mark
     return NavGraphError(message, file=mark.file, line=mark.line, column=mark.column, hint=hint)

@@ -6,6 +6,7 @@ are those of tf in Fawkes and ROS: ``docs/features.md#tf``.
 
 from __future__ import annotations
 
+import itertools
 import math
 import threading
 from bisect import bisect_left, bisect_right
@@ -62,11 +63,11 @@ class _History:
             return True
         if self.stamps and entry.stamp_us < self.stamps[-1] - keep_us:
             return False
-        at = bisect_right(self.stamps, entry.stamp_us)  # transforms may arrive out of order
-        self.stamps.insert(at, entry.stamp_us)
-        self.entries.insert(at, entry)
-        old = bisect_left(self.stamps, self.stamps[-1] - keep_us)
-        del self.stamps[:old], self.entries[:old]
+        position = bisect_right(self.stamps, entry.stamp_us)  # transforms may arrive out of order
+        self.stamps.insert(position, entry.stamp_us)
+        self.entries.insert(position, entry)
+        outdated = bisect_left(self.stamps, self.stamps[-1] - keep_us)
+        del self.stamps[:outdated], self.entries[:outdated]
         return True
 
     def at(self, time_us: int) -> StampedTransform:
@@ -167,11 +168,10 @@ class TransformBuffer:
 
         :raises TransformError: if it is unknown.
         """
-        first = self.lookup(fixed, source, source_us)
-        second = self.lookup(target, fixed, target_us)
-        return StampedTransform(
-            second.transform * first.transform, second.stamp_us, _strip(target), _strip(source)
-        )
+        to_fixed = self.lookup(fixed, source, source_us)
+        to_target = self.lookup(target, fixed, target_us)
+        transform = to_target.transform * to_fixed.transform
+        return StampedTransform(transform, to_target.stamp_us, _strip(target), _strip(source))
 
     def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
         """Return whether :meth:`lookup` succeeds; True for equal frames, even unknown ones."""
@@ -190,8 +190,8 @@ class TransformBuffer:
 
         :raises TransformError: if the transform is unknown.
         """
-        found = self.lookup(target, frame, time_us)
-        return found.transform.apply(point), found.stamp_us
+        stamped = self.lookup(target, frame, time_us)
+        return stamped.transform.apply(point), stamped.stamp_us
 
     def transform_vector(
         self, target: str, vector: Vector, frame: str, time_us: int = LATEST
@@ -200,8 +200,8 @@ class TransformBuffer:
 
         :raises TransformError: if the transform is unknown.
         """
-        found = self.lookup(target, frame, time_us)
-        return rotate(found.transform.rotation, vector), found.stamp_us
+        stamped = self.lookup(target, frame, time_us)
+        return rotate(stamped.transform.rotation, vector), stamped.stamp_us
 
     def transform_quaternion(
         self, target: str, rotation: Quaternion, frame: str, time_us: int = LATEST
@@ -211,8 +211,8 @@ class TransformBuffer:
         :raises TransformError: if the transform is unknown, or the quaternion is not a rotation.
         """
         rotation = normalized(rotation)
-        found = self.lookup(target, frame, time_us)
-        return multiply(found.transform.rotation, rotation), found.stamp_us
+        stamped = self.lookup(target, frame, time_us)
+        return multiply(stamped.transform.rotation, rotation), stamped.stamp_us
 
     def transform_pose(
         self, target: str, pose: Transform, frame: str, time_us: int = LATEST
@@ -221,57 +221,54 @@ class TransformBuffer:
 
         :raises TransformError: if the transform is unknown.
         """
-        found = self.lookup(target, frame, time_us)
-        return found.transform * pose, found.stamp_us
+        stamped = self.lookup(target, frame, time_us)
+        return stamped.transform * pose, stamped.stamp_us
 
     def _latest_common(self, target: str, source: str) -> int:
         """Return the latest common time of all transforms between two frames, 0 if all are static."""
-        up = self._parents(source)
-        down = self._parents(target)
+        source_path = self._path_to_root(source)
         if target == source:
-            times = up[:1]
+            needed = source_path[:1]
         else:
-            seen = {source} | {entry.frame for entry in up}
-            common = target
-            times = []
-            for entry in down:
-                if common in seen:
+            ancestors = {source} | {entry.frame for entry in source_path}
+            common = target  # becomes the first common ancestor
+            needed = []
+            for entry in self._path_to_root(target):
+                if common in ancestors:
                     break
-                times.append(entry)
+                needed.append(entry)
                 common = entry.frame
-            if common not in seen:
+            if common not in ancestors:
                 raise _not_connected(target, source)
-            for entry in up:
-                if entry.child_frame == common:
-                    break
-                times.append(entry)
-        stamps = [e.stamp_us for e in times if not self._histories[e.child_frame].static]
+            needed += itertools.takewhile(lambda entry: entry.child_frame != common, source_path)
+        stamps = [entry.stamp_us for entry in needed if not self._histories[entry.child_frame].static]
         return min(stamps, default=LATEST)
 
-    def _parents(self, frame: str) -> list[StampedTransform]:
-        way: list[StampedTransform] = []
+    def _path_to_root(self, frame: str) -> list[StampedTransform]:
+        """Return the latest transforms from a frame to its parent, and so on to the root."""
+        path: list[StampedTransform] = []
         while frame in self._histories:
-            way.append(self._histories[frame].entries[-1])
-            frame = way[-1].frame
-            if len(way) > MAX_DEPTH:
+            path.append(self._histories[frame].entries[-1])
+            frame = path[-1].frame
+            if len(path) > MAX_DEPTH:
                 raise UnknownFrameError("The tf tree is invalid because it contains a loop.")
-        return way
+        return path
 
     def _walk(self, target: str, source: str, time_us: int) -> Transform:
         """Return the transform from ``source`` to ``target`` via their first common ancestor."""
-        up, missing = self._climb(source, target, time_us)
-        if target in up:
-            return up[target]
-        down, missing_below = self._climb(target, "", time_us, stop=up)
-        common = next(reversed(down))
-        if common not in up:
-            problem = missing_below or missing
+        source_in, source_error = self._climb(source, target, time_us)
+        if target in source_in:
+            return source_in[target]
+        target_in, target_error = self._climb(target, "", time_us, stop=source_in)
+        common = next(reversed(target_in))
+        if common not in source_in:
+            problem = target_error or source_error
             if problem is None:
                 raise _not_connected(target, source)
             raise ExtrapolationError(
                 f"{problem.message}, when looking up transform from frame [{source}] to frame [{target}]"
             )
-        return down[common].inverse() * up[common]
+        return target_in[common].inverse() * source_in[common]
 
     def _climb(
         self, frame: str, goal: str, time_us: int, stop: dict[str, Transform] | None = None
@@ -281,17 +278,17 @@ class TransformBuffer:
         It ends at the goal, at a frame in ``stop``, at the root, or at a frame without a transform for the
         time.
         """
-        found = {frame: Transform()}
+        poses = {frame: Transform()}  # of the frame in its ancestors
         while frame != goal and (stop is None or frame not in stop) and frame in self._histories:
             try:
                 entry = self._histories[frame].at(time_us)
             except ExtrapolationError as error:
-                return found, error
-            if entry.frame in found:
+                return poses, error
+            if entry.frame in poses:
                 raise UnknownFrameError("The tf tree is invalid because it contains a loop.")
-            found[entry.frame] = entry.transform * found[frame]
+            poses[entry.frame] = entry.transform * poses[frame]
             frame = entry.frame
-        return found, None
+        return poses, None
 
 
 def _strip(frame: str) -> str:

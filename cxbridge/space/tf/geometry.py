@@ -38,7 +38,7 @@ def normalized(q: Quaternion) -> Quaternion:
 
     :raises InvalidRotationError: if it has a NaN, or its length differs from 1 by more than Fawkes accepts.
     """
-    length2 = sum(part * part for part in q)
+    length2 = sum(component * component for component in q)
     if math.isnan(length2):
         raise InvalidRotationError("Quaternion malformed, contains NaN value")
     if abs(length2 - 1) > _LENGTH_TOLERANCE:
@@ -85,6 +85,7 @@ def lerp(a: Vector, b: Vector, ratio: float) -> Vector:
 def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
     """Interpolate spherically from ``a`` (ratio 0) to ``b`` (ratio 1) on the shorter arc."""
     dot = sum(p * q for p, q in zip(a, b, strict=True))
+    # q and -q are the same rotation: a negative product means the longer arc
     if dot < 0:
         b, dot = (-b[0], -b[1], -b[2], -b[3]), -dot
     if dot > _ALMOST_PARALLEL:
