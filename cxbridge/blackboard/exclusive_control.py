@@ -8,8 +8,8 @@ executes, and the outcome. Two of these can go stale:
 
 - A Fawkes numbers the messages of each sender from 1. The next message may therefore get the id that the
   interface already shows for another sender, and the sender would take the result of the earlier message for
-  that of its own. It may also get 0, which means no message. The blackboards of cxbridge leave out both ids,
-  see :mod:`~cxbridge.interfaces.message_ids`; for a Fawkes, :func:`skip_stale_ids` uses them up.
+  the result of the new one. It may also get 0, which means no message. The blackboards of cxbridge leave out
+  both ids, see :mod:`~cxbridge.interfaces.message_ids`; for a Fawkes, :func:`skip_stale_ids` uses them up.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def write_farewell(writer: Interface, reason: str) -> None:
     schema = writer.SCHEMA
     if schema.field(CONTROLLER) is None:
         return
-    writer.read()
+    writer.read()  # values that were set but not written belong to no block that readers have
     status = None if schema.field(_STATUS) is None else getattr(writer.get(_STATUS), "name", "")
     if status != _RUNNING and not writer.get(CONTROLLER):
         return

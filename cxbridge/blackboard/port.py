@@ -70,7 +70,7 @@ class BoardPort:
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         """Copy the block, see :class:`~cxbridge.interfaces.message.Port`."""
-        snapshot = self._snapshot
+        snapshot = self._snapshot  # once: another thread may replace it
         into[:] = snapshot.block
         return snapshot.version, snapshot.stamped, snapshot.changed
 
@@ -79,13 +79,13 @@ class BoardPort:
 
         :param stamped: whether the time stamp is new; None: to be found by comparison.
         """
-        last = self._snapshot
-        version = last.version + 1
+        previous = self._snapshot
+        version = previous.version + 1
         if stamped is None:
-            stamped = block[: STAMP.size] != last.block[: STAMP.size]
-        self._snapshot = Snapshot(
-            version, version if stamped else last.stamped, version if changed else last.changed, block
-        )
+            stamped = block[: STAMP.size] != previous.block[: STAMP.size]
+        last_stamped = version if stamped else previous.stamped
+        last_changed = version if changed else previous.changed
+        self._snapshot = Snapshot(version, last_stamped, last_changed, block)
         return self._snapshot
 
     def deliver(self, writer: Interface, message: Message) -> bool:

@@ -103,13 +103,12 @@ class ConfigLoader:
             self.warnings.append(
                 f"{documents[2].mark.file}:{documents[2].mark.line}: only two documents are read"
             )
-        main = 0
-        if len(documents) > 1:
-            main = 1
-            self._meta(documents[0], entry)
         if not documents:
             return
-        tree = self._builder.build(documents[main])
+        *includes, values = documents[:2]  # a single document has the values
+        for document in includes:
+            self._queue_includes(document, entry)
+        tree = self._builder.build(values)
         if tree.kind is NodeKind.NULL:
             return
         if tree.kind is not NodeKind.MAP:
@@ -119,7 +118,7 @@ class ConfigLoader:
             )
         overlay(self.root, tree)
 
-    def _meta(self, document: YamlNode, entry: _FileToRead) -> None:
+    def _queue_includes(self, document: YamlNode, entry: _FileToRead) -> None:
         """Queue the includes in the first of two documents."""
         if isinstance(document, YamlScalar) and document.null:
             return
@@ -147,7 +146,7 @@ class ConfigLoader:
 
     def _include(self, item: YamlScalar, entry: _FileToRead) -> None:
         name = item.text
-        if "$host" in Path(name).name:
+        if "$host" in Path(name).name:  # in a folder's name it cannot be searched for other hosts
             self.host_includes.append(Path(os.path.normpath(self._confdir / name)))
         if "$host" in name:
             name = name.replace("$host", self._host or socket.gethostname(), 1)

@@ -238,7 +238,7 @@ def _docstring(text: str, indent: str) -> Iterator[str]:
 
 
 def _wrap(text: str, indent: str) -> list[str]:
-    """Wrap a text for a docstring, without backslashes and double quotes."""
+    """Wrap a text for a docstring, without backslashes and double quotes, which could end the docstring."""
     text = text.replace("\\", "/").replace('"', "'")
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
 

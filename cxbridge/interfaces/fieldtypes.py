@@ -12,6 +12,7 @@ import re
 
 from msgspec import Struct
 
+# the lengths bound the time for hostile numbers; 20 digits hold any 64 bit integer
 _INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}")
 _DECIMAL = re.compile(r"\s*[+-]?([0-9]+(?:\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]{1,6})?")
 _INT64_MAX = (1 << 63) - 1

@@ -105,6 +105,7 @@ class Interface(SharedBlock):
             raise MessageAlreadyQueuedError
         if message_id is None:
             message_id = self._port.next_id(self._last_message_id)
+        # also after a failure: the next message must not get the id of one that may have arrived
         self._last_message_id = message_id & MESSAGE_ID_MASK
         source = None if proxy else self._serial
         message.address(self._last_message_id, self._port.mem_serial, self._serial, source)
@@ -121,13 +122,14 @@ class Interface(SharedBlock):
 
     def msgq_enqueue_copy(self, message: Message) -> int:
         """Send a copy; ``message`` gets its id and can be sent again."""
-        twin = message.copy()
-        message_id = self.msgq_enqueue(twin)
-        message.address(message_id, twin.recipient, self._serial, self._serial)
+        copy = message.copy()
+        message_id = self.msgq_enqueue(copy)
+        message.address(message_id, copy.recipient, self._serial, self._serial)
         return message_id
 
     def msgq_append(self, message: Message) -> None:
         """Append a message to the queue of this writer without an event, for example in a listener."""
+        # without a call in the usual case, because a writer looks at its queue in each cycle
         queue = self._queue if self._queue is not None else self._writer_queue("append")
         queue.append(message, self._port.now_us())
 

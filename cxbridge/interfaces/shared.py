@@ -1,7 +1,7 @@
 """The data of an opened interface: a private copy of a shared block.
 
 Reads and writes copy between the two. The versions of the shared block's last write, time stamp and change
-tell a reader what is new since its last read.
+tell a reader whether data, time stamp and values are new since its last read.
 """
 
 from __future__ import annotations

@@ -1,4 +1,8 @@
-"""A session of the server: a client's connection, limits and queued frames."""
+"""A session of the server: a client's connection, limits and queued frames.
+
+A blackboard calls listeners in the thread of the writer, which must not wait for a slow client. So sending
+takes as many bytes as the socket accepts, and queues the rest for the server's thread.
+"""
 
 from __future__ import annotations
 
@@ -121,7 +125,7 @@ class FawkesSession:
 
     def _flush(self) -> None:
         if self._condemned:
-            self._outbox = Outbox()
+            self._outbox = Outbox()  # frees the memory now, even if the server drops the session later
             return
         while frames := self._outbox.take():
             try:

@@ -85,6 +85,7 @@ class _History:
                 f"{_text(time_us)}, but the earliest data is at time {_text(self.stamps[0])}"
             )
         older, newer = entries[right - 1], entries[right]
+        # between two parents there is no interpolation
         if older.stamp_us == time_us or older.frame != newer.frame:
             return older
         ratio = (time_us - older.stamp_us) / (newer.stamp_us - older.stamp_us)
@@ -124,7 +125,7 @@ class TransformBuffer:
         transform = Transform(entry.transform.translation, normalized(entry.transform.rotation))
         with self._lock:
             history = self._histories.get(child)
-            if history is None:
+            if history is None:  # the first transform decides whether the frame is static, as in tf
                 history = self._histories[child] = _History(static=static)
                 self._frames |= {frame, child}
             self._frames.add(frame)
@@ -176,7 +177,7 @@ class TransformBuffer:
     def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
         """Return whether :meth:`lookup` succeeds; True for equal frames, even unknown ones."""
         if _strip(target) == _strip(source):
-            return True
+            return True  # as in tf, which does not look at the tree
         try:
             self.lookup(target, source, time_us)
         except (UnknownFrameError, NotConnectedError, ExtrapolationError):

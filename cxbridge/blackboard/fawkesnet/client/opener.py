@@ -46,6 +46,7 @@ class Opener:
                 opened(reply)
 
         candidates, listed, tried = self._hashes.candidates(schema), None, list[bytes]()
+        # usually one round: the first candidate is the hash that the server has accepted before, or Fawkes'
         while True:
             offer = candidates[0]
             reply = self._requests.request(Open(schema.name, request.id, offer, request.writer), on_reply)
@@ -57,6 +58,7 @@ class Opener:
             if reply.error != OpenError.HASH_MISMATCH:
                 raise self._refusal(reply.error, schema.name, request.id)
             tried.append(offer)
+            # the server's list has the hashes of the type's other open interfaces
             if listed is None:
                 listed = [info.hash for info in self._requests.list(schema.name, "*").interfaces]
                 candidates = self._hashes.candidates(schema, listed)

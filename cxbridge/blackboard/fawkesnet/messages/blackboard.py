@@ -44,6 +44,8 @@ _NAMES: Final = {"type": text(TYPE_SIZE), "id": text(ID_SIZE)}
 
 
 class BoardKind(IntEnum):
+    """Kinds of messages; WRITE is unused, since a write sends DATA_REFRESHED or DATA_CHANGED."""
+
     LIST_ALL = 0
     INTERFACE_LIST = 1
     OPEN_FOR_READING = 2

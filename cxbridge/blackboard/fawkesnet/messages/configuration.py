@@ -24,14 +24,16 @@ from cxbridge.config.scalars import ConfigType
 PATH_SIZE: Final = 128  # bytes of Fawkes' C struct
 _DESCRIPTOR: Final = Struct(f"={PATH_SIZE}sHH")
 _ENTRY_KIND: Final = Struct("=I")
-_STRING_HEAD: Final = Struct("=HH")
-_IS_DEFAULT: Final = 1
+_STRING_HEAD: Final = Struct("=HH")  # length, and two unused bytes
+_IS_DEFAULT: Final = 1  # the lowest of the flags; Fawkes uses no other
 _MAX_STRING: Final = 0xFFFF  # the length of a string has 16 bits
 
 Scalar = bool | int | float | str
 
 
 class ConfigKind(IntEnum):
+    """Kinds of messages; the gaps are Fawkes'."""
+
     GET_FLOAT = 1
     GET_UINT = 2
     GET_INT = 3
@@ -123,13 +125,13 @@ class ConfigMessage(WireValue):
         :raises MalformedMessageError: if the kind is unknown or the bytes are invalid.
         """
         try:
-            known = ConfigKind(kind)
+            message_kind = ConfigKind(kind)
         except ValueError:
             raise MalformedMessageError(f"the configuration has no messages of kind {kind}") from None
-        if known in _BARE:
-            expect_size(payload, 0, known.name)
-            return cls(known)
-        return cls._unpack(known, payload, _DESCRIPTOR.size)
+        if message_kind in _BARE:
+            expect_size(payload, 0, message_kind.name)
+            return cls(message_kind)
+        return cls._unpack(message_kind, payload, _DESCRIPTOR.size)
 
     @classmethod
     def unpack_entry(cls, element: bytes) -> Self:
@@ -148,6 +150,7 @@ class ConfigMessage(WireValue):
         if value_type is None:
             expect_size(payload, start, kind.name)
             return cls(kind, path, is_default=is_default)  # without values the count is meaningless
+        # a scalar has the count 0
         values = _unpack_values(value_type, payload[start:], max(count, 1), kind.name)
         return cls(kind, path, values, count > 0, is_default)
 
@@ -171,6 +174,8 @@ class ConfigMessage(WireValue):
 
 @dataclass(frozen=True, slots=True)
 class ConfigList(WireValue):
+    """All values of a configuration, the reply to SUBSCRIBE."""
+
     entries: tuple[ConfigMessage, ...]
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.CONFIGURATION

@@ -15,6 +15,7 @@ LIST_HEAD: Final = Struct(">II")
 
 _LENGTH: Final = Struct(">H")
 
+# Fawkes' limit: an element and its two bytes of length have at most 65535 bytes
 MAX_ELEMENT: Final = 65533
 """The maximum size of a list element."""
 
@@ -43,22 +44,24 @@ class WireValue(ABC):
         return self.to_frame().to_bytes()
 
 
-def expect_size(payload: bytes, size: int, part: str) -> None:
+def expect_size(payload: bytes, size: int, subject: str) -> None:
     """Check the size of a payload.
 
+    :param subject: the name of the payload, for errors.
     :raises MalformedMessageError: if it differs from ``size``.
     """
     if len(payload) != size:
-        raise MalformedMessageError(f"{part} has {len(payload)} bytes, not {size}")
+        raise MalformedMessageError(f"{subject} has {len(payload)} bytes, not {size}")
 
 
-def expect_at_least(payload: bytes, size: int, part: str) -> None:
+def expect_at_least(payload: bytes, size: int, subject: str) -> None:
     """Check the minimum size of a payload.
 
+    :param subject: the name of the payload, for errors.
     :raises MalformedMessageError: if it is shorter than ``size``.
     """
     if len(payload) < size:
-        raise MalformedMessageError(f"{part} has {len(payload)} bytes, at least {size} are needed")
+        raise MalformedMessageError(f"{subject} has {len(payload)} bytes, at least {size} are needed")
 
 
 def pack_text(text: str, size: int, *, terminated: bool = True) -> bytes:
@@ -86,27 +89,27 @@ def pack_list(elements: Iterable[bytes]) -> bytes:
     return LIST_HEAD.pack(len(body), count) + bytes(body)
 
 
-def unpack_list(payload: bytes, part: str) -> tuple[bytes, ...]:
+def unpack_list(payload: bytes, subject: str) -> tuple[bytes, ...]:
     """Return the elements of a list.
 
-    :param part: the name of the list, for errors.
+    :param subject: the name of the list, for errors.
     :raises MalformedMessageError: if head, lengths and bytes are inconsistent.
     """
-    expect_at_least(payload, LIST_HEAD.size, part)
+    expect_at_least(payload, LIST_HEAD.size, subject)
     size, count = LIST_HEAD.unpack_from(payload)
     end = len(payload)
     if size != end - LIST_HEAD.size:
-        raise MalformedMessageError(f"{part} announces {size} bytes and has {end - LIST_HEAD.size}")
+        raise MalformedMessageError(f"{subject} announces {size} bytes and has {end - LIST_HEAD.size}")
     elements = []
     start = LIST_HEAD.size
     while start < end:
         if end - start < _LENGTH.size:
-            raise MalformedMessageError(f"{part} ends within the length of an element")
-        after = start + _LENGTH.size + _LENGTH.unpack_from(payload, start)[0]
-        if after > end:
-            raise MalformedMessageError(f"{part} ends within an element")
-        elements.append(payload[start + _LENGTH.size : after])
-        start = after
+            raise MalformedMessageError(f"{subject} ends within the length of an element")
+        element_end = start + _LENGTH.size + _LENGTH.unpack_from(payload, start)[0]
+        if element_end > end:
+            raise MalformedMessageError(f"{subject} ends within an element")
+        elements.append(payload[start + _LENGTH.size : element_end])
+        start = element_end
     if len(elements) & 0xFFFF != count & 0xFFFF:  # Fawkes counts in 16 bits
-        raise MalformedMessageError(f"{part} announces {count} elements and has {len(elements)}")
+        raise MalformedMessageError(f"{subject} announces {count} elements and has {len(elements)}")
     return tuple(elements)

@@ -72,23 +72,25 @@ class FrameDecoder:
 
         :raises FrameTooLongError: if a header exceeds the limit. The rest of the stream cannot be decoded.
         """
+        # the usual piece has whole frames, which are not copied
         if self._pending:
             self._pending += data
             if len(self._pending) < self._needed:
-                return
+                return  # a large frame comes in many pieces, and is split only once
             data = bytes(self._pending)
             self._pending.clear()
         start, end = 0, len(data)
         while end - start >= HEADER.size:
             component, kind, size = HEADER.unpack_from(data, start)
+            # before the payload is collected: the limit bounds the memory that a client costs
             if size > self._always and size > (allowed := self._limit(component, kind)):
                 raise FrameTooLongError(component, kind, size, allowed)
-            after = start + HEADER.size + size
-            if after > end:
-                self._needed = after - start
+            frame_end = start + HEADER.size + size
+            if frame_end > end:
+                self._needed = frame_end - start
                 self._pending += data[start:]
                 return
-            yield FawkesFrame(component, kind, data[start + HEADER.size : after])
-            start = after
+            yield FawkesFrame(component, kind, data[start + HEADER.size : frame_end])
+            start = frame_end
         self._needed = HEADER.size
         self._pending += data[start:]

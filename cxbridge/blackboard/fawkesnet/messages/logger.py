@@ -13,6 +13,7 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
 from cxbridge.clock import join_us, split_us
 from cxbridge.events import Level
 
+# Fawkes converts the time to network byte order, and copies the bit field of level and flags
 _WORD: Final = Struct("=I")
 _TIME: Final = Struct(">QI")
 _HEAD_SIZE: Final = _WORD.size + _TIME.size
@@ -22,6 +23,8 @@ _BY_NUMBER: Final = {number: level for level, number in _LEVELS.items()}
 
 
 class LogKind(IntEnum):
+    """Kinds of messages."""
+
     SUBSCRIBE = 1
     UNSUBSCRIBE = 2
     LOGMESSAGE = 3
@@ -79,10 +82,10 @@ class LogMessage(WireValue):
         expect_at_least(payload, _HEAD_SIZE + 2, "LOGMESSAGE")
         (word,) = _WORD.unpack_from(payload)
         seconds, microseconds = _TIME.unpack_from(payload, _WORD.size)
-        parts = payload[_HEAD_SIZE:].split(b"\0")
-        if len(parts) != 3 or parts[2]:  # noqa: PLR2004 - component, text, nothing after the last NUL
+        texts = payload[_HEAD_SIZE:].split(b"\0")
+        if len(texts) != 3 or texts[2]:  # noqa: PLR2004 - component, text, nothing after the last NUL
             raise MalformedMessageError("LOGMESSAGE must have two texts, each with a NUL at its end")
-        component, text = (part.decode(errors="backslashreplace") for part in parts[:2])
+        component, text = (raw.decode(errors="backslashreplace") for raw in texts[:2])
         level = _BY_NUMBER.get(word & 15)
         if level is None:
             raise MalformedMessageError(f"LOGMESSAGE has the level {word & 15}, which does not exist")

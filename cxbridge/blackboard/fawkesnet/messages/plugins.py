@@ -22,6 +22,8 @@ NAME_SIZE: Final = 32  # bytes of Fawkes' C struct
 
 
 class PluginKind(IntEnum):
+    """Kinds of messages."""
+
     LOAD = 1
     LOADED = 2
     LOAD_FAILED = 3
@@ -77,13 +79,13 @@ class PluginMessage(WireValue):
         :raises MalformedMessageError: if the kind is unknown or the bytes are invalid.
         """
         try:
-            known = PluginKind(kind)
+            message_kind = PluginKind(kind)
         except ValueError:
             raise MalformedMessageError(f"the plugin manager has no messages of kind {kind}") from None
-        if known in NAMED:
-            expect_size(payload, NAME_SIZE, known.name)
-            return cls(known, name=unpack_text(payload))
-        if known in LISTS:
-            return cls(known, items=tuple(map(unpack_text, unpack_list(payload, known.name))))
-        expect_size(payload, 0, known.name)
-        return cls(known)
+        if message_kind in NAMED:
+            expect_size(payload, NAME_SIZE, message_kind.name)
+            return cls(message_kind, name=unpack_text(payload))
+        if message_kind in LISTS:
+            return cls(message_kind, items=tuple(map(unpack_text, unpack_list(payload, message_kind.name))))
+        expect_size(payload, 0, message_kind.name)
+        return cls(message_kind)

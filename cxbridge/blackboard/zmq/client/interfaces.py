@@ -377,7 +377,7 @@ class OpenInterfaces:
         """Handle a frame other than an Update."""
         match frame:
             case Response():
-                if not self._sender.answer(frame) and isinstance(frame, Opened):
+                if not self._sender.finish(frame) and isinstance(frame, Opened):
                     self._close_late(frame)  # the request was given up
             case Change():
                 copy = self._channels.get(frame.channel)

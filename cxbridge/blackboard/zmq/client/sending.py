@@ -28,6 +28,7 @@ _PATIENCE_MS: Final = 1000  # frames that cannot be conflated wait longer; then 
 
 
 def _locked() -> threading.Lock:
+    """Return a lock that another thread releases."""
     lock = threading.Lock()
     lock.acquire()
     return lock
@@ -110,7 +111,7 @@ class CommandSender:
             self._closed = True
             self._changed.notify_all()
 
-    def answer(self, reply: Response) -> bool:
+    def finish(self, reply: Response) -> bool:
         """Give a reply to its requester; return whether there is one."""
         with self.lock:
             pending = self._pending.pop(reply.request, None)

@@ -14,6 +14,7 @@ from cxbridge.blackboard.zmq.server.sessions import Membership, ZmqSession
 from cxbridge.blackboard.zmq.wire.frames import Change, Update, encode
 from cxbridge.interfaces.instance import Interface
 
+# a local writer in a loop must not fill the memory while the server's thread is busy
 MAX_QUEUED: Final = 256
 """The number of updates of an interface waiting for the server's thread; above it they are conflated."""
 
@@ -60,7 +61,7 @@ class Channel(MembershipListener):
         membership = self.members.get(session)
         snapshot = None
         if membership is None or self in session.dirty:
-            session.dirty.pop(self, None)
+            session.dirty.pop(self, None)  # the reply has the data that the update would have
             snapshot = self.memory.snapshot
             membership = self.members.setdefault(session, Membership(snapshot.version))
             session.skipped += max(0, snapshot.version - membership.sent - 1)
@@ -118,7 +119,7 @@ class Channel(MembershipListener):
             if membership.sent >= version:
                 continue
             if session is writer:
-                membership.sent = version
+                membership.sent = version  # the client has the data of its own write
             elif session.credit <= 0:
                 session.dirty[self] = None
             elif membership.sent == version - 1:
