@@ -20,13 +20,21 @@ from cxbridge.interfaces.instance import Interface, Message
 
 
 class Observer:
-    """Base of observers, which are notified of interfaces that are created and destroyed."""
+    """Base of observers, which are notified of interfaces that are created and destroyed.
+
+    An observer overrides the first two methods, or the third one for both events.
+    """
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Handle the opening of an interface's first instance."""
+        self.existence_changed(interface_type, interface_id, created=True)
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
         """Handle the closing of an interface's last instance, with which its data are lost."""
+        self.existence_changed(interface_type, interface_id, created=False)
+
+    def existence_changed(self, interface_type: str, interface_id: str, *, created: bool) -> None:
+        """Handle the creation or the end of an interface."""
 
 
 class _ObserverRegistration(Struct, eq=False):

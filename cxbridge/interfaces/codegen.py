@@ -20,7 +20,7 @@ from cxbridge.interfaces.schema import (
     schema_to_json,
 )
 
-_WIDTH = 88  # columns of the written module, as in ruff's default
+_WIDTH = 88  # columns of docstrings, as in ruff's default
 _MADE_BY = "Made by 'cxbridge interface compile': do not edit, make it again."
 _QUOTES = '"""'
 _INDENT = "    "
@@ -136,7 +136,7 @@ class _Writer:
         yield ""
         for item in enum.items:
             member, value = attribute_name(item.name, Interface), f"{name}.{enum_member_name(item.name)}"
-            yield from self._enum_member(f"{_INDENT}{member}: ClassVar[{name}]", value)
+            yield f"{_INDENT}{member}: ClassVar[{name}]" + ("" if self._stub else f" = {value}")
         yield ""
         yield f"{_INDENT}@staticmethod"
         signature = f"{_INDENT}def tostring_{enum.name}(value: int) -> str:"
@@ -146,14 +146,6 @@ class _Writer:
         yield signature
         yield from _docstring("Return the name of a value, UNKNOWN when it has none.", inner)
         yield f"{inner}return enum_value_name({self._schema.name}.{name}, value)"
-
-    def _enum_member(self, head: str, value: str) -> Iterator[str]:
-        if self._stub:
-            yield head
-        elif len(f"{head} = {value}") <= _WIDTH:
-            yield f"{head} = {value}"
-        else:
-            yield from (f"{head} = (", f"{_INDENT * 2}{value}", f"{_INDENT})")
 
     def _members(self) -> Iterator[str]:
         for constant in self._schema.constants:
@@ -195,7 +187,7 @@ class _Writer:
             return
         yield f"{indent}) -> None:"
         yield from _docstring("Make a message; values that are not given are zero.", body)
-        yield from _call(f"{body}super().__init__", names, body)
+        yield f"{body}super().__init__({', '.join(names)})"
 
     def _annotations(
         self, fields: tuple[FieldSchema, ...], base: type, indent: str, enum_prefix: str
@@ -241,17 +233,6 @@ def _wrap(text: str, indent: str) -> list[str]:
     """Wrap a text for a docstring, without backslashes and double quotes, which could end the docstring."""
     text = text.replace("\\", "/").replace('"', "'")
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
-
-
-def _call(head: str, arguments: list[str], indent: str) -> Iterator[str]:
-    """Yield a call, with one argument per line if it is long."""
-    line = f"{head}({', '.join(arguments)})"
-    if len(line) <= _WIDTH:
-        yield line
-        return
-    yield f"{head}("
-    yield from (f"{indent}{_INDENT}{argument}," for argument in arguments)
-    yield f"{indent})"
 
 
 def _literal(value: bool | float | str) -> str:

@@ -54,20 +54,7 @@ class MirrorInfo:
     messages: int
 
 
-class _BoardWatch(Observer):
-    """Notifies the gateway of changes on a board."""
-
-    def __init__(self, gateway: Gateway) -> None:
-        self._gateway = gateway
-
-    def interface_created(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002 - an observer
-        self._gateway.request_sweep()
-
-    def interface_destroyed(self, interface_type: str, interface_id: str) -> None:  # noqa: ARG002
-        self._gateway.request_sweep()
-
-
-class Gateway(Closing):
+class Gateway(Observer, Closing):
     """Mirrors interfaces between two blackboards, which it leaves open. A context manager.
 
     Call either :meth:`start`, which uses a thread, or :meth:`loop` periodically.
@@ -111,12 +98,11 @@ class Gateway(Closing):
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self._next_sweep_s = 0.0
-        self._watch = _BoardWatch(self)
         for board in self._boards:
             # events during a disconnection are not repeated
             board.on_connection(lambda _connected: self.request_sweep())
             for pattern in self._patterns:
-                board.register_observer(self._watch, pattern.type_glob, pattern.id_glob)
+                board.register_observer(self, pattern.type_glob, pattern.id_glob)
 
     def start(self) -> None:
         """Work in a thread until :meth:`close`."""
@@ -139,12 +125,15 @@ class Gateway(Closing):
         if self._thread is not None:
             self._thread.join(_STOP_S)
         for board in self._boards:
-            board.unregister_observer(self._watch)
+            board.unregister_observer(self)
         if self._thread is None or not self._thread.is_alive():
             self._deliver_messages()
         for key, mirror in self._mirrors.items():
             mirror.close(f"the gateway to {'::'.join(key)} was closed")
         self._mirrors.clear()
+
+    def existence_changed(self, interface_type: str, interface_id: str, *, created: bool) -> None:  # noqa: ARG002 - an observer
+        self.request_sweep()
 
     def request_sweep(self) -> None:
         """Request a comparison of both boards. Callable from any thread."""

@@ -48,23 +48,7 @@ _FAILURES: Final = {
 }
 
 
-class _ExistenceObserver(Observer):
-    """Notifies all clients of created and destroyed interfaces."""
-
-    def __init__(self, broadcast: Callable[[bytes], None]) -> None:
-        self._broadcast: Final = broadcast
-
-    def interface_created(self, interface_type: str, interface_id: str) -> None:
-        self._broadcast_event(bb.BoardKind.INTERFACE_CREATED, interface_type, interface_id)
-
-    def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        self._broadcast_event(bb.BoardKind.INTERFACE_DESTROYED, interface_type, interface_id)
-
-    def _broadcast_event(self, kind: bb.BoardKind, interface_type: str, interface_id: str) -> None:
-        self._broadcast(bb.InterfaceEvent(kind, interface_type, interface_id).to_bytes())
-
-
-class BlackBoardNetworkHandler(NetworkHandler):
+class BlackBoardNetworkHandler(NetworkHandler, Observer):
     """Serves a blackboard.
 
     :param board: the blackboard.
@@ -90,7 +74,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
         self._complaints: Final = complaints
         self._echo: Final = echo
         self._opened: dict[FawkesSession, dict[bytes, Opened]] = {}
-        self._observer: _ExistenceObserver | None = None
+        self._broadcast: Callable[[bytes], None] | None = None
         self._handlers: Final[dict[int, Callable[[FawkesSession, FawkesFrame], None]]] = {
             bb.BoardKind.DATA_REFRESHED: partial(self._write, changed=False),
             bb.BoardKind.DATA_CHANGED: partial(self._write, changed=True),
@@ -104,12 +88,17 @@ class BlackBoardNetworkHandler(NetworkHandler):
 
     def start(self, hub: FawkesNetworkHub) -> None:
         """Start reporting created and destroyed interfaces."""
-        self._observer = _ExistenceObserver(hub.broadcast)
-        self._board.register_observer(self._observer)
+        self._broadcast = hub.broadcast
+        self._board.register_observer(self)
 
     def stop(self) -> None:
-        if self._observer is not None:
-            self._board.unregister_observer(self._observer)
+        self._board.unregister_observer(self)
+
+    def existence_changed(self, interface_type: str, interface_id: str, *, created: bool) -> None:
+        """Notify all clients of a created or destroyed interface."""
+        kind = bb.BoardKind.INTERFACE_CREATED if created else bb.BoardKind.INTERFACE_DESTROYED
+        if self._broadcast is not None:
+            self._broadcast(bb.InterfaceEvent(kind, interface_type, interface_id).to_bytes())
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         handler = self._handlers.get(frame.kind)

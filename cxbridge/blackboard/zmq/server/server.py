@@ -174,13 +174,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._inbox.append((work, args))
         self._wakeup.set()
 
-    def interface_created(self, interface_type: str, interface_id: str) -> None:
-        self._notify_existence(True, interface_type, interface_id)
-
-    def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        self._notify_existence(False, interface_type, interface_id)
-
-    def _notify_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
+    def existence_changed(self, interface_type: str, interface_id: str, *, created: bool) -> None:
+        """Notify the clients that watch."""
         if self.inside():
             self._send_existence(created, interface_type, interface_id)
         else:
